@@ -1,5 +1,7 @@
 # For the kernels that have parts meet.
-cdef class Bodies:
+from iiwa_sim.contact.remembered_kernel cimport Remembered
+
+cdef class Bodies(Remembered):
     cdef Py_ssize_t _parts             # bodies that are parts; surfaces follow
     cdef Py_ssize_t _bodies
     cdef Py_ssize_t _held              # the part that the arm holds, or -1
@@ -11,11 +13,6 @@ cdef class Bodies:
     cdef double[:, ::1] _reach         # half the box round it, along the axes of the base
     cdef double[:, ::1] _material      # stiffness (N/m), friction
     cdef long long[::1] _id            # under which it is remembered
-    # What is remembered, in a table of open addresses.
-    cdef Py_ssize_t _table
-    cdef Py_ssize_t _used
-    cdef long long[::1] _keys
-    cdef double[:, ::1] _memory
     # Of places that meet in this tick: numbers, two bodies (-1: none), whether a rim, whether the other is tall.
     cdef Py_ssize_t _met
     cdef Py_ssize_t _room
@@ -30,9 +27,6 @@ cdef class Bodies:
         self, Py_ssize_t x, Py_ssize_t y, double lx, double ly, double lz, double reach, bint tall
     ) noexcept
     cdef double _widest(self, Py_ssize_t x, Py_ssize_t y, double low, double high) noexcept
-    cdef Py_ssize_t _find(self, long long key) noexcept
-    cdef bint _has_come_in(self, long long key) noexcept
-    cdef object _sift(self)
     cdef Py_ssize_t _next(self, Py_ssize_t x, Py_ssize_t y, long long key) except *
     cdef void _recall(self, Py_ssize_t n) noexcept
     cdef object _remember(self, Py_ssize_t n, double near_m)

@@ -1,6 +1,6 @@
-"""Bodies by their numbers, parts first, and a table of what is remembered of places at which they meet."""
+"""Bodies by their numbers, parts first, and the places at which they meet in a tick."""
 
-# mypy: allow-untyped-decorators
+# mypy: allow-untyped-decorators, allow-subclassing-any
 
 from __future__ import annotations
 
@@ -15,33 +15,36 @@ from cython.cimports.libc.math import fabs, sqrt
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.ways_in_kernel import KINDS
 
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.remembered_kernel import Remembered
+else:
+    from iiwa_sim.contact.remembered_kernel import Remembered
+
 _UPRIGHT = cython.declare(cython.double, 1.0 - 1e-6)
 _INF = cython.declare(cython.double, inf)
 _BOX = cython.declare(cython.int, 1)
 _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
 _ROUNDING = cython.declare(cython.double, 1e-9)
-_MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
-_MOST_BODIES = cython.declare(cython.longlong, 1048576)
-# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed, how deep it
-# pressed, and how deep it was in there without pressing.
-_NUMBERS = cython.declare(cython.Py_ssize_t, 11)
 
-WIDE = 39
+WIDE = 55
 """Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
 friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
 (3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
 where from the middle of the other (3), depth; depth of its plane with all where they were before; how deep it
 may press at first, and how deep it is in there without pressing; of the arm: how deep it was a tick ago, and
-how far it has gone since (3); how much of its depth did not press, and how far it was brought since."""
+how far it has gone since (3); how much of its depth did not press, and how far it was brought since; of the
+arm: where its line begins (3), and the way along that (3); way out (3) as `_touch` finds it; of the arm: how
+far it has rubbed, and gone across (3); where it touches (2), and how deep it pressed, and was in without
+pressing, before there was too little energy for that."""
 
 # Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
 _FORGETS = cython.declare(cython.double, 5e-3)
 
 
 @cython.cclass
-class Bodies:
-    """Bodies, and what is remembered of their places; the arrays are declared in the .pxd."""
+class Bodies(Remembered):
+    """Bodies, and their places; the arrays are declared in the .pxd."""
 
     def __init__(self, count: int) -> None:
         """There are `count` parts; they are the first bodies, surfaces follow."""
@@ -50,9 +53,9 @@ class Bodies:
         self._make_room(count)
         self._met, self._room = 0, 256
         self._c = np.zeros((self._room, WIDE))
-        self._i = np.zeros((self._room, 6), dtype=np.intp)
+        self._i = np.zeros((self._room, 7), dtype=np.intp)
         self._k = np.zeros(self._room, dtype=np.int64)
-        self.forget()
+        Remembered.__init__(self)
 
     @cython.cfunc
     def _make_room(self, count: cython.Py_ssize_t) -> object:
@@ -178,74 +181,13 @@ class Bodies:
         return max(low, min(high, at)) - z
 
     @cython.cfunc
-    @cython.exceptval(check=False)
-    def _find(self, key: cython.longlong) -> cython.Py_ssize_t:
-        """Where in the table a key is, or would be."""
-        mask: cython.Py_ssize_t = self._table - 1
-        pair: cython.longlong = key // _MOST_PLACES
-        slot: cython.Py_ssize_t = (31 * pair + 1009 * (pair // _MOST_BODIES) + key) & mask
-        while self._keys[slot] != -1 and self._keys[slot] != key:
-            slot = (slot + 1) & mask
-        return slot
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _has_come_in(self, key: cython.longlong) -> cython.bint:
-        """Whether it is remembered by which way a place has come into a body."""
-        slot: cython.Py_ssize_t = self._find(key)
-        if self._keys[slot] == -1:
-            return False
-        return self._memory[slot, 0] != 0.0 or self._memory[slot, 1] != 0.0 or self._memory[slot, 2] != 0.0
-
-    @cython.cfunc
-    def _sift(self) -> object:
-        """Make room in the table: what has gone is dropped, and where little has, it gets larger."""
-        self.restore(self.kept())
-        return None
-
-    def kept(self) -> Any:
-        """What is remembered of all places, to be brought back."""
-        keys, memory = np.asarray(self._keys), np.asarray(self._memory)
-        there = (keys != -1) & memory[:, :3].any(axis=1)
-        return keys[there].tobytes(), memory[there].tobytes()
-
-    def restore(self, kept: Any) -> None:
-        """Remember that again."""
-        keys = np.frombuffer(kept[0], dtype=np.int64)
-        memory = np.frombuffer(kept[1]).reshape(len(keys), _NUMBERS)
-        size = 1024
-        while size < 4 * len(keys):
-            size *= 2
-        self._table = size
-        self._keys, self._memory = np.full(size, -1, dtype=np.int64), np.zeros((size, _NUMBERS))
-        self._used = len(keys)
-        n: cython.Py_ssize_t
-        slot: cython.Py_ssize_t
-        for n in range(len(keys)):
-            slot = self._find(keys[n])
-            self._keys[slot] = keys[n]
-            for k in range(_NUMBERS):
-                self._memory[slot, k] = memory[n, k]
-
-    def parted(self, part: int) -> None:
-        """A part has been somewhere else: of where it met others nothing is remembered."""
-        keys = np.asarray(self._keys)
-        pairs = keys // _MOST_PLACES
-        its = (pairs // _MOST_BODIES == part) | (pairs % _MOST_BODIES == part)
-        np.asarray(self._memory)[its & (keys != -1)] = 0.0
-
-    def forget(self) -> None:
-        """No body has met another."""
-        self.restore((b"", b""))
-
-    @cython.cfunc
     @cython.exceptval(check=True)
     def _next(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t, key: cython.longlong) -> cython.Py_ssize_t:
         """Where the next place is noted, of two bodies, under a key."""
         n: cython.Py_ssize_t = self._met
         if n == self._room:
             wide: Any = np.zeros((2 * n, WIDE))
-            own: Any = np.zeros((2 * n, 6), dtype=np.intp)
+            own: Any = np.zeros((2 * n, 7), dtype=np.intp)
             keys: Any = np.zeros(2 * n, dtype=np.int64)
             wide[:n], own[:n], keys[:n] = self._c, self._i, self._k
             self._c, self._i, self._k, self._room = wide, own, keys, 2 * n
@@ -281,19 +223,12 @@ class Bodies:
     @cython.cfunc
     def _remember(self, n: cython.Py_ssize_t, near_m: cython.double) -> object:
         """Note by which way a place has come in, as `_touch` has found it last, or that it has gone."""
-        c, m = self._c, self._memory
-        slot: cython.Py_ssize_t = self._find(self._k[n])
+        c = self._c
         if c[n, 28] <= -near_m:
-            if self._keys[slot] != -1:
-                for k in range(_NUMBERS):
-                    m[slot, k] = 0.0
+            self._forget_place(self._k[n])
             return None
-        if self._keys[slot] == -1:
-            if 2 * self._used >= self._table:
-                self._sift()
-                m, slot = self._memory, self._find(self._k[n])
-            self._keys[slot] = self._k[n]
-            self._used += 1
+        slot: cython.Py_ssize_t = self._room_for(self._k[n])
+        m = self._memory
         for k in range(3):
             m[slot, k], m[slot, 3 + k], m[slot, 6 + k] = c[n, 22 + k], c[n, 25 + k], c[n, 10 + k]
         m[slot, 9], m[slot, 10] = c[n, 28], c[n, 30]

@@ -20,17 +20,13 @@ from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
 from iiwa_sim.robot.capsules import Capsule
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.lines_kernel import middle_along, nearest_along
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
+    from iiwa_sim.contact.lines_kernel import middle_along, nearest_along
     from iiwa_sim.contact.ways_in_kernel import come_in
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
-
-_GOLDEN = cython.declare(cython.double, 0.6180339887498949)
-_CUTS = cython.declare(cython.Py_ssize_t, 30)  # of a line by the golden section: to 5e-7 of its length
-
-_FLAT_M = cython.declare(cython.double, 1e-6)  # what is nearer by less is as near
-_HALVINGS = cython.declare(cython.Py_ssize_t, 20)
 
 
 @cython.cclass
@@ -151,27 +147,11 @@ class Capsules:
             bound = min(middle, 2.0 * middle - ends) - radius
             if bound > enough:
                 return bound, 0.5
-        low: cython.double = 0.0
-        high: cython.double = 1.0
-        left: cython.double = 1.0 - _GOLDEN
-        right: cython.double = _GOLDEN
-        at_left = self.distance(s, ax + left * dx, ay + left * dy, az + left * dz)
-        at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
-        for _cut in range(_CUTS):
-            if at_left <= at_right:
-                high, right, at_right = right, left, at_left
-                left = high - _GOLDEN * (high - low)
-                at_left = self.distance(s, ax + left * dx, ay + left * dy, az + left * dz)
-            else:
-                low, left, at_left = left, right, at_right
-                right = low + _GOLDEN * (high - low)
-                at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
-        part = 0.5 * (low + high)
-        least = self.distance(s, ax + part * dx, ay + part * dy, az + part * dz)
-        # It jumps where a line that has come in through a face is beside that.
-        if min(at_left, at_right) < least - _FLAT_M:
-            part = left if at_left <= at_right else right
-            least = min(at_left, at_right)
+        x, y, z, ux, uy, uz = self._seen_from(c, s)
+        mx, my, mz, r = self._mx, self._my, self._mz, self._shapes
+        least, part = nearest_along(
+            self._kind[s], r[s, 12], r[s, 13], r[s, 14], self._around, x, y, z, ux, uy, uz, mx, my, mz
+        )
         return least - radius, part
 
     @cython.cfunc
@@ -200,23 +180,29 @@ class Capsules:
     def middle(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, part: cython.double) -> cython.double:
         """The middle of all places of a capsule's line that are as near to a shape as the nearest one is,
         which is at that part of it."""
-        e = self._ends
-        ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
-        dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
-        most = self.distance(s, ax + part * dx, ay + part * dy, az + part * dz) + _FLAT_M
-        total: cython.double = 0.0
-        for side in range(2):
-            end: cython.double = 1.0 * side
-            if self.distance(s, ax + end * dx, ay + end * dy, az + end * dz) > most:
-                inner: cython.double = part
-                for _cut in range(_HALVINGS):
-                    at = 0.5 * (inner + end)
-                    if self.distance(s, ax + at * dx, ay + at * dy, az + at * dz) > most:
-                        end = at
-                    else:
-                        inner = at
-            total += end
-        return 0.5 * total
+        x, y, z, ux, uy, uz = self._seen_from(c, s)
+        mx, my, mz, r = self._mx, self._my, self._mz, self._shapes
+        return middle_along(
+            self._kind[s], r[s, 12], r[s, 13], r[s, 14], self._around, x, y, z, ux, uy, uz, mx, my, mz, part
+        )
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _seen_from(
+        self, c: cython.Py_ssize_t, s: cython.Py_ssize_t
+    ) -> tuple[cython.double, cython.double, cython.double, cython.double, cython.double, cython.double]:
+        """Where a capsule's line begins, and its way to the other end, in the frame of a shape (m)."""
+        e, r = self._ends, self._shapes
+        x, y, z = e[c, 0] - r[s, 9], e[c, 1] - r[s, 10], e[c, 2] - r[s, 11]
+        dx, dy, dz = e[c, 3] - e[c, 0], e[c, 4] - e[c, 1], e[c, 5] - e[c, 2]
+        return (
+            r[s, 0] * x + r[s, 3] * y + r[s, 6] * z,
+            r[s, 1] * x + r[s, 4] * y + r[s, 7] * z,
+            r[s, 2] * x + r[s, 5] * y + r[s, 8] * z,
+            r[s, 0] * dx + r[s, 3] * dy + r[s, 6] * dz,
+            r[s, 1] * dx + r[s, 4] * dy + r[s, 7] * dz,
+            r[s, 2] * dx + r[s, 5] * dy + r[s, 8] * dz,
+        )
 
     @cython.cfunc
     @cython.exceptval(check=False)

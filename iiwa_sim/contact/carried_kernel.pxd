@@ -8,6 +8,7 @@ cdef class Carried(Balance):
     cdef Py_ssize_t[::1] _carrier
     cdef Py_ssize_t[::1] _level
     cdef Py_ssize_t[::1] _order
+    cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept
     cdef bint _carries(self, Py_ssize_t n, Py_ssize_t o) noexcept
     cdef double _far(self, Py_ssize_t n) noexcept
     cdef double _far_with(self, Py_ssize_t n) noexcept
@@ -16,3 +17,4 @@ cdef class Carried(Balance):
     cdef object _pile(self)
     cdef void _begin(self) noexcept
     cdef void _put(self, double share) noexcept
+    cdef double _farther_out(self) noexcept

@@ -23,6 +23,16 @@ else:
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 
+_SPHERE = cython.declare(cython.int, 2)
+_CYLINDER = cython.declare(cython.int, 3)
+# Of half an edge: points there have the moments of a face.
+_THIRD = cython.declare(cython.double, 0.5773502691896258)
+# A ball touches on a disc of radius a = sqrt(R d), which presses more in its middle (Hertz): where it turns
+# on that, friction takes 3 pi / 16 mu N a (K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 7.4);
+# along both axes, of points at that lever.
+_SPIN = cython.declare(cython.double, 0.5890486225480862 * 0.7071067811865476)
+
+
 @cython.cclass
 class Carried(Balance):
     """Parts that may move, some of them on others; the arrays are declared in the .pxd."""
@@ -33,6 +43,41 @@ class Carried(Balance):
         least = max(count, 1)
         self._on, self._carrier = np.full(least, -1, dtype=np.intp), np.zeros(least, dtype=np.intp)
         self._level, self._order = np.zeros(least, dtype=np.intp), np.zeros(least, dtype=np.intp)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _rest_on(
+        self, n: cython.Py_ssize_t, mass: cython.double, more: cython.double, about: cython.double
+    ) -> cython.void:
+        """The four points at which a part rubs on what it lies on, with the moments of its face, and its
+        inertia."""
+        p, size, g = self._pose, self._size, self._points
+        ax: cython.double = 0.0
+        ay: cython.double = 0.0
+        bx: cython.double = 0.0
+        by: cython.double = 0.0
+        turning: cython.double
+        if self._kind[n] == _SPHERE:
+            turning = 0.4 * mass * size[n, 0] * size[n, 0]
+            ax = by = _SPIN * sqrt(size[n, 0] * self._below[n, 2] / self._below[n, 0])
+        elif self._kind[n] == _CYLINDER and self._upright[n] >= 0:
+            ax = by = 0.5 * size[n, 0]
+            turning = 0.5 * mass * size[n, 0] * size[n, 0]
+        elif self._kind[n] == _CYLINDER:
+            ax, ay = _THIRD * size[n, 1] * p[n, 2], _THIRD * size[n, 1] * p[n, 5]
+            turning = mass * (0.25 * size[n, 0] * size[n, 0] + size[n, 1] * size[n, 1] / 3.0)
+        else:
+            up: cython.Py_ssize_t = self._upright[n] if self._upright[n] >= 0 else 2
+            i: cython.Py_ssize_t = (up + 1) % 3
+            j: cython.Py_ssize_t = (up + 2) % 3
+            ax, ay = _THIRD * size[n, i] * p[n, i], _THIRD * size[n, i] * p[n, 3 + i]
+            bx, by = _THIRD * size[n, j] * p[n, j], _THIRD * size[n, j] * p[n, 3 + j]
+            turning = mass * (size[n, i] * size[n, i] + size[n, j] * size[n, j]) / 3.0
+        g[n, 0], g[n, 1], g[n, 2], g[n, 3] = ax + bx, ay + by, bx - ax, by - ay
+        g[n, 4], g[n, 5], g[n, 6], g[n, 7] = -ax - bx, -ay - by, ax - bx, ay - by
+        for k in range(3):
+            self._mass[n, k] = mass + more
+        self._mass[n, 3] = turning + about
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -204,3 +249,29 @@ class Carried(Balance):
                 e[k, 2] += e[by, 2]
                 e[k, 3] += e[by, 3]
             self._turn[k, 0], self._turn[k, 1] = cosine(e[k, 3]), sine(e[k, 3])
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _farther_out(self) -> cython.double:
+        """Energy of motion (J) that is to be added where all are now: parts have gone farther from the middle
+        of what carries them and turns, or nearer to it, since their moment of inertia was found."""
+        e, p = self._e, self._pose
+        total: cython.double = 0.0
+        for k in range(self._many):
+            by: cython.Py_ssize_t = self._carrier[k]
+            if by < 0:
+                continue
+            mass: cython.double = self._mass[self._group[k], 0]
+            for other in range(self._many):
+                if self._carrier[other] == k:
+                    mass -= self._mass[self._group[other], 0]
+            while by >= 0:
+                n, o = self._group[k], self._group[by]
+                x: cython.double = p[n, 9] - p[o, 9]
+                y: cython.double = p[n, 10] - p[o, 10]
+                to_x: cython.double = x + e[k, 0] - e[by, 0]
+                to_y: cython.double = y + e[k, 1] - e[by, 1]
+                turns: cython.double = self._t[by, 3] / self._tick
+                total += 0.5 * mass * (to_x * to_x + to_y * to_y - x * x - y * y) * turns * turns
+                by = self._carrier[by]
+        return total

@@ -116,22 +116,20 @@ class Contact:
             self._ay += self._radius * (wz * self._ux - wx * self._uz)
             self._az += self._radius * (wx * self._uy - wy * self._ux)
 
-    def came_and_rubbed(self, place: Vector) -> tuple[Vector, Vector]:
-        """If the TCP is at a place now: the way out by which it has come in, in the frame of the shape, 0 0 0
-        where it does not touch; and how far (m, in the base) friction's spring is wound."""
+    def came_and_rubbed(self, place: Vector) -> tuple[Vector, Vector | None]:
+        """The TCP is at a place now: the way out by which it has come in, in the frame of the shape, 0 0 0
+        where it does not touch; and how far (m, in the base) it is from where friction has held it, None
+        where that has not. That it was there is remembered."""
         x, y, z = place
-        self._find_depth(x, y, z, False)
+        self._find_depth(x, y, z, True)
         if self._depth <= 0.0:
-            return NOT_IN, NOT_IN
+            self._anchored = False
+            return NOT_IN, None
         nx, ny, nz = self._nx, self._ny, self._nz
         cx = self._r0 * nx + self._r3 * ny + self._r6 * nz
         cy = self._r1 * nx + self._r4 * ny + self._r7 * nz
         cz = self._r2 * nx + self._r5 * ny + self._r8 * nz
-        if not self._anchored:
-            return (cx, cy, cz), NOT_IN
-        x, y, z = x - self._ax, y - self._ay, z - self._az
-        behind: cython.double = x * nx + y * ny + z * nz
-        return (cx, cy, cz), (x - behind * nx, y - behind * ny, z - behind * nz)
+        return (cx, cy, cz), (x - self._ax, y - self._ay, z - self._az) if self._anchored else None
 
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so

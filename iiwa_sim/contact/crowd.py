@@ -45,11 +45,18 @@ class PressingBall(NamedTuple):
     came: Vector = NOT_IN
     """Way by which the ball has come into the part, if that is remembered elsewhere."""
     held: int = -1
-    """The number of the held part to which it belongs, and which of its places it is."""
+    """The number of the held part to which it belongs."""
     place: int = 0
+    """Which of the places of that, or of the links of the arm, it is."""
     was_deep: float = -1.0
     """How deep it was a tick ago (m), and its way since (m); less than 0 where that is not known."""
     went: Vector = (0.0, 0.0, 0.0)
+    start: Vector = (0.0, 0.0, 0.0)
+    """Where a line begins along which such balls lie (m), and its way to the other end: no way where there is
+    this one only. The one in the middle of the deepest ones is given."""
+    line: Vector = (0.0, 0.0, 0.0)
+    unpressed: float = 0.0
+    """How deep (m) it is in without pressing."""
 
 
 class PartMotion(NamedTuple):

@@ -1,8 +1,8 @@
 """Parts that lie, and are pushed in a tick, all that touch each other at once: which of them meet, and where
 they end.
 
-Where they go is found in `balance_kernel`, how that moves what lies on them in `carried_kernel`, what is
-stored then in `stored_kernel`.
+What of the arm presses on them is said in `pressed_kernel`, where they go in `balance_kernel`, how that moves
+what lies on them in `carried_kernel`, what is stored then in `stored_kernel`.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -15,16 +15,14 @@ from typing import Any
 import cython
 import numpy as np
 
-from iiwa_sim.contact.crowd import LyingPart, PartMotion, PressingBall
+from iiwa_sim.contact.crowd import LyingPart, PartMotion
 from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.contact.stored_kernel import NEAR_M
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Vector
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.contact.stored_kernel import Stored
+    from cython.cimports.iiwa_sim.contact.pressed_kernel import Pressed
 else:
-    from iiwa_sim.contact.stored_kernel import Stored
+    from iiwa_sim.contact.pressed_kernel import Pressed
 
 _GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
 _NEAR = cython.declare(cython.double, NEAR_M)
@@ -34,28 +32,21 @@ _HALF = cython.declare(cython.double, 0.5)  # of the stiffness: two parts meet a
 
 @cython.final
 @cython.cclass
-class Crowd(Stored):
+class Crowd(Pressed):
     """Parts that lie, and what stands among them."""
 
     stored_j: float = cython.declare(cython.double, visibility="readonly")
     """What springs between bodies store, of all that were pushed last (J)."""
-    unpressed: Any = cython.declare(object, visibility="readonly")
-    """How deep (m) the held part is in others without pressing, by the numbers of part and place."""
-    pressed: Any = cython.declare(object, visibility="readonly")
-    """The numbers of parts on which links, tool or jaws press."""
-    _lies: cython.char[::1]
     _rubs: cython.char[::1]  # whether friction's springs below it are wound
-    _balls: Any  # by the parts on which they press
     _bound: cython.double[::1]  # how far each of those that may move may go (m)
 
     def __init__(self, count: int, tick_s: float) -> None:
         """There are `count` parts."""
-        Stored.__init__(self, count, tick_s)
+        Pressed.__init__(self, count, tick_s)
         least = max(count, 1)
-        self.stored_j = self._stored = self._share = self._slower = 0.0
-        self._lies, self._rubs = np.zeros((2, least), dtype=np.int8)
+        self.stored_j = 0.0
+        self._rubs = np.zeros(least, dtype=np.int8)
         self._bound = np.zeros(least)
-        self._balls, self.unpressed, self.pressed = {}, {}, set()
 
     def lay(self, part: int, laid: LyingPart | None) -> None:
         """A part lies there, or does not lie."""
@@ -78,73 +69,6 @@ class Crowd(Stored):
         self._below[n, 2] = laid.mass_kg * _GRAVITY + carries
         self._rest_on(n, laid.mass_kg, laid.carries_kg, laid.carries_kgm2)
 
-    def hold(self, part: int, solid: Surface | None, brought_m: float = 0.0) -> None:
-        """The arm holds a part there in this tick, which it has brought so far, or none; nothing presses on
-        parts yet."""
-        n: cython.Py_ssize_t
-        self._held, self._brought = (-1 if solid is None else part), brought_m
-        if solid is not None:
-            self._put_body(part, solid)
-        self._balls, self.unpressed, self.pressed = {}, {}, set()
-        for n in range(self._parts):
-            self._deep[n] = 0.0
-
-    def look(self, part: int, balls: Sequence[PressingBall], still: bool) -> float:
-        """Note which balls may press on a part in this tick; gives how deep (m) the deepest of them, or of
-        places of the part in the held one, is: less than 0 where none is in it.
-
-        Balls do not count where a part rests and none is in it: whether somebody looks must change nothing.
-        """
-        n: cython.Py_ssize_t = part
-        self._balls[part], self._met = balls, 0
-        self._of_the_arm(n)
-        deepest: cython.double = -1e9
-        for c in range(self._met):
-            deepest = max(deepest, self._c[c, 13])
-            if self._k[c] == -2 and self._c[c, 13] > 0.0:
-                self.pressed.add(part)
-        self._deep[n] = max(0.0, deepest)
-        if still and deepest <= 0.0:
-            del self._balls[part]
-        return float(deepest)
-
-    @cython.cfunc
-    def _of_the_arm(self, n: cython.Py_ssize_t) -> object:
-        """Note what arm and held part do to a part."""
-        c: cython.Py_ssize_t
-        h: cython.Py_ssize_t
-        key: cython.longlong
-        for each in self._balls.get(n, ()):
-            middle, radius, stiffness, friction, holding, rubbed, came, held, place, was_deep, went = each
-            key = -2
-            if held >= 0:
-                h = held
-                key = (self._id[h] * 1048576 + n) * 64 + 32 + place
-            c = self._next(-1, n, key)
-            self._i[c, 2] = self._i[c, 3] = 0
-            for k in range(3):
-                self._c[c, k], self._c[c, 34 + k] = middle[k], went[k]
-            self._c[c, 3], self._c[c, 4] = radius, stiffness
-            self._c[c, 5], self._c[c, 6] = friction, holding
-            self._c[c, 31], self._c[c, 33] = 1e9, was_deep  # what the arm itself is in is known elsewhere
-            if held >= 0:
-                self._recall(c)
-                self._c[c, 38] = self._brought
-            for k in range(3):
-                self._c[c, 7 + k], self._c[c, 10 + k] = came[k], rubbed[k]
-            self._touch(c, False, True)
-            if held >= 0 and self._c[c, 30] > 1e-9:
-                self.unpressed[n, place] = self._c[c, 30]
-            if self._is_beside(c):
-                self._met += 1
-        if self._held >= 0 and self._apart(n, self._held) < 0.05:
-            low = max(self._span[n, 0], self._span[self._held, 0])
-            high = min(self._span[n, 1], self._span[self._held, 1]) - _STEP
-            if self._upright[self._held] < 0:
-                low, high = self._span[n, 0], self._span[n, 1] - _STEP
-            self._meet(n, self._held, low, high, 1.0, False, 0.05)
-        return None
-
     def push(self, parts: Sequence[int]) -> list[PartMotion]:
         """A tick of parts that are pushed, or move, and of all that they push: those that stay as they are,
         or slide for themselves, are not told."""
@@ -162,6 +86,7 @@ class Crowd(Stored):
                     self._join()
                     self._balance()
                     self._go()
+                    self._leave()
                     for k in range(self._many):
                         self._tell(self._order[k], found)
                 for k in range(self._many):
@@ -270,31 +195,9 @@ class Crowd(Stored):
         velocity = (per * way[0], per * way[1], per * way[2], per * way[3])
         wound: list[float] = []
         for j in range(4):
-            wound += self._winds(k, j, self._share == 1.0)
+            wound += self._winds(k, j)
         pressed: cython.bint = False
         for at in range(self._first[k], self._first[k + 1]):
             pressed = pressed or self._c[self._of[self._mine[at], 1], 28] > 0.0
         found.append(PartMotion(n, way, velocity, tuple(wound), bool(pressed)))
         return None
-
-    def on_held(self) -> tuple[Vector, Vector]:
-        """What places of parts that have been looked at, or pushed, in this tick do to the held part, where
-        they are now: force (N), and torque (Nm) about its middle, in the base."""
-        force, torque = [0.0] * 3, [0.0] * 3
-        c = self._c
-        for n in range(self._parts):
-            if self._held < 0 or not self._lies[n] or self._apart(n, self._held) >= 0.0:
-                continue
-            balls, self._balls, self._met = self._balls, {}, 0
-            self._of_the_arm(n)
-            self._balls = balls
-            for m in range(self._met):
-                f: cython.double = c[m, 4] * c[m, 13]
-                if f <= 0.0:
-                    continue
-                fx, fy, fz = -f * c[m, 14], -f * c[m, 15], -f * c[m, 16]
-                x, y, z = c[m, 25], c[m, 26], c[m, 27]
-                levers = (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
-                force = [a + b for a, b in zip(force, (fx, fy, fz), strict=True)]
-                torque = [a + b for a, b in zip(torque, levers, strict=True)]
-        return (force[0], force[1], force[2]), (torque[0], torque[1], torque[2])

@@ -9,7 +9,8 @@ cdef class LinkForces(LinkFriction):
     cdef Py_ssize_t _part_count
     cdef long begun                    # how often something worn has begun to feel parts
     cdef char[:, ::1] _deaf            # of each capsule and surface: it does not feel that until it is out of it
-    cdef double[:, ::1] _depth         # how deep (m) each link was when it was looked at last
+    cdef double[:, ::1] _depth         # how deep (m) each link pressed when it was looked at last
+    cdef double[:, ::1] _unpressed     # how deep (m) it was in there without pressing
     cdef double[:, ::1] _pushing       # force (N) on a link of a robot that yields, on the average
     # Of each capsule and surface: which way is out in the frame of that; zeros where they are apart.
     cdef double[:, :, ::1] _came

@@ -65,6 +65,7 @@ class LinkForces(LinkFriction):
         self._law: Any = np.array(laws).reshape(len(laws), 3)
         self._pushing: Any = np.zeros((link_count, least))
         self._depth: Any = np.zeros((link_count, least))
+        self._unpressed: Any = np.zeros((link_count, least))
         self._touches: Any = np.zeros((link_count, least), dtype=np.int8)
         self._rubbed: Any = np.zeros((link_count, least, 3))
         self._dragging: Any = np.zeros((link_count, least, 3))

@@ -35,7 +35,7 @@ class Ball(NamedTuple):
     radius: float
     """m"""
     rubbed: Vector
-    """How far (m, in the base) it has gone along the part, as far as friction holds that."""
+    """How far (m, in the base) it has gone with the part, as far as friction holds that; along it counts."""
     share: float
     """What it feels of the part's stiffness."""
     came: Vector
@@ -44,6 +44,15 @@ class Ball(NamedTuple):
     """m, a tick ago"""
     went: Vector
     """How far (m, in the base) its point next to the part has gone since then, as seen from there."""
+    link: int
+    """Its number, each thing that is worn for itself."""
+    unpressed: float
+    """How deep (m) it is in without pressing."""
+    rubs: bool
+    """Whether friction is felt: not in the tick in which it comes to touch."""
+    start: Vector
+    """Where the line begins on which it may be (m, in the base), and the way from there to the other end."""
+    line: Vector
 
 
 @cython.cclass
@@ -106,9 +115,10 @@ class LinksBeside(LinkForces):
         for c in range(self._capsule_count):
             if self._feels_now(c, s):
                 self._recall(c, s)
-                gap, part = self.gap(c, s, min(nearest, near_m))
+                gap, part = self.gap(c, s, max(0.0, min(nearest, near_m)))
                 if gap < near_m:
                     part = self.middle(c, s, part)
+                self._remember(c, s, gap, part)
                 if gap < nearest:
                     nearest, where, which = gap, part, c
             if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
@@ -126,13 +136,15 @@ class LinksBeside(LinkForces):
                         which, s, x - radius * nx, y - radius * ny, z - radius * nz, speeds, tick_s
                     )
                     went = (wx, wy, wz)
-                    if self._touches[link, s]:
-                        wx, wy, wz = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
-                        out = wx * nx + wy * ny + wz * nz
-                        rubbed = (wx - out * nx, wy - out * ny, wz - out * nz)
+                    touches: cython.bint = self._touches[link, s] != 0
+                    if touches:
+                        rubbed = (r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz)
                     came = (self._ox, self._oy, self._oz) if nearest < 0.0 else NOT_IN
-                    deep = self._depth[link, s]
-                    found.append(Ball((x, y, z), radius, rubbed, self._share[which], came, deep, went))
+                    start = (e[which, 0], e[which, 1], e[which, 2])
+                    line = (e[which, 3] - start[0], e[which, 4] - start[1], e[which, 5] - start[2])
+                    place = (x, y, z), radius, rubbed, self._share[which], came
+                    spare = min(self._unpressed[link, s], max(0.0, -nearest))
+                    found.append(Ball(*place, self._depth[link, s], went, link, spare, touches, start, line))
                 nearest = 1e9
         return found
 
@@ -216,7 +228,8 @@ class LinksBeside(LinkForces):
         rubbed: cython.double[:, :, ::1]
         dragging: cython.double[:, :, ::1]
         deaf: cython.char[:, ::1]
-        muted, came, pushing, depth, touches, rubbed, dragging, deaf = remembered
+        unpressed: cython.double[:, ::1]
+        muted, came, pushing, depth, touches, rubbed, dragging, deaf, unpressed = remembered
         o: cython.Py_ssize_t
         capsules: cython.Py_ssize_t = min(came.shape[0], self._came.shape[0])  # fewer or more than before
         links: cython.Py_ssize_t = min(depth.shape[0], self._depth.shape[0])
@@ -231,7 +244,7 @@ class LinksBeside(LinkForces):
                     self._came[c, s, k] = came[c, o, k]
             for m in range(links):
                 self._pushing[m, s], self._depth[m, s] = pushing[m, o], depth[m, o]
-                self._touches[m, s] = touches[m, o]
+                self._touches[m, s], self._unpressed[m, s] = touches[m, o], unpressed[m, o]
                 for k in range(3):
                     self._rubbed[m, s, k] = rubbed[m, o, k]
                     self._dragging[m, s, k] = dragging[m, o, k]
@@ -250,6 +263,7 @@ class LinksBeside(LinkForces):
             np.asarray(self._rubbed),
             np.asarray(self._dragging),
             np.asarray(self._deaf),
+            np.asarray(self._unpressed),
         )
 
     @cython.cfunc

@@ -158,6 +158,12 @@ class Links(LinksBeside):
             self._shifted[s, i] += way[i]
         self._free = self._away[s] = 0.0
 
+    def leave(self, name: str, link: int, deep_m: float) -> None:
+        """A link, or what is worn, by its number, is so deep in a part without pressing on it, until it is
+        less deep."""
+        s: cython.Py_ssize_t = self._numbers[name]
+        self._unpressed[link, s] = deep_m
+
     def forget(self) -> None:
         """Know of no surfaces: all of them are put anew by `surround`."""
         self._names, self._shape_count, self._part_count = (), 0, 0
@@ -263,11 +269,13 @@ class Links(LinksBeside):
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
                     link = self._link[c]
-                    if nearest < 0.0 or self._pushing[link, s] > 0.0:
+                    self._unpressed[link, s] = min(self._unpressed[link, s], max(0.0, -nearest))
+                    pressed: cython.double = -nearest - self._unpressed[link, s]
+                    if pressed > 0.0 or self._pushing[link, s] > 0.0:
                         contact = self._press(
-                            which, s, where, -nearest, speeds, tick_s, torques, pushing, worn
+                            which, s, where, pressed, speeds, tick_s, torques, pushing, worn
                         )
-                        if nearest < 0.0:
+                        if pressed > 0.0:
                             felt.append(contact)
                             if link < self._own_count:
                                 on_links = True

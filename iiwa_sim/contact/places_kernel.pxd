@@ -1,18 +1,7 @@
 # For the kernels that push parts.
-from iiwa_sim.contact.bodies_kernel cimport Bodies
+from iiwa_sim.contact.depths_kernel cimport Depths
 
-cdef class Places(Bodies):
-    # Of parts that may move: their number among these, and the way that is tried; where that ends with those
-    # of what carries them, and cosine and sine of the angle.
-    cdef Py_ssize_t[::1] _slot
-    cdef double[:, ::1] _t
-    cdef double[:, ::1] _e
-    cdef double[:, ::1] _turn
-    # What moves each place, from its `_i` 4 to its `_i` 5: of each part that does, its number, the place; -1
-    # for the body whose place it is and 1 for the other, lever (2), how its angle changes the depth.
-    cdef Py_ssize_t[:, ::1] _of
-    cdef double[:, ::1] _moved
-    cdef double _brought               # how far (m) the arm has brought what it holds in this tick
+cdef class Places(Depths):
     cdef bint _meet(
         self, Py_ssize_t x, Py_ssize_t y, double low, double high, double share, bint rubs, double reach
     ) except *
@@ -20,7 +9,5 @@ cdef class Places(Bodies):
         self, Py_ssize_t x, Py_ssize_t y, long long number, double lx, double ly, double lz, double radius,
         int rim, bint tall, double stiffness, bint rubs, double reach
     )
+    cdef void _bring(self, Py_ssize_t n, double side) noexcept
     cdef bint _is_beside(self, Py_ssize_t n) noexcept
-    cdef double _touch(self, Py_ssize_t n, bint moved, bint plane) noexcept
-    cdef double _depth(self, Py_ssize_t m) noexcept
-    cdef (double, double, double) _rub(self, Py_ssize_t m) noexcept

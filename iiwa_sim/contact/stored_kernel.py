@@ -5,11 +5,11 @@ is no plane. Where the arm, or what it holds, presses otherwise at the end of a 
 ways are found again with planes as they are there, so that a part gets the force that the arm feels.
 
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
-their way, or by a longer one from what presses on them. So parts and springs have no more energy than before
-the parts went. Of links, tools, jaws and what these hold they have no more than these give: by the force that
-the arm feels when the tick has ended, along the way that it has gone in it. What these have pressed into
-springs besides, in a kick that ends within the tick or where a corner turns round them, is taken from the
-speed, too, or let go by the longer way.
+their way. So parts and springs have no more energy than before the parts went. Of links, tools, jaws and what
+these hold they have no more than these give: by the force that the arm feels when the tick has ended, along
+the way that it has gone in it. What these have pressed into springs besides, in a kick that ends within the
+tick or where a corner turns round them, is taken from the speed, too; for what that cannot pay the arm is as
+deep as it is without pressing, until it is less deep.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -33,58 +33,13 @@ _FLAT_M = cython.declare(cython.double, 1e-9)
 _FLAT = cython.declare(cython.double, 1e-3)
 # It is out by the same side as before where the cosine between the ways out is more.
 _SAME_SIDE = cython.declare(cython.double, 0.5)
+_ROUNDING_J = cython.declare(cython.double, 1e-13)
 _HALVINGS = cython.declare(cython.Py_ssize_t, 12)
-# By so much farther, and so often, parts go that cannot pay by their speed what is pressed into springs.
-_STRETCH = cython.declare(cython.double, 1.5)
-_STRETCHES = cython.declare(cython.Py_ssize_t, 5)
-_SPHERE = cython.declare(cython.int, 2)
-_CYLINDER = cython.declare(cython.int, 3)
-# Of half an edge: points there have the moments of a face.
-_THIRD = cython.declare(cython.double, 0.5773502691896258)
-# A ball touches on a disc of radius a = sqrt(R d), which presses more in its middle (Hertz): where it turns
-# on that, friction takes 3 pi / 16 mu N a (K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 7.4);
-# along both axes, of points at that lever.
-_SPIN = cython.declare(cython.double, 0.5890486225480862 * 0.7071067811865476)
 
 
 @cython.cclass
 class Stored(Carried):
     """Parts that may move, and what they have of energy."""
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _rest_on(
-        self, n: cython.Py_ssize_t, mass: cython.double, more: cython.double, about: cython.double
-    ) -> cython.void:
-        """The four points at which a part rubs on what it lies on, with the moments of its face, and its
-        inertia."""
-        p, size, g = self._pose, self._size, self._points
-        ax: cython.double = 0.0
-        ay: cython.double = 0.0
-        bx: cython.double = 0.0
-        by: cython.double = 0.0
-        turning: cython.double
-        if self._kind[n] == _SPHERE:
-            turning = 0.4 * mass * size[n, 0] * size[n, 0]
-            ax = by = _SPIN * sqrt(size[n, 0] * self._below[n, 2] / self._below[n, 0])
-        elif self._kind[n] == _CYLINDER and self._upright[n] >= 0:
-            ax = by = 0.5 * size[n, 0]
-            turning = 0.5 * mass * size[n, 0] * size[n, 0]
-        elif self._kind[n] == _CYLINDER:
-            ax, ay = _THIRD * size[n, 1] * p[n, 2], _THIRD * size[n, 1] * p[n, 5]
-            turning = mass * (0.25 * size[n, 0] * size[n, 0] + size[n, 1] * size[n, 1] / 3.0)
-        else:
-            up: cython.Py_ssize_t = self._upright[n] if self._upright[n] >= 0 else 2
-            i: cython.Py_ssize_t = (up + 1) % 3
-            j: cython.Py_ssize_t = (up + 2) % 3
-            ax, ay = _THIRD * size[n, i] * p[n, i], _THIRD * size[n, i] * p[n, 3 + i]
-            bx, by = _THIRD * size[n, j] * p[n, j], _THIRD * size[n, j] * p[n, 3 + j]
-            turning = mass * (size[n, i] * size[n, i] + size[n, j] * size[n, j]) / 3.0
-        g[n, 0], g[n, 1], g[n, 2], g[n, 3] = ax + bx, ay + by, bx - ax, by - ay
-        g[n, 4], g[n, 5], g[n, 6], g[n, 7] = -ax - bx, -ay - by, ax - bx, ay - by
-        for k in range(3):
-            self._mass[n, k] = mass + more
-        self._mass[n, 3] = turning + about
 
     @cython.cfunc
     def _bend(self) -> object:
@@ -140,49 +95,58 @@ class Stored(Carried):
         moving: cython.double = 0.0
         share: cython.double = 1.0
         slower: cython.double = 0.0
+        left: cython.double = 0.0
         for k in range(self._many):
             moving += self._energy(k, 0.0)
-        for _half in range(_HALVINGS):
+        for half in range(_HALVINGS + 1):
+            if half == _HALVINGS:
+                share = 0.0
             self._put(share)
-            left: cython.double = moving - self._gained(share == 1.0)
-            if left >= 0.0:
-                if share == 1.0 and left < self._unfelt:
-                    share = self._farther(moving)
-                    left = moving - self._gained(share == 1.0)
-                fast: cython.double = 0.0
-                for k in range(self._many):
-                    fast += self._energy(k, share)
-                left = max(0.0, left - self._unfelt)
-                slower = 1.0 if fast <= left else sqrt(left / fast)
-                break
+            left = moving - self._gained()
+            if left >= 0.0 or share == 0.0:
+                left -= self._unfelt
+                if left < -_ROUNDING_J:
+                    left = self._press_less(moving)
+                if left >= -_ROUNDING_J:
+                    left = max(0.0, left)
+                    break
             share *= 0.5
-        else:
-            share = 0.0
-            self._put(0.0)
-            self._gained(False)
+        if share > 0.0:
+            fast: cython.double = self._farther_out()
+            for k in range(self._many):
+                fast += self._energy(k, share)
+            slower = 1.0 if fast <= left else sqrt(left / fast)
         for m in range(self._met):
             self._keep(m)
-        self._share, self._slower = share, slower
+        self._slower = slower
         return None
 
     @cython.cfunc
-    @cython.exceptval(-1.0, check=True)
-    def _farther(self, moving: cython.double) -> cython.double:
-        """The share of the way, 1 or more, at which no more is stored than the arm has given and the parts,
-        with that energy of motion (J), have had; or else the least more. All are there then."""
-        share: cython.double = 1.0
-        best: cython.double = 1.0
-        least: cython.double = self._unfelt - (moving - self._gained(True))
-        for _longer in range(_STRETCHES):
-            share *= _STRETCH
-            self._put(share)
-            owed: cython.double = self._unfelt - (moving - self._gained(False))
-            if owed < least:
-                best, least = share, owed
-            if owed <= 0.0:
-                break
-        self._put(best)
-        return best
+    @cython.exceptval(check=False)
+    def _press_less(self, moving: cython.double) -> cython.double:
+        """Have arm and held part press on parts only as deep as there is energy for, with that energy of
+        motion (J) before; gives what is left of it. Where there is not enough for no depth they press as they
+        did, and less than 0 is given."""
+        c = self._c
+        low: cython.double = 0.0
+        high: cython.double = 1.0
+        left: cython.double = 0.0
+        for m in range(self._met):
+            c[m, 53], c[m, 54] = c[m, 28], c[m, 32]
+        for half in range(_HALVINGS + 1):
+            share: cython.double = low if half == _HALVINGS else 0.5 * (low + high)
+            for m in range(self._met):
+                if c[m, 53] > 0.0 and (self._i[m, 0] < 0 or self._i[m, 1] == self._held):
+                    c[m, 32] = c[m, 28] + c[m, 30] - share * c[m, 53]
+            left = moving - self._gained() - self._unfelt
+            if left >= 0.0:
+                low = share
+            else:
+                high = share
+        if left < -_ROUNDING_J:
+            for m in range(self._met):
+                c[m, 32] = c[m, 54]
+        return left
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -198,7 +162,7 @@ class Stored(Carried):
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _gained(self, winds: cython.bint) -> cython.double:
+    def _gained(self) -> cython.double:
         """How much more is stored where all are now than before (J): by height, and in all springs; friction
         only takes. What is stored is noted, and what of that the arm does not feel."""
         total: cython.double = 0.0
@@ -207,7 +171,6 @@ class Stored(Carried):
         c = self._c
         one: cython.double
         two: cython.double
-        limit: cython.double
         for k in range(self._many):
             n = self._group[k]
             one = max(0.0, self._below[n, 3])  # what lies on it is lifted, too, though the spring hides that
@@ -216,30 +179,76 @@ class Stored(Carried):
             one = two = 0.0
             for j in range(4):
                 one += self._wound[n, 2 * j] ** 2 + self._wound[n, 2 * j + 1] ** 2
-                x, y = self._winds(k, j, winds)
+                x, y = self._winds(k, j)
                 two += x * x + y * y
             total += 0.125 * self._below[n, 0] * (two - one)
         for m in range(self._met):
             one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True, False))
             total += 0.5 * c[m, 4] * (two * two - one * one)
             if c[m, 33] >= 0.0 and (self._i[m, 0] < 0 or self._i[m, 1] == self._held):
-                went: cython.double = c[m, 14] * c[m, 34] + c[m, 15] * c[m, 35] + c[m, 16] * c[m, 36]
-                unfelt += max(0.0, c[m, 4] * (0.5 * one * one - 0.5 * c[m, 33] * c[m, 33] + two * went))
+                went: cython.double = c[m, 45] * c[m, 34] + c[m, 46] * c[m, 35] + c[m, 47] * c[m, 36]
+                unfelt += c[m, 4] * (0.5 * one * one - 0.5 * c[m, 33] * c[m, 33] + two * went)
             stored += 0.5 * c[m, 4] * two * two
-            limit = c[m, 5] * c[m, 4] * two
-            if limit > 0.0:
-                x, y, z = self._rub(m)
-                total += _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
-                x, y, z = c[m, 10], c[m, 11], c[m, 12]
-                total -= _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
-        self._stored, self._unfelt = stored, unfelt
+            total += self._rubs_more(m)
+        self._stored, self._unfelt = stored, max(0.0, unfelt)
         return total
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _winds(
-        self, k: cython.Py_ssize_t, j: cython.Py_ssize_t, winds: cython.bint
-    ) -> tuple[cython.double, cython.double]:
+    def _rubs_more(self, m: cython.Py_ssize_t) -> cython.double:
+        """How much more friction's spring at a place stores where all are now than before (J), less what the
+        arm has done by that force."""
+        c = self._c
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        more: cython.double
+        x, y, z = self._held_by_friction(m)
+        more = x * x + y * y + z * z
+        if self._i[m, 0] >= 0:
+            return 0.5 * c[m, 6] * (more - c[m, 10] ** 2 - c[m, 11] ** 2 - c[m, 12] ** 2)
+        work: cython.double = 0.0
+        if c[m, 33] >= 0.0:
+            work = x * c[m, 34] + y * c[m, 35] + z * c[m, 36]
+        x, y, z = c[m, 48], c[m, 49], c[m, 50]
+        if x != 0.0 or y != 0.0 or z != 0.0:  # else it has not touched before
+            if c[m, 33] >= 0.0:
+                x, y, z = x - c[m, 34], y - c[m, 35], z - c[m, 36]
+            more -= x * x + y * y + z * z
+            if self._k[m] != -2:  # of what is held: what of that is along the part
+                out: cython.double = x * c[m, 45] + y * c[m, 46] + z * c[m, 47]
+                more += out * out
+        return c[m, 6] * (0.5 * more - work)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _held_by_friction(self, m: cython.Py_ssize_t) -> tuple[cython.double, cython.double, cython.double]:
+        """How far friction's spring at a place is wound (m) where all are now; of the arm as that has it."""
+        c = self._c
+        longest: cython.double = c[m, 5] * c[m, 4] * max(0.0, c[m, 28]) / c[m, 6]
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        if self._i[m, 0] < 0:
+            n: cython.Py_ssize_t = self._i[m, 1]
+            x, y, z = c[m, 48], c[m, 49], c[m, 50]
+            if self._slot[n] >= 0:
+                e, k = self._e, self._slot[n]
+                turn: cython.double = self._turn[k, 1]
+                x -= e[k, 0] - turn * (c[m, 52] - self._pose[n, 10] - e[k, 1])
+                y -= e[k, 1] + turn * (c[m, 51] - self._pose[n, 9] - e[k, 0])
+                z -= e[k, 2]
+            out: cython.double = x * c[m, 45] + y * c[m, 46] + z * c[m, 47]
+            x, y, z = x - out * c[m, 45], y - out * c[m, 46], z - out * c[m, 47]
+        else:
+            x, y, z = self._rub(m)
+        length: cython.double = sqrt(x * x + y * y + z * z)
+        share: cython.double = 1.0 if length <= longest else longest / length
+        return share * x, share * y, share * z
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _winds(self, k: cython.Py_ssize_t, j: cython.Py_ssize_t) -> tuple[cython.double, cython.double]:
         """How far friction's spring at one of the points below a part is wound (m) where that is now."""
         n = self._group[k]
         x: cython.double = self._wound[n, 2 * j]
@@ -247,7 +256,7 @@ class Stored(Carried):
         moves: cython.bint = False
         for i in range(4):
             moves = moves or self._t[k, i] != 0.0
-        if not winds or not moves:
+        if not moves:
             return x, y
         x += self._t[k, 0] - self._t[k, 3] * self._points[n, 2 * j + 1]
         y += self._t[k, 1] + self._t[k, 3] * self._points[n, 2 * j]
@@ -264,20 +273,7 @@ class Stored(Carried):
         if self._k[m] == -2:
             return None
         c = self._c
-        longest: cython.double = c[m, 5] * c[m, 4] * max(0.0, c[m, 28]) / c[m, 6]
-        x, y, z = self._rub(m)
-        length = sqrt(x * x + y * y + z * z)
-        share: cython.double = 1.0 if length <= longest else longest / length
-        c[m, 10], c[m, 11], c[m, 12] = share * x, share * y, share * z
+        c[m, 10], c[m, 11], c[m, 12] = self._held_by_friction(m)
         self._stored += 0.5 * c[m, 6] * (c[m, 10] ** 2 + c[m, 11] ** 2 + c[m, 12] ** 2)
         self._remember(m, _NEAR)
         return None
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _held(holding: cython.double, limit: cython.double, length: cython.double) -> cython.double:
-    """What friction's spring stores, and takes where it slips (J)."""
-    if holding * length <= limit:
-        return 0.5 * holding * length * length
-    return limit * length - 0.5 * limit * limit / holding

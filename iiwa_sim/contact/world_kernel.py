@@ -79,12 +79,12 @@ class World(Feeling):
         contact: Contact = self._contacts[name]
         return (contact._nx, contact._ny, contact._nz)
 
-    def came_and_rubbed(self, name: str, place: Vector) -> tuple[Vector, Vector]:
-        """If the TCP is at a place now, of a surface, if that is there: the way out by which it has come in,
-        in the frame of the shape, 0 0 0 where it does not touch; and how far (m, in the base) friction's
-        spring is wound."""
+    def came_and_rubbed(self, name: str, place: Vector) -> tuple[Vector, Vector | None]:
+        """The TCP is at a place now: of a surface, if that is there, the way out by which it has come in,
+        in the frame of the shape, 0 0 0 where it does not touch; and how far (m, in the base) it is from
+        where friction has held it, None where that has not. That it was there is remembered."""
         contact = self._contacts.get(name)
-        return (NOT_IN, NOT_IN) if contact is None else contact.came_and_rubbed(place)
+        return (NOT_IN, None) if contact is None else contact.came_and_rubbed(place)
 
     def leave(self, name: str, unpressed_m: float) -> None:
         """Have so much of how deep the TCP is in a surface, if it is there, press nothing."""

@@ -24,6 +24,7 @@ cdef class ArmWay:
     cdef double _way
     cdef double _loose
     cdef double _brought               # how far what it holds has gone (m) up to when the way was found
+    cdef double[::1] _by               # and its middle, in the base
     # Where the TCP was then, and what it holds in that.
     cdef double[::1] _tcp
     cdef double _in_x

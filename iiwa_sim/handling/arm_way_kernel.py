@@ -43,6 +43,7 @@ class ArmWay:
         self._is_known = False
         self._in_jaws: Any = None
         self._begun = 0
+        self._by = np.zeros(3)
         self._opening = self._way = self._loose = self._brought = self._in_x = self._in_z = 0.0
         self.look_at_m = 0.0
         self.next_m = -_FAR
@@ -120,12 +121,18 @@ class ArmWay:
             self._begun = links.begun
             self.look_at_all()
         way: cython.double = links.gone(joints)
-        self._brought = 0.0
+        self._brought = self._by[0] = self._by[1] = self._by[2] = 0.0
         take(tcp, self._now)
         if held is not None:
             if not other:
                 self._brought = held.way(self._tcp, self._in_x, self._in_z, self._now)
                 way = max(way, self._brought)
+                t, r, q = self._tcp, self._now, held._in
+                x, y, z = self._in_x, q[10], self._in_z
+                for k in range(3):
+                    self._by[k] = (
+                        r[3 * k] * q[9] + r[3 * k + 1] * q[10] + r[3 * k + 2] * q[11] + r[9 + k]
+                    ) - (t[3 * k] * x + t[3 * k + 1] * y + t[3 * k + 2] * z + t[9 + k])
             self._in_x, self._in_z = held._in[9], held._in[11]
         self._tcp, self._now = self._now, self._tcp
         self._way, self._loose = self._way + way, 0.0

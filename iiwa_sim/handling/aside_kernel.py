@@ -17,13 +17,12 @@ from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.contact.places_kernel import STEP_M
 from iiwa_sim.frames import Transform
 from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.between_kernel import between
-from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
+from iiwa_sim.handling.falling import LIES, STILL
 from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
-from iiwa_sim.handling.pushed import SLOW_M_PER_S, Known, Way, fastest, gone_by, offset, turned
+from iiwa_sim.handling.pushed import Known, Way, ended, fastest, gone_by, offset, turned
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -121,9 +120,12 @@ class Aside(ArmWay):
 
     @cython.cfunc
     def _near_ones(self, held: Held | None, tcp: Any, joints: Any, moving: Any) -> object:
-        """The names of those that move, or that are due and on which arm or held part may press; in the order
-        of the cell: what becomes of them must not depend on when they were looked at."""
+        """The names of those that move or are carried by these, or that are due and on which arm or held part
+        may press; in the order of the cell: what becomes of them must not depend on when they were looked
+        at."""
         near = {*moving}
+        for name in moving:
+            near.update([each.part.name for each in self._pieces.riders(name)])
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
         for row in range(self._due.shape[0]):
@@ -200,10 +202,14 @@ class Aside(ArmWay):
         if held is None:
             crowd.hold(-1, None)
         else:
-            crowd.hold(known.numbers[held.part.name], self._held_there(held, tcp), self._brought)
+            by = (self._by[0], self._by[1], self._by[2])
+            crowd.hold(known.numbers[held.part.name], self._held_there(held, tcp), self._brought, by)
         pushed = [known.numbers[name] for name in near if self._is_pushed(name, held, tcp, joints)]
         for gone in crowd.push(pushed):
             self._goes_on(gone)
+        for part, link, deep_m in crowd.left:
+            if known.names[part] in self._rows:
+                self._load.links.leave(known.names[part], link, deep_m)
         if held is not None:
             known.look()
             force, torque = crowd.on_held()
@@ -228,7 +234,7 @@ class Aside(ArmWay):
         if held is not None:
             number = parts.numbers[held.part.name]
             pressing += by_what_is_held(held, number, self._held_there(held, tcp), body)
-        deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing, bool(still))
+        deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing)
         deepest = max(deepest, -SEEN_M)
         if row >= 0:
             self._due[row] = self._way + (0.0 if stands_in else max(0.0, -deepest - _CLOSE))
@@ -244,29 +250,10 @@ class Aside(ArmWay):
         pieces.pushed.add(name)
         pose = gone_by(body.pose, gone.way) if any(gone.way) else body.pose
         there = body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound)
-        after = self._ends(there, face, gone.pressed)
+        after = ended(pieces, there, face, gone.pressed)
         if after != body:
             self._put(after, body, list(pieces.riders(name)), gone.way)
         return None
-
-    @cython.cfunc
-    def _ends(self, body: Any, face: Any, pressed: cython.bint) -> object:
-        """A part that has gone its way: it goes on, rests, comes to lie on what is beside, or falls."""
-        x, y, _ = body.pose.translation
-        if not face.has(x, y):
-            flush = self._pieces.flush_with(face, x, y)
-            if flush is not None:
-                body, face = body._replace(on=flush.name), flush
-            elif not self._pieces.keeps(body, face):
-                return Body(body.part, body.pose, body.velocity, FALLS)
-        if body.bottom - face.top > STEP_M:
-            return Body(body.part, body.pose, body.velocity, FALLS)
-        if not pressed and fastest(body) < SLOW_M_PER_S:
-            rests = landed(body, face)
-            if rests.bottom > body.bottom and any(self._pieces.riders(body.part.name)):  # these keep it down
-                return rests._replace(pose=body.pose)
-            return rests
-        return body
 
     @cython.cfunc
     def _put(self, after: Any, before: Any, riders: Any, way: Any) -> object:

@@ -18,17 +18,19 @@ from iiwa_sim.motion.joints import Joints
 
 SEEN_M = 0.05
 """Distance of a part up to which it is found exactly."""
+NO_WAY = (0.0, 0.0, 0.0)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
 def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> list[PressingBall]:
     """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
     found = []
-    for middle, radius, rubbed, share, came, was_deep, went in links.balls(part.name, joints, tick_s, SEEN_M):
+    for ball in links.balls(part.name, joints, tick_s, SEEN_M):
+        middle, radius, rubbed, share, came, was_deep, went, link, unpressed, rubs, start, line = ball
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
-        stiffness = share * part.stiffness
-        law = stiffness, part.friction, holding
-        found.append(_new(PressingBall, (middle, radius, *law, rubbed, came, -1, 0, was_deep, went)))
+        law = share * part.stiffness, part.friction if rubs else 0.0, holding
+        place = rubbed, came, -1, link, was_deep, went, start, line, unpressed
+        found.append(_new(PressingBall, (middle, radius, *law, *place)))
     return found
 
 
@@ -40,14 +42,16 @@ def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> list
         return []
     points = points_of(part, upright=held.upright)
     stiffness = in_a_row(part.stiffness, body.part.stiffness) / points.at_once
-    law = stiffness, part.friction, stiffness  # as `touching` has it
+    others = -1.0, NO_WAY, NO_WAY, NO_WAY, 0.0  # the crowd itself knows
     worlds, name, found = held.touching.worlds, body.part.name, []
     for place, at in enumerate(points.places):
         middle = apply(solid.pose, at)
-        came, rubbed = worlds[place].came_and_rubbed(name, middle) if place in worlds else (NOT_IN, NOT_IN)
-        not_known = -1.0, (0.0, 0.0, 0.0)
+        came, rubbed = worlds[place].came_and_rubbed(name, middle) if place in worlds else (NOT_IN, None)
+        law = stiffness, 0.0 if rubbed is None else part.friction, stiffness  # as `touching` has it
         found.append(
-            _new(PressingBall, (middle, points.radius_m, *law, rubbed, came, number, place, *not_known))
+            _new(
+                PressingBall, (middle, points.radius_m, *law, rubbed or NO_WAY, came, number, place, *others)
+            )
         )
     return found
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 from math import hypot
 
 from iiwa_sim.contact.crowd import LyingPart
+from iiwa_sim.contact.places_kernel import STEP_M
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
-from iiwa_sim.handling.falling import LIES, Body
+from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
+from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 SLOW_M_PER_S = 1e-3
 """What nothing pushes, and is slower than this, rests."""
+THERE_M = 1e-7
+"""What comes to rest is no farther than this from the height at which it lies by itself."""
 Way = tuple[float, float, float, float]
 """dx dy dz (m), and an angle about z (rad)."""
 
@@ -75,6 +79,28 @@ class Known:
         laid = LyingPart(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
         pieces.crowd.lay(self.numbers[name], laid)
         self._known[name] = body
+
+
+def ended(pieces: Workpieces, body: Body, face: Ground, pressed: bool) -> Body:
+    """A part that has gone its way on a face in a tick, and on which something presses or not: it goes on,
+    rests, comes to lie on what is beside, or falls."""
+    x, y, _ = body.pose.translation
+    if not face.has(x, y):
+        flush = pieces.flush_with(face, x, y)
+        if flush is not None:
+            body, face = body._replace(on=flush.name), flush
+        elif not pieces.keeps(body, face):
+            return Body(body.part, body.pose, body.velocity, FALLS)
+    if body.bottom - face.top > STEP_M:
+        return Body(body.part, body.pose, body.velocity, FALLS)
+    if not pressed and fastest(body) < SLOW_M_PER_S:
+        rests = landed(body, face)
+        rises_m = rests.bottom - body.bottom
+        if rises_m > 0.0 and any(pieces.riders(body.part.name)):  # these keep it down
+            return rests._replace(pose=body.pose)
+        if abs(rises_m) < THERE_M:  # else it only turns round on its spring
+            return rests
+    return body
 
 
 def gone_by(pose: Transform, way: Way) -> Transform:

@@ -57,7 +57,7 @@ class Floor:
     def step(self, *balls: tuple[int, PressingBall]) -> list[PartMotion]:
         self.crowd.hold(-1, None, 1.0)  # balls are brought from anywhere
         for number in range(len(self.laid)):
-            self.crowd.look(number, [ball for part, ball in balls if part == number], False)
+            self.crowd.look(number, [ball for part, ball in balls if part == number])
         found: list[PartMotion] = self.crowd.push(range(len(self.laid)))
         for gone in found:
             laid = self.laid[gone.part]

@@ -44,7 +44,7 @@ class Row:
         at = list(self.place(number))
         far = HALF + 0.01 - force_n / STIFFNESS
         at[axis] += far if axis == 0 else -far
-        return PressingBall((at[0], at[1], at[2]), 0.01, STIFFNESS, held=len(self.floor.laid), place=axis)
+        return PressingBall((at[0], at[1], at[2]), 0.01, STIFFNESS)
 
     def place(self, number: int) -> tuple[float, float, float]:
         return self.floor.laid[number].solid.pose.translation

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from math import dist, hypot
+from math import dist, hypot, sqrt
 from types import SimpleNamespace
+
+import numpy as np
 
 from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
-from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.frames import IDENTITY, Transform, multiply, transpose
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, Body
 from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
 from iiwa_sim.handling.pushed import Known
 from iiwa_sim.handling.workpieces import Workpieces
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.wrench import NO_WRENCH
 from tests.handling.scenes import Scene
 
 G = 9.81
@@ -21,6 +25,26 @@ _THERE_M = 1e-6
 """What falls and has gone no farther than this is where it lay: nothing falls so slowly."""
 _NO_TIME_S = 1e-9
 """A tick in which nothing goes anywhere."""
+
+
+class Account:
+    """What somebody has put in, and what of that is lost: never less than before."""
+
+    def __init__(self, all_j: float) -> None:
+        """With so much there (J)."""
+        self.work_j = 0.0
+        self._first_j = all_j
+        self.lost_j = 0.0
+        """The most that had been lost."""
+        self.returned_j = 0.0
+        """The most that came back of that."""
+
+    def look(self, all_j: float) -> float:
+        """So much is there now; gives how much of what had been lost has come back."""
+        lost_j = self.work_j + self._first_j - all_j
+        returned_j = self.lost_j - lost_j
+        self.returned_j, self.lost_j = max(self.returned_j, returned_j), max(self.lost_j, lost_j)
+        return returned_j
 
 
 class Books:
@@ -42,7 +66,7 @@ class Books:
         self._touched = self._touches()
         self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
         self._seen = -1
-        self._lay: dict[str, tuple[float, float]] = {}  # how high, and what its spring stored
+        self._lay: dict[str, tuple[float, float, float]] = {}  # how high, on which spring, below which height
         self._pressed: object = None
         self.work_j = 0.0
         """What arm and surfaces have put in, and whoever takes parts away or brings them."""
@@ -58,6 +82,12 @@ class Books:
         """The most that had been lost."""
         self.returned_j = 0.0
         """The most that came back of that."""
+        held = self.pieces.in_jaws
+        self._held = "" if held is None else held.part.name
+        self._held_pose = IDENTITY if held is None else held.pose
+        self.but_held = Account(self._all_but_held())
+        """Of the parts that are not held: what is held is the arm's, and works by what acts on it, as it is
+        when a tick has ended."""
         self.told = ""
         """Where that was first more than rounding."""
 
@@ -92,7 +122,31 @@ class Books:
         did_j = -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
         self.work_j += did_j
         self.arm_j += abs(did_j)
+        if self._carried:
+            self.but_held.work_j += self._by_links(now) + self._by_what_is_held()
         self._joints = now
+
+    def _by_links(self, now: Joints) -> float:
+        """Work (J) of the arm in this tick, with its links, tool and jaws, on all that it touches."""
+        load, pieces = self.scene.controller.load, self.pieces
+        load.hand(NO_WRENCH, NO_WRENCH)
+        torques = load.exact_torques(now)
+        load.hand(pieces.wrench, pieces.weight)
+        return -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
+
+    def _by_what_is_held(self) -> float:
+        """Work (J) of what is held in this tick, on all that it touches."""
+        held = self.pieces.in_jaws
+        if held is None:
+            return 0.0
+        before, self._held_pose = self._held_pose, held.pose
+        x, y, z = (a - b for a, b in zip(held.pose.translation, before.translation, strict=True))
+        r = multiply(held.pose.rotation, transpose(before.rotation))
+        way = (x, y, z, 0.5 * (r[7] - r[5]), 0.5 * (r[2] - r[6]), 0.5 * (r[3] - r[1]))
+        return -sum(f * w for f, w in zip((*held.touching.force, *held.touching.torque), way, strict=True))
+
+    def _all_but_held(self) -> float:
+        return self._all() - self.parts.get(self._held, 0.0)
 
     def _touches(self) -> bool:
         """Whether the arm feels anything, or something acts on what is held."""
@@ -107,6 +161,10 @@ class Books:
             self.work_j -= before[name]
         for name in self.parts.keys() - before.keys():
             self.work_j += self.parts[name]
+        if self._held and self.pieces.held != self._held:  # the jaws have lost it
+            self.but_held.work_j += self.parts.get(self._held, 0.0)
+            self._held = ""
+        self.but_held.look(self._all_but_held())
         lost_j = self.work_j + self._first_j - self._all()
         returned_j = self.lost_j - lost_j
         self.returned_j = max(self.returned_j, returned_j)
@@ -184,13 +242,13 @@ class Books:
         face = self.pieces.face_below(part.name) if body.state == LIES else None
         if face is not None:
             soft = face.stiffness_below(part)
-            pressed_j = 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
-            self._lay[part.name] = body.pose.translation[2], pressed_j
-            total += pressed_j
+            self._lay[part.name] = body.pose.translation[2], soft, face.top
+            total += 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
             total += 0.125 * soft * sum(each * each for each in body.wound)
         elif body.state == FALLS:  # still where it lay: it may find no room, and lie there again
-            at_m, pressed_j = self._lay.get(part.name, (0.0, 0.0))
-            total += pressed_j if abs(body.pose.translation[2] - at_m) < _THERE_M else 0.0
+            at_m, soft, top_m = self._lay.get(part.name, (0.0, 0.0, 0.0))
+            if abs(body.pose.translation[2] - at_m) < _THERE_M:
+                total += 0.5 * soft * max(0.0, top_m - body.bottom) ** 2
         return total
 
     def _stored(self) -> float:
@@ -222,13 +280,34 @@ class Books:
         near = self.scene.controller.load.felt().parts
         for name in pieces.lying:
             pressing = self._pressing(name) if name in near else []
+            total += sum(map(_rubbed, pressing))  # at what is held the crowd has it
             if held is not None and solid is not None:
                 number = known.numbers[held.part.name]
                 pressing += by_what_is_held(held, number, solid, pieces.bodies[name])
-            probe.look(known.numbers[name], pressing, False)
-            total += sum(map(_rubbed, pressing))
+            probe.look(known.numbers[name], pressing)
         probe.push([known.numbers[name] for name in pieces.lying])
-        return total + float(probe.stored_j)
+        return total + float(probe.stored_j) + self._by_surfaces()
+
+    def _by_surfaces(self) -> float:
+        """Stored where TCP, links, tool and jaws press on surfaces (J)."""
+        load = self.scene.controller.load
+        world = load.world
+        touched = [each.stiffness for name, each in world.surfaces.items() if world.touched(name)]
+        at_tcp = load.felt().wrenches[0][:3]  # by one of them: they lie flush
+        total = 0.5 * hypot(*at_tcp) ** 2 / touched[0] if touched else 0.0
+        kept = load.links.kept()
+        if kept is None or not load.link_contacts:
+            return total
+        names, _muted, _came, _pushing, depths, _touches, rubbed, *_ = kept
+        for name in load.world.surfaces:
+            column = names.index(name)
+            forces = (each.force for each in load.link_contacts if each.surface == name)
+            for link, force in zip(np.flatnonzero(depths[:, column] > 0.0), forces, strict=True):
+                depth, wound = depths[link, column], rubbed[link, column]
+                length = float(np.linalg.norm(wound))
+                along = abs(float(np.dot(force, wound))) / length if length > 0.0 else 0.0
+                total += 0.5 * along * length + 0.5 * sqrt(np.dot(force, force) - along**2) * depth
+        return total
 
     def _pressing(self, name: str) -> list[PressingBall]:
         controller = self.scene.controller

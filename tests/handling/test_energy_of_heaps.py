@@ -23,7 +23,11 @@ from tests.handling.scenes import TABLE_MM
 from tests.samples import some
 
 BENT = 0.02
-"""Part of the arm's work, which is found by the forces at the end of each tick."""
+"""Part of the arm's work on what it carries, which is found by the forces at the beginning and end of each
+tick."""
+HELD = 0.005
+"""Part of the arm's work that what is held may take back from what it has pressed: two kernels find by which
+way it has come into a part, and seldom do so differently."""
 OFF = 0.02
 """Part of an impulse: many parts in a row may not be in balance yet when a tick ends, and the arm does not
 feel what is taken from the parts' speed, so that they gain no energy."""
@@ -74,7 +78,7 @@ def carried(seed: int) -> dict[str, float]:
         600.0 + float(rng.uniform(-30.0, 30.0)), TABLE_MM + 1e3 * c + float(rng.uniform(3.0, 20.0))
     )
     scene.rests()
-    return check(scene)
+    return check_carried(scene)
 
 
 def impulses(seed: int) -> dict[str, float]:
@@ -117,15 +121,23 @@ def heaped(seed: int) -> HeapScene:
 
 
 def check(scene: HeapScene) -> dict[str, float]:
+    """Nothing comes from nowhere."""
     books = scene.books
+    assert books.returned_j <= ROUNDING_J, (
+        f"{books.returned_j:.3g} J of the arm's {books.arm_j:.3g} J, first in {books.told}"
+    )
+    return {"returned, J": books.returned_j, "fastest, m/s": scene.fastest}
+
+
+def check_carried(scene: HeapScene) -> dict[str, float]:
+    """All others get no more than what is held gives, and all together no more than the arm does."""
+    books = scene.books
+    share = books.but_held.returned_j / max(books.arm_j, 1e-3)
+    assert share <= HELD, f"{books.but_held.returned_j:.3g} J of the arm's {books.arm_j:.3g} J"
     assert books.returned_j <= ROUNDING_J + BENT * books.arm_j, (
         f"{books.returned_j:.3g} J of the arm's {books.arm_j:.3g} J, first in {books.told}"
     )
-    return {
-        "returned, J": books.returned_j,
-        "of the arm's work": books.returned_j / max(books.arm_j, 1e-3),
-        "fastest, m/s": scene.fastest,
-    }
+    return {"returned by what is held, of the arm's work": share, "fastest, m/s": scene.fastest}
 
 
 @settings(max_examples=some(40), deadline=None)
@@ -154,15 +166,47 @@ def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) 
     rows(seed)
 
 
+@pytest.mark.parametrize(("scene", "seed"), [(ploughs, 1601683), (ploughs, 1620061)])
+def test_arm_and_parts_agree_by_which_way_a_jaw_has_come_in(
+    scene: Callable[[int], object], seed: int
+) -> None:
+    """Once 1 % of the arm's work came from nowhere: it pushed again what had been beside it for a moment."""
+    scene(seed)
+
+
+@pytest.mark.parametrize("seed", [1600734, 1600035, 1600094])
+def test_a_jaw_gives_what_it_feels_where_it_is_deepest_when_parts_have_gone(seed: int) -> None:
+    """Once up to 1.2 % of the arm's work came from nowhere, most of it by friction."""
+    rows(seed)
+
+
+@pytest.mark.parametrize("seed", [1600975, 1620282])
+def test_a_jaw_that_slides_over_an_edge_is_not_pushed_on_for_nothing(seed: int) -> None:
+    rows(seed)
+
+
+@pytest.mark.parametrize("seed", [1610097, 1610100, 1610113])
+def test_what_lies_on_a_part_gets_no_more_of_a_jaw_than_the_arm_gives(seed: int) -> None:
+    """Once up to 2.4 % of its work came from nowhere."""
+    stacks(seed)
+
+
+def test_what_is_squeezed_aside_comes_to_rest() -> None:
+    """Once it crept on for more than 24 s: friction's springs below it were not wound by a part of a way."""
+    scene = HeapScene(rng := np.random.default_rng(1601069), row(rng, stacks=True))
+    scene.goes_through()
+    assert not any(scene.moving())
+
+
 @pytest.mark.parametrize("seed", [1501469, 1600718])
 def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_before(seed: int) -> None:
     """What its spring stores is not lost by that, and does not come back."""
     ploughs(seed)
 
 
-def test_a_part_that_cannot_pay_by_its_speed_goes_farther_from_what_presses_on_it() -> None:
+def test_what_a_part_cannot_pay_by_its_speed_the_arm_presses_less() -> None:
     """Once 6.6 % of the arm's work came from nowhere: jaws went down over the edge of a part that stood."""
-    assert ploughs(1601230)["of the arm's work"] < 1e-6
+    ploughs(1601230)
 
 
 def test_what_is_carried_through_the_air_takes_and_gives_the_work_of_the_arm() -> None:
@@ -221,7 +265,7 @@ def test_a_part_gets_the_friction_that_a_held_one_feels(seed: int) -> None:
 @pytest.mark.slow
 def test_a_corner_at_an_edge_of_a_held_part_is_pushed_out() -> None:
     """Once a part that could leave only past that edge stood still in what went through it, by 27 mm."""
-    assert carried(1500485)["of the arm's work"] < 0.005
+    carried(1500485)
 
 
 @pytest.mark.parametrize(("scene", "seed"), [(rows, 1200043), (stacks, 1210172)])

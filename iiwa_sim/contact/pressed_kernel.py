@@ -1,0 +1,141 @@
+"""What of an arm presses on parts that lie: links, tool and jaws as balls, what is held as a body."""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cython
+import numpy as np
+
+from iiwa_sim.contact.crowd import PressingBall
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Vector
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.stored_kernel import Stored
+else:
+    from iiwa_sim.contact.stored_kernel import Stored
+
+_STEP = cython.declare(cython.double, 1e-3)
+
+
+@cython.cclass
+class Pressed(Stored):
+    """Parts that lie, and what of the arm may press on them in a tick; the attributes are declared in the
+    .pxd."""
+
+    def __init__(self, count: int, tick_s: float) -> None:
+        """There are `count` parts."""
+        Stored.__init__(self, count, tick_s)
+        self._lies = np.zeros(max(count, 1), dtype=np.int8)
+        self._balls: Any = {}
+        self.unpressed: Any = {}
+        self.left: Any = []
+        self.pressed: Any = set()
+
+    def hold(
+        self, part: int, solid: Surface | None, brought_m: float = 0.0, way: Vector = (0.0, 0.0, 0.0)
+    ) -> None:
+        """The arm holds a part there in this tick, which it has brought so far, its middle by that way (m, in
+        the base), or none; nothing presses on parts yet."""
+        n: cython.Py_ssize_t
+        self._held, self._brought = (-1 if solid is None else part), brought_m
+        for k in range(3):
+            self._by[k] = way[k]
+        if solid is not None:
+            self._put_body(part, solid)
+        self._balls, self.unpressed, self.pressed, self.left = {}, {}, set(), []
+        for n in range(self._parts):
+            self._deep[n] = 0.0
+
+    def look(self, part: int, balls: Sequence[PressingBall]) -> float:
+        """Note which balls may press on a part in this tick; gives how deep (m) the deepest of them, or of
+        places of the part in the held one, is: less than 0 where none is in it."""
+        n: cython.Py_ssize_t = part
+        self._balls[part], self._met = balls, 0
+        self._of_the_arm(n)
+        deepest: cython.double = -1e9
+        for c in range(self._met):
+            deepest = max(deepest, self._c[c, 13])
+            if self._k[c] == -2 and self._c[c, 13] > 0.0:
+                self.pressed.add(part)
+        self._deep[n] = max(0.0, deepest)
+        return float(deepest)
+
+    @cython.cfunc
+    def _of_the_arm(self, n: cython.Py_ssize_t) -> object:
+        """Note what arm and held part do to a part."""
+        c: cython.Py_ssize_t
+        h: cython.Py_ssize_t
+        key: cython.longlong
+        for each in self._balls.get(n, ()):
+            middle, radius, stiffness, friction, holding, rubbed, came, held, place, *others = each
+            was_deep, went, start, line, unpressed = others
+            key = -2
+            if held >= 0:
+                h = held
+                key = (self._id[h] * 1048576 + n) * 64 + 32 + place
+            c = self._next(-1, n, key)
+            self._i[c, 2] = self._i[c, 3] = 0
+            for k in range(3):
+                self._c[c, k], self._c[c, 34 + k] = middle[k], went[k]
+                self._c[c, 39 + k], self._c[c, 42 + k] = start[k], line[k]
+            self._c[c, 3], self._c[c, 4] = radius, stiffness
+            self._c[c, 5], self._c[c, 6] = friction, holding
+            self._i[c, 6], self._c[c, 33], self._c[c, 37] = place, was_deep, unpressed
+            if held >= 0:
+                self._recall(c)
+                self._bring(c, 1.0)
+            for k in range(3):
+                self._c[c, 7 + k], self._c[c, 10 + k], self._c[c, 48 + k] = came[k], rubbed[k], rubbed[k]
+            self._touch(c, False, True)
+            if held >= 0 and self._c[c, 30] > 1e-9:
+                self.unpressed[n, place] = self._c[c, 30]
+            if self._is_beside(c):
+                self._met += 1
+            elif held >= 0:
+                self._forget_place(key)
+        if self._held >= 0 and self._apart(n, self._held) < 0.05:
+            low = max(self._span[n, 0], self._span[self._held, 0])
+            high = min(self._span[n, 1], self._span[self._held, 1]) - _STEP
+            if self._upright[self._held] < 0:
+                low, high = self._span[n, 0], self._span[n, 1] - _STEP
+            self._meet(n, self._held, low, high, 1.0, False, 0.05)
+        return None
+
+    @cython.cfunc
+    def _leave(self) -> object:
+        """Note what arm and held part press less since this tick."""
+        for m in range(self._met):
+            n = self._i[m, 1]
+            if self._i[m, 0] < 0 and self._c[m, 30] > self._c[m, 37]:
+                if self._k[m] == -2:
+                    self.left.append((n, self._i[m, 6], self._c[m, 30]))
+                elif self._c[m, 30] > 1e-9:
+                    self.unpressed[n, self._i[m, 6]] = self._c[m, 30]
+        return None
+
+    def on_held(self) -> tuple[Vector, Vector]:
+        """What places of parts that have been looked at, or pushed, in this tick do to the held part, where
+        they are now: force (N), and torque (Nm) about its middle, in the base."""
+        force, torque = [0.0] * 3, [0.0] * 3
+        c = self._c
+        for n in range(self._parts):
+            if self._held < 0 or not self._lies[n] or self._apart(n, self._held) >= 0.0:
+                continue
+            balls, self._balls, self._met = self._balls, {}, 0
+            self._of_the_arm(n)
+            self._balls = balls
+            for m in range(self._met):
+                f: cython.double = c[m, 4] * c[m, 13]
+                if f <= 0.0:
+                    continue
+                fx, fy, fz = -f * c[m, 14], -f * c[m, 15], -f * c[m, 16]
+                x, y, z = c[m, 25], c[m, 26], c[m, 27]
+                levers = (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+                force = [a + b for a, b in zip(force, (fx, fy, fz), strict=True)]
+                torque = [a + b for a, b in zip(torque, levers, strict=True)]
+        return (force[0], force[1], force[2]), (torque[0], torque[1], torque[2])
