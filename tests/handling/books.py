@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from math import dist, hypot, sqrt
+from math import dist, hypot
 from types import SimpleNamespace
 
 import numpy as np
 
 from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
-from iiwa_sim.frames import IDENTITY, Transform, multiply, transpose
+from iiwa_sim.frames import IDENTITY, Transform, multiply, rotate, transpose
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, Body
 from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
 from iiwa_sim.handling.pushed import Known
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.capsules import capsules_of
 from iiwa_sim.wrench import NO_WRENCH
 from tests.handling.scenes import Scene
 
@@ -61,6 +62,8 @@ class Books:
         pieces = scene.handling.workpieces
         assert pieces is not None
         self.pieces: Workpieces = pieces
+        description = scene.robot.description
+        self._moved_by = {each.link: each.joints for each in capsules_of(description)}
         self._joints = scene.controller.joints
         self._torques = scene.controller.load.exact_torques(self._joints)
         self._touched = self._touches()
@@ -71,7 +74,7 @@ class Books:
         self.work_j = 0.0
         """What arm and surfaces have put in, and whoever takes parts away or brings them."""
         self.arm_j = 0.0
-        """What the arm has done, there and back."""
+        """What the arm has done to parts, there and back."""
         self.parts: dict[str, float] = {}
         """What each part has by itself (J)."""
         self.stored_j = 0.0
@@ -119,7 +122,10 @@ class Books:
         if self._carried and not touched and not self._touched:
             torques = tuple(0.5 * (a + b) for a, b in zip(ending, self._torques, strict=True))
         self._torques = ending
-        did_j = -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
+        at_surfaces = self._at_surfaces(now)
+        did_j = -sum(
+            (t - s) * (a - b) for t, s, a, b in zip(torques, at_surfaces, now, self._joints, strict=True)
+        )
         self.work_j += did_j
         self.arm_j += abs(did_j)
         if self._carried:
@@ -132,7 +138,27 @@ class Books:
         load.hand(NO_WRENCH, NO_WRENCH)
         torques = load.exact_torques(now)
         load.hand(pieces.wrench, pieces.weight)
-        return -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
+        at_surfaces = self._at_surfaces(now)
+        return -sum(
+            (t - s) * (a - b) for t, s, a, b in zip(torques, at_surfaces, now, self._joints, strict=True)
+        )
+
+    def _at_surfaces(self, now: Joints) -> list[float]:
+        """What of the torques (Nm) at joint positions (rad) surfaces make: that is nobody's work here."""
+        controller = self.scene.controller
+        load, tcp = controller.load, controller.tcp()
+        torques = self.scene.robot.model.tcp(controller.tool_in_flange).torques
+        total = np.array(torques(now, load.felt().wrenches[0]))
+        back = transpose(tcp.rotation)
+        for link, surface, point, force in load.link_contacts:
+            if surface in load.world.surfaces:
+                lever = np.subtract(point, tcp.translation)
+                moment = tuple(np.cross(lever, force).tolist())
+                count = self._moved_by.get(link, len(now))  # what is worn is moved by all of them
+                made = torques(now, (*rotate(back, force), *rotate(back, moment)))
+                total[:count] += made[:count]
+        found: list[float] = total.tolist()
+        return found
 
     def _by_what_is_held(self) -> float:
         """Work (J) of what is held in this tick, on all that it touches."""
@@ -286,28 +312,7 @@ class Books:
                 pressing += by_what_is_held(held, number, solid, pieces.bodies[name])
             probe.look(known.numbers[name], pressing)
         probe.push([known.numbers[name] for name in pieces.lying])
-        return total + float(probe.stored_j) + self._by_surfaces()
-
-    def _by_surfaces(self) -> float:
-        """Stored where TCP, links, tool and jaws press on surfaces (J)."""
-        load = self.scene.controller.load
-        world = load.world
-        touched = [each.stiffness for name, each in world.surfaces.items() if world.touched(name)]
-        at_tcp = load.felt().wrenches[0][:3]  # by one of them: they lie flush
-        total = 0.5 * hypot(*at_tcp) ** 2 / touched[0] if touched else 0.0
-        kept = load.links.kept()
-        if kept is None or not load.link_contacts:
-            return total
-        names, _muted, _came, _pushing, depths, _touches, rubbed, *_ = kept
-        for name in load.world.surfaces:
-            column = names.index(name)
-            forces = (each.force for each in load.link_contacts if each.surface == name)
-            for link, force in zip(np.flatnonzero(depths[:, column] > 0.0), forces, strict=True):
-                depth, wound = depths[link, column], rubbed[link, column]
-                length = float(np.linalg.norm(wound))
-                along = abs(float(np.dot(force, wound))) / length if length > 0.0 else 0.0
-                total += 0.5 * along * length + 0.5 * sqrt(np.dot(force, force) - along**2) * depth
-        return total
+        return total + float(probe.stored_j)
 
     def _pressing(self, name: str) -> list[PressingBall]:
         controller = self.scene.controller
