@@ -19,6 +19,7 @@ cdef class Bodies(Remembered):
     cdef double[:, ::1] _c
     cdef Py_ssize_t[:, ::1] _i
     cdef long long[::1] _k             # keys
+    cdef list _contacts                # by which what is held presses there, or None
     cdef object _make_room(self, Py_ssize_t count)
     cdef object _put_body(self, Py_ssize_t n, object surface)
     cdef int _axis_up(self, Py_ssize_t n) noexcept

@@ -12,13 +12,10 @@ off is lost, nothing is gained. The anchor depends on where the TCP has been, no
 It acts where the sphere touches, so the spring follows the sphere there: it rolls (`Contact.roll`). On a bent
 surface the part of the spring that points out of it is dropped as the TCP moves on.
 
-**Ways in.** A TCP that has come into a body through a face is pushed back through it, however deep it is
-pressed, until it is out again, or beside the face's outline; so it is in a round body, from half-way to its
-middle on. So a force does not turn round within a thin plate or rod, nor behind it. What is stored in the
-spring then is lost beside the outline: nothing is gained here either. More is said in `shapes`.
+How deep it is, and which way is out, is found in `entered_kernel`.
 """
 
-# mypy: allow-untyped-decorators
+# mypy: allow-untyped-decorators, allow-subclassing-any
 
 from __future__ import annotations
 
@@ -28,10 +25,13 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.shapes import Box, Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Vector, apply, inverse, rotate, transpose
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.entered_kernel import Entered
+else:
+    from iiwa_sim.contact.entered_kernel import Entered
 
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
@@ -60,37 +60,17 @@ def turn_between(
 
 
 @cython.cclass
-class Contact:
-    """A surface, what holds the TCP on it, and by which way the TCP has come in; the numbers are declared in
-    the .pxd."""
+class Contact(Entered):
+    """A surface, and what holds the TCP on it; the numbers are declared in the .pxd."""
 
     def __init__(self, surface: Surface, radius: float) -> None:
         """`radius` (m) is that of the sphere round the TCP."""
-        self._radius = radius
-        reach = surface.shape.extent + radius
-        self._reach_squared = reach * reach
+        Entered.__init__(self, surface, radius)
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
-        shape = surface.shape
-        self._is_plane, self._is_box = isinstance(shape, Plane), isinstance(shape, Box)
-        self._half_x, self._half_y, self._half_z = shape if isinstance(shape, Box) else (0.0, 0.0, 0.0)
         self.touched = self._anchored = False
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0
         self.unpressed = 0.0
-        self._known = False
-        self._wx = self._wy = self._wz = 0.0
-        self._come(None)
-        self._gx = self._gy = self._gz = self._gap = 0.0
-        self._put(surface)
-
-    def _put(self, surface: Surface) -> None:
-        """The surface is here."""
-        self.surface = surface
-        rotation, place = surface.pose
-        self._r0, self._r1, self._r2, self._r3, self._r4, self._r5, self._r6, self._r7, self._r8 = rotation
-        self._ox, self._oy, self._oz = place
-        self._nx, self._ny, self._nz = self._r2, self._r5, self._r8
-        self._height = self._nx * self._ox + self._ny * self._oy + self._nz * self._oz + self._radius
 
     def move(self, surface: Surface) -> None:
         """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
@@ -116,20 +96,43 @@ class Contact:
             self._ay += self._radius * (wz * self._ux - wx * self._uz)
             self._az += self._radius * (wx * self._uy - wy * self._ux)
 
-    def came_and_rubbed(self, place: Vector) -> tuple[Vector, Vector | None]:
-        """The TCP is at a place now: the way out by which it has come in, in the frame of the shape, 0 0 0
-        where it does not touch; and how far (m, in the base) it is from where friction has held it, None
-        where that has not. That it was there is remembered."""
+    def be_at(self, place: Vector) -> Vector | None:
+        """The TCP is at a place now, which is remembered: how far (m, in the base) it is from where friction
+        has held it, None where that has not."""
         x, y, z = place
         self._find_depth(x, y, z, True)
         if self._depth <= 0.0:
             self._anchored = False
-            return NOT_IN, None
-        nx, ny, nz = self._nx, self._ny, self._nz
-        cx = self._r0 * nx + self._r3 * ny + self._r6 * nz
-        cy = self._r1 * nx + self._r4 * ny + self._r7 * nz
-        cz = self._r2 * nx + self._r5 * ny + self._r8 * nz
-        return (cx, cy, cz), (x - self._ax, y - self._ay, z - self._az) if self._anchored else None
+        return (x - self._ax, y - self._ay, z - self._az) if self._anchored else None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def rubs(
+        self,
+        way: cython.double[::1],
+        turn: cython.double[::1],
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        wx: cython.double,
+        wy: cython.double,
+        wz: cython.double,
+    ) -> tuple[cython.double, cython.double, cython.double]:
+        """How far (m) a TCP at a place is from where friction holds it, as soon as the surface has gone a way
+        and turned about the vertical through its middle by an angle (rad), the fourth of the way, of the
+        cosine and sine given, and the TCP by a rotation vector (rad); nothing remembers that. What of it is
+        out of the surface does not count."""
+        x, y = self._ax - self._ox, self._ay - self._oy
+        co, s = turn[0], turn[1]
+        x, y = px - (co * x - s * y + self._ox + way[0]), py - (s * x + co * y + self._oy + way[1])
+        z = pz - (self._az + way[2])
+        ux, uy = co * self._ux - s * self._uy, s * self._ux + co * self._uy
+        wz -= way[3]  # as the sphere rolls on it
+        x -= self._radius * (wy * self._uz - wz * uy)
+        y -= self._radius * (wz * ux - wx * self._uz)
+        z -= self._radius * (wx * uy - wy * ux)
+        out: cython.double = 0.5 * (x * ux + y * uy + z * self._uz)  # as in `press`
+        return x - out * ux, y - out * uy, z - out * self._uz
 
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
@@ -224,74 +227,3 @@ class Contact:
         self.ty = self._radius * (nx * z - nz * x)
         self.tz = self._radius * (ny * x - nx * y)
         return True
-
-    @cython.cfunc
-    @cython.exceptval(check=True)
-    def _find_depth(
-        self, px: cython.double, py: cython.double, pz: cython.double, remember: cython.bint
-    ) -> cython.void:
-        """How deep (m) the sphere is in the surface, 0 where it is not, and the direction out of it."""
-        x: cython.double = px - self._ox
-        y: cython.double = py - self._oy
-        z: cython.double = pz - self._oz
-        self._depth = 0.0
-        ax: cython.double = self._r0 * x + self._r3 * y + self._r6 * z
-        ay: cython.double = self._r1 * x + self._r4 * y + self._r7 * z
-        az: cython.double = self._r2 * x + self._r5 * y + self._r8 * z
-        gx: cython.double = ax - self._gx
-        gy: cython.double = ay - self._gy
-        gz: cython.double = az - self._gz
-        if self._came is None and (
-            gx * gx + gy * gy + gz * gz < self._gap * self._gap
-            or x * x + y * y + z * z >= self._reach_squared
-        ):
-            # Nor has it met anything on the way, which began within the same ball: most ticks.
-            if remember:
-                self._known, self._wx, self._wy, self._wz = True, ax, ay, az
-            return
-        distance: cython.double
-        if self._axis >= 0 and self._is_behind(ax, ay, az):
-            distance, x, y, z = self._behind, self._out_x, self._out_y, self._out_z
-        else:
-            was = (self._wx, self._wy, self._wz) if self._known else None
-            found, came = self.surface.shape.follow(self._came, was, (ax, ay, az), self._radius)
-            distance, x, y, z = found
-            if remember:
-                self._come(came)
-        if remember:
-            self._known, self._wx, self._wy, self._wz = True, ax, ay, az
-        if self._radius - distance <= 0.0:
-            if remember:  # else the way here has begun elsewhere
-                self._gx, self._gy, self._gz, self._gap = ax, ay, az, distance - self._radius
-            return
-        self._depth = self._radius - distance
-        self._nx = self._r0 * x + self._r1 * y + self._r2 * z
-        self._ny = self._r3 * x + self._r4 * y + self._r5 * z
-        self._nz = self._r6 * x + self._r7 * y + self._r8 * z
-
-    @cython.cfunc
-    def _come(self, came: Any) -> object:
-        """The TCP has come in by this way."""
-        self._came: Any = came
-        self._axis = -1
-        if came is not None and self._is_box:
-            self._axis, self._side = came
-            self._out_x, self._out_y, self._out_z = [self._side * (self._axis == k) for k in range(3)]
-        return None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _is_behind(self, x: cython.double, y: cython.double, z: cython.double) -> cython.bint:
-        """Whether a place is behind the face of a box by which the TCP has come in, as `Box.behind`; its
-        distance (m) is in `_behind`."""
-        off_x: cython.bint = fabs(x) > self._half_x
-        off_y: cython.bint = fabs(y) > self._half_y
-        off_z: cython.bint = fabs(z) > self._half_z
-        if self._axis == 0:
-            self._behind = self._side * x - self._half_x
-            return self._behind <= 0.0 and not (off_y or off_z)
-        if self._axis == 1:
-            self._behind = self._side * y - self._half_y
-            return self._behind <= 0.0 and not (off_x or off_z)
-        self._behind = self._side * z - self._half_z
-        return self._behind <= 0.0 and not (off_x or off_y)

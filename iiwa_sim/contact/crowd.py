@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from iiwa_sim.contact.contact_kernel import Contact
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Vector
@@ -57,6 +58,10 @@ class PressingBall(NamedTuple):
     line: Vector = (0.0, 0.0, 0.0)
     unpressed: float = 0.0
     """How deep (m) it is in without pressing."""
+    contact: Contact | None = None
+    """That of the held part's place with the part, by which that is pressed."""
+    turned: Vector = (0.0, 0.0, 0.0)
+    """How it has turned in the tick (rad, in the base): it rolls on the part."""
 
 
 class PartMotion(NamedTuple):

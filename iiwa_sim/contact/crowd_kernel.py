@@ -86,7 +86,7 @@ class Crowd(Pressed):
                     self._join()
                     self._balance()
                     self._go()
-                    self._leave()
+                    self._tell_the_arm()
                     for k in range(self._many):
                         self._tell(self._order[k], found)
                 for k in range(self._many):

@@ -14,7 +14,7 @@ cdef class Depths(Bodies):
     cdef double[:, ::1] _moved
     cdef double _brought               # how far (m) the arm has brought what it holds in this tick
     cdef double[::1] _by               # and its middle (m, in the base)
-    cdef double _touch(self, Py_ssize_t n, bint moved, bint plane) noexcept
+    cdef double _touch(self, Py_ssize_t n, bint moved, bint plane) except? -1e300
     cdef (double, double, double) _seen(
         self, Py_ssize_t y, double co, double s, double ex, double ey, double ez
     ) noexcept

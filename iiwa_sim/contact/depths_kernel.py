@@ -18,10 +18,12 @@ from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.bodies_kernel import Bodies
+    from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
     from cython.cimports.iiwa_sim.contact.lines_kernel import middle_along, nearest_along
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
 else:
     from iiwa_sim.contact.bodies_kernel import Bodies
+    from iiwa_sim.contact.contact_kernel import Contact
     from iiwa_sim.contact.lines_kernel import middle_along, nearest_along
     from iiwa_sim.contact.ways_in_kernel import come_in
 
@@ -46,7 +48,7 @@ class Depths(Bodies):
         self._brought, self._by = 0.0, np.zeros(3)
 
     @cython.cfunc
-    @cython.exceptval(check=False)
+    @cython.exceptval(-1e300, check=True)
     def _touch(self, n: cython.Py_ssize_t, moved: cython.bint, plane: cython.bint) -> cython.double:
         """How deep (m) a place is in the other body, before the parts have `moved` or after; that is noted,
         and for the `plane` of the place which way is out and where it touches."""
@@ -87,7 +89,11 @@ class Depths(Bodies):
         ex, ey, ez = px - qx, py - qy, pz - qz
         u, v, w = self._seen(y, co, s, ex, ey, ez)
         mx, my, mz = c[n, 7], c[n, 8], c[n, 9]
-        distance, nx, ny, nz = come_in(kind, a, b, d, radius, u, v, w, mx, my, mz)
+        contact: Contact | None = self._contacts[n]
+        if contact is not None:
+            distance, nx, ny, nz = contact.away(u, v, w)
+        else:
+            distance, nx, ny, nz = come_in(kind, a, b, d, radius, u, v, w, mx, my, mz)
         has_line: cython.bint = x < 0 and (c[n, 42] != 0.0 or c[n, 43] != 0.0 or c[n, 44] != 0.0)
         if has_line and distance - radius < _CLOSE:
             u, v, w = self._seen(y, co, s, c[n, 39] - qx, c[n, 40] - qy, c[n, 41] - qz)

@@ -15,8 +15,10 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Vector
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
     from cython.cimports.iiwa_sim.contact.stored_kernel import Stored
 else:
+    from iiwa_sim.contact.contact_kernel import Contact
     from iiwa_sim.contact.stored_kernel import Stored
 
 _STEP = cython.declare(cython.double, 1e-3)
@@ -32,6 +34,7 @@ class Pressed(Stored):
         Stored.__init__(self, count, tick_s)
         self._lies = np.zeros(max(count, 1), dtype=np.int8)
         self._balls: Any = {}
+        self.on_held: Any = {}
         self.unpressed: Any = {}
         self.left: Any = []
         self.pressed: Any = set()
@@ -48,6 +51,7 @@ class Pressed(Stored):
         if solid is not None:
             self._put_body(part, solid)
         self._balls, self.unpressed, self.pressed, self.left = {}, {}, set(), []
+        self.on_held = {}
         for n in range(self._parts):
             self._deep[n] = 0.0
 
@@ -73,16 +77,18 @@ class Pressed(Stored):
         key: cython.longlong
         for each in self._balls.get(n, ()):
             middle, radius, stiffness, friction, holding, rubbed, came, held, place, *others = each
-            was_deep, went, start, line, unpressed = others
+            was_deep, went, start, line, unpressed, contact, turned = others
             key = -2
             if held >= 0:
                 h = held
                 key = (self._id[h] * 1048576 + n) * 64 + 32 + place
             c = self._next(-1, n, key)
             self._i[c, 2] = self._i[c, 3] = 0
+            self._contacts[c] = contact
             for k in range(3):
                 self._c[c, k], self._c[c, 34 + k] = middle[k], went[k]
                 self._c[c, 39 + k], self._c[c, 42 + k] = start[k], line[k]
+                self._c[c, 55 + k] = turned[k]
             self._c[c, 3], self._c[c, 4] = radius, stiffness
             self._c[c, 5], self._c[c, 6] = friction, holding
             self._i[c, 6], self._c[c, 33], self._c[c, 37] = place, was_deep, unpressed
@@ -92,8 +98,8 @@ class Pressed(Stored):
             for k in range(3):
                 self._c[c, 7 + k], self._c[c, 10 + k], self._c[c, 48 + k] = came[k], rubbed[k], rubbed[k]
             self._touch(c, False, True)
-            if held >= 0 and self._c[c, 30] > 1e-9:
-                self.unpressed[n, place] = self._c[c, 30]
+            if held >= 0:
+                self._leave_at(c)
             if self._is_beside(c):
                 self._met += 1
             elif held >= 0:
@@ -107,35 +113,43 @@ class Pressed(Stored):
         return None
 
     @cython.cfunc
-    def _leave(self) -> object:
-        """Note what arm and held part press less since this tick."""
+    def _tell_the_arm(self) -> object:
+        """Note what arm and held part press less since this tick, and what acts on the held part."""
         for m in range(self._met):
-            n = self._i[m, 1]
-            if self._i[m, 0] < 0 and self._c[m, 30] > self._c[m, 37]:
-                if self._k[m] == -2:
-                    self.left.append((n, self._i[m, 6], self._c[m, 30]))
-                elif self._c[m, 30] > 1e-9:
-                    self.unpressed[n, self._i[m, 6]] = self._c[m, 30]
+            if self._i[m, 1] == self._held:
+                self._acts(m, self._held)
+            elif self._i[m, 0] < 0 and self._k[m] != -2:
+                self._leave_at(m)
+                self._acts(m, self._i[m, 1])
+            elif self._i[m, 0] < 0 and self._c[m, 30] > self._c[m, 37]:
+                self.left.append((self._i[m, 1], self._i[m, 6], self._c[m, 30]))
         return None
 
-    def on_held(self) -> tuple[Vector, Vector]:
-        """What places of parts that have been looked at, or pushed, in this tick do to the held part, where
-        they are now: force (N), and torque (Nm) about its middle, in the base."""
-        force, torque = [0.0] * 3, [0.0] * 3
-        c = self._c
-        for n in range(self._parts):
-            if self._held < 0 or not self._lies[n] or self._apart(n, self._held) >= 0.0:
-                continue
-            balls, self._balls, self._met = self._balls, {}, 0
-            self._of_the_arm(n)
-            self._balls = balls
-            for m in range(self._met):
-                f: cython.double = c[m, 4] * c[m, 13]
-                if f <= 0.0:
-                    continue
-                fx, fy, fz = -f * c[m, 14], -f * c[m, 15], -f * c[m, 16]
-                x, y, z = c[m, 25], c[m, 26], c[m, 27]
-                levers = (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
-                force = [a + b for a, b in zip(force, (fx, fy, fz), strict=True)]
-                torque = [a + b for a, b in zip(torque, levers, strict=True)]
-        return (force[0], force[1], force[2]), (torque[0], torque[1], torque[2])
+    @cython.cfunc
+    def _leave_at(self, m: cython.Py_ssize_t) -> object:
+        """Note how deep a place of the held part is in another without pressing."""
+        contact: Contact | None = self._contacts[m]
+        if self._c[m, 32] > 1e-9 or (contact is not None and contact.unpressed > 0.0):
+            self.unpressed[self._i[m, 1], self._i[m, 6]] = self._c[m, 32]
+        return None
+
+    @cython.cfunc
+    def _acts(self, m: cython.Py_ssize_t, part: cython.Py_ssize_t) -> object:
+        """Note what a place does to the held part, where all have gone: with what acts in another part, or,
+        for places of parts in the held one, in that."""
+        c, p, h = self._c, self._pose, self._held
+        f: cython.double = c[m, 4] * c[m, 28]
+        if f <= 0.0 or h < 0:
+            return None
+        nx, ny, nz = c[m, 45], c[m, 46], c[m, 47]
+        x, y, z = c[m, 25], c[m, 26], c[m, 27]
+        if part == h:
+            fx, fy, fz = -f * nx, -f * ny, -f * nz
+        else:
+            rx, ry, rz = self._held_by_friction(m)
+            fx, fy, fz = f * nx - c[m, 6] * rx, f * ny - c[m, 6] * ry, f * nz - c[m, 6] * rz
+            x, y, z = c[m, 0] - p[h, 9], c[m, 1] - p[h, 10], c[m, 2] - p[h, 11]
+            x, y, z = x - c[m, 3] * nx, y - c[m, 3] * ny, z - c[m, 3] * nz
+        acts = np.array((fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
+        self.on_held[part] = self.on_held.get(part, 0.0) + acts
+        return None

@@ -6,11 +6,11 @@ cdef class Stored(Carried):
     cdef double _unfelt                # what these have got of the arm, and it does not feel (J)
     cdef double _slower                # of the speed of their ways, what parts have then
     cdef object _bend(self)
-    cdef bint _take_plane(self, Py_ssize_t m, bint turns) noexcept
+    cdef bint _take_plane(self, Py_ssize_t m, bint turns) except? -1
     cdef object _go(self)
-    cdef double _press_less(self, double moving) noexcept
+    cdef double _press_less(self, double moving) except? -1e300
     cdef double _energy(self, Py_ssize_t k, double share) noexcept
-    cdef double _gained(self) noexcept
+    cdef double _gained(self) except? -1e300
     cdef double _rubs_more(self, Py_ssize_t m) noexcept
     cdef (double, double, double) _held_by_friction(self, Py_ssize_t m) noexcept
     cdef (double, double) _winds(self, Py_ssize_t k, Py_ssize_t j) noexcept

@@ -21,8 +21,10 @@ from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.carried_kernel import Carried
+    from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
 else:
     from iiwa_sim.contact.carried_kernel import Carried
+    from iiwa_sim.contact.contact_kernel import Contact
 
 NEAR_M = 2e-4
 """What is no farther than this, and than it may come in the tick, is met."""
@@ -57,7 +59,7 @@ class Stored(Carried):
         return None
 
     @cython.cfunc
-    @cython.exceptval(check=False)
+    @cython.exceptval(-1, check=True)
     def _take_plane(self, m: cython.Py_ssize_t, turns: cython.bint) -> cython.bint:
         """Take the plane of a place where all are now, unless it is there already; whether it was not.
 
@@ -122,7 +124,7 @@ class Stored(Carried):
         return None
 
     @cython.cfunc
-    @cython.exceptval(check=False)
+    @cython.exceptval(-1e300, check=True)
     def _press_less(self, moving: cython.double) -> cython.double:
         """Have arm and held part press on parts only as deep as there is energy for, with that energy of
         motion (J) before; gives what is left of it. Where there is not enough for no depth they press as they
@@ -146,6 +148,7 @@ class Stored(Carried):
         if left < -_ROUNDING_J:
             for m in range(self._met):
                 c[m, 32] = c[m, 54]
+            self._gained()
         return left
 
     @cython.cfunc
@@ -161,7 +164,7 @@ class Stored(Carried):
         return total
 
     @cython.cfunc
-    @cython.exceptval(check=False)
+    @cython.exceptval(-1e300, check=True)
     def _gained(self) -> cython.double:
         """How much more is stored where all are now than before (J): by height, and in all springs; friction
         only takes. What is stored is noted, and what of that the arm does not feel."""
@@ -208,8 +211,11 @@ class Stored(Carried):
         if self._i[m, 0] >= 0:
             return 0.5 * c[m, 6] * (more - c[m, 10] ** 2 - c[m, 11] ** 2 - c[m, 12] ** 2)
         work: cython.double = 0.0
-        if c[m, 33] >= 0.0:
-            work = x * c[m, 34] + y * c[m, 35] + z * c[m, 36]
+        if c[m, 33] >= 0.0:  # it goes as its middle does, and turns
+            nx, ny, nz, far = c[m, 45], c[m, 46], c[m, 47], c[m, 3]
+            work = x * (c[m, 34] - far * (c[m, 56] * nz - c[m, 57] * ny))
+            work += y * (c[m, 35] - far * (c[m, 57] * nx - c[m, 55] * nz))
+            work += z * (c[m, 36] - far * (c[m, 55] * ny - c[m, 56] * nx))
         x, y, z = c[m, 48], c[m, 49], c[m, 50]
         if x != 0.0 or y != 0.0 or z != 0.0:  # else it has not touched before
             if c[m, 33] >= 0.0:
@@ -231,15 +237,22 @@ class Stored(Carried):
         z: cython.double
         if self._i[m, 0] < 0:
             n: cython.Py_ssize_t = self._i[m, 1]
+            k: cython.Py_ssize_t = self._slot[n]
             x, y, z = c[m, 48], c[m, 49], c[m, 50]
-            if self._slot[n] >= 0:
-                e, k = self._e, self._slot[n]
+            nx, ny, nz = c[m, 45], c[m, 46], c[m, 47]
+            contact: Contact | None = self._contacts[m]
+            e = self._e
+            if contact is not None and c[m, 5] > 0.0 and k >= 0:
+                x, y, z = contact.rubs(
+                    e[k], self._turn[k], c[m, 0], c[m, 1], c[m, 2], c[m, 55], c[m, 56], c[m, 57]
+                )
+            elif k >= 0:
                 turn: cython.double = self._turn[k, 1]
                 x -= e[k, 0] - turn * (c[m, 52] - self._pose[n, 10] - e[k, 1])
                 y -= e[k, 1] + turn * (c[m, 51] - self._pose[n, 9] - e[k, 0])
                 z -= e[k, 2]
-            out: cython.double = x * c[m, 45] + y * c[m, 46] + z * c[m, 47]
-            x, y, z = x - out * c[m, 45], y - out * c[m, 46], z - out * c[m, 47]
+            out: cython.double = x * nx + y * ny + z * nz
+            x, y, z = x - out * nx, y - out * ny, z - out * nz
         else:
             x, y, z = self._rub(m)
         length: cython.double = sqrt(x * x + y * y + z * z)

@@ -14,7 +14,6 @@ import cython
 import numpy as np
 
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Rotation, Transform, Vector
 from iiwa_sim.wrench import NO_TOUCH, Touch
 
@@ -79,12 +78,20 @@ class World(Feeling):
         contact: Contact = self._contacts[name]
         return (contact._nx, contact._ny, contact._nz)
 
-    def came_and_rubbed(self, name: str, place: Vector) -> tuple[Vector, Vector | None]:
-        """The TCP is at a place now: of a surface, if that is there, the way out by which it has come in,
-        in the frame of the shape, 0 0 0 where it does not touch; and how far (m, in the base) it is from
-        where friction has held it, None where that has not. That it was there is remembered."""
+    def at(self, name: str, place: Vector) -> tuple[Contact | None, Vector | None]:
+        """The TCP is at a place now, which is remembered: a surface, None where that is not there; and how
+        far (m, in the base) the TCP is from where friction has held it on that, None where that has not."""
         contact = self._contacts.get(name)
-        return (NOT_IN, None) if contact is None else contact.came_and_rubbed(place)
+        return (None, None) if contact is None else (contact, contact.be_at(place))
+
+    def turned(self, rotation: Rotation) -> Vector:
+        """How the TCP has turned (rad, in the base) since it was felt last, as it is turned like that now."""
+        if not self._is_turned:
+            return AT_REST
+        for k in range(9):
+            self._coming[k] = rotation[k]
+        x, y, z = turn_between(self._turned, self._coming)
+        return (x, y, z)
 
     def leave(self, name: str, unpressed_m: float) -> None:
         """Have so much of how deep the TCP is in a surface, if it is there, press nothing."""

@@ -20,7 +20,7 @@ from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Transform
 from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.between_kernel import between
-from iiwa_sim.handling.falling import LIES, STILL
+from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
 from iiwa_sim.handling.pushed import Known, Way, ended, fastest, gone_by, offset, turned
 from iiwa_sim.handling.workpieces import Workpieces
@@ -211,11 +211,13 @@ class Aside(ArmWay):
             if known.names[part] in self._rows:
                 self._load.links.leave(known.names[part], link, deep_m)
         if held is not None:
-            known.look()
-            force, torque = crowd.on_held()
-            held.touching.besides = (force, torque) if force != STILL else None
+            # Where it is in parts that lie it feels these itself.
+            bodies, names = self._pieces.bodies, known.names
+            acting = [each for part, each in crowd.on_held.items() if bodies[names[part]].state != LIES]
+            total = sum(acting).tolist() if acting else None
+            held.touching.besides = None if total is None else (tuple(total[:3]), tuple(total[3:]))
             held.touching.leave(crowd.unpressed, known.names)
-            held.quiet = held.quiet and force == STILL and not crowd.unpressed
+            held.quiet = held.quiet and total is None and not crowd.unpressed
         return None
 
     @cython.cfunc

@@ -29,7 +29,7 @@ def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> list[
         middle, radius, rubbed, share, came, was_deep, went, link, unpressed, rubs, start, line = ball
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
         law = share * part.stiffness, part.friction if rubs else 0.0, holding
-        place = rubbed, came, -1, link, was_deep, went, start, line, unpressed
+        place = rubbed, came, -1, link, was_deep, went, start, line, unpressed, None, NO_WAY
         found.append(_new(PressingBall, (middle, radius, *law, *place)))
     return found
 
@@ -46,13 +46,12 @@ def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> list
     worlds, name, found = held.touching.worlds, body.part.name, []
     for place, at in enumerate(points.places):
         middle = apply(solid.pose, at)
-        came, rubbed = worlds[place].came_and_rubbed(name, middle) if place in worlds else (NOT_IN, None)
+        contact, rubbed = worlds[place].at(name, middle) if place in worlds else (None, None)
         law = stiffness, 0.0 if rubbed is None else part.friction, stiffness  # as `touching` has it
-        found.append(
-            _new(
-                PressingBall, (middle, points.radius_m, *law, rubbed or NO_WAY, came, number, place, *others)
-            )
-        )
+        rolls = rubbed is not None and points.radius_m > 0.0
+        turned = worlds[place].turned(solid.pose.rotation) if rolls else NO_WAY
+        which = rubbed or NO_WAY, NOT_IN, number, place, *others, contact, turned
+        found.append(_new(PressingBall, (middle, points.radius_m, *law, *which)))
     return found
 
 

@@ -54,8 +54,8 @@ class Floor:
         for number, laid in enumerate(self.laid):
             self.crowd.lay(number, laid)
 
-    def step(self, *balls: tuple[int, PressingBall]) -> list[PartMotion]:
-        self.crowd.hold(-1, None, 1.0)  # balls are brought from anywhere
+    def step(self, *balls: tuple[int, PressingBall], held: Surface | None = None) -> list[PartMotion]:
+        self.crowd.hold(len(self.laid), held, 1.0)  # balls are brought from anywhere
         for number in range(len(self.laid)):
             self.crowd.look(number, [ball for part, ball in balls if part == number])
         found: list[PartMotion] = self.crowd.push(range(len(self.laid)))

@@ -40,6 +40,16 @@ def test_pressed_from_above_springs_and_inertia_share_the_depth() -> None:
     )
 
 
+def test_pressed_from_below_a_part_is_lifted_by_its_share_of_the_depth() -> None:
+    """What it lies on pushes with it, until it is off that: here it stays in by more."""
+    floor = Floor()
+    floor.put(CUBE, 0.0, 0.0)
+    floor.begin()
+    low = floor.laid[0].solid.pose.translation[2] - 0.02
+    (gone,) = floor.step((0, PressingBall((0.0, 0.0, low + 1e-6 - 0.005), 0.005, 5e4)))
+    assert gone.way == pytest.approx((0.0, 0.0, 1e-6 * 5e4 / (5e4 + BELOW + 0.2 / TICK_S**2), 0.0), rel=1e-9)
+
+
 @pytest.mark.parametrize("count", [1, 2, 5, 10])
 def test_a_row_takes_the_friction_of_all_that_are_in_it(count: int) -> None:
     """Pushed slowly by a ball, which is as deep in the first as that takes."""

@@ -376,3 +376,27 @@ def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() 
     assert np.hypot(up.force[0], up.force[2]) == pytest.approx(-0.02 * up.force[1], rel=1e-6)
     back = feels((0.9, 0.9 - 0.0005 * 59 + 0.00005, *stretched[2:]))
     assert 0.0 < -back.force[2] < -up.force[2], "and the spring is unwound first"
+
+
+def test_as_deep_as_a_link_is_in_without_pressing_it_feels_nothing_until_it_has_been_out() -> None:
+    """And what is kept of that is brought back."""
+    name = ARMS[0]
+    wall = surface(Box(0.6, 0.4, 0.6), at(0.0, 0.85, 0.6), stiffness=20_000.0)
+    away, pressed = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
+    links = links_of(name)
+    links.surround({wall.name: wall}, away)
+
+    def pressing() -> float:
+        links.step(pressed, TICK_S)
+        return float(np.linalg.norm(links.contacts[0].force))
+
+    links.step(away, TICK_S)
+    all_n = pressing()
+    names = list(dict.fromkeys(each.link for each in capsules_of(MODELS[name].description)))
+    links.leave(wall.name, names.index(links.contacts[0].link), 0.4 * all_n / wall.stiffness)
+    assert pressing() == pytest.approx(0.6 * all_n)
+    kept = links.kept()
+    links.step(away, TICK_S)
+    assert pressing() == pytest.approx(all_n)
+    links.restore(kept, pressed)
+    assert pressing() == pytest.approx(0.6 * all_n)

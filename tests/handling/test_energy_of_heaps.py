@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.shapes import Box
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.part import Part
 from tests.handling.books import ROUNDING_J
@@ -25,9 +25,6 @@ from tests.samples import some
 BENT = 0.02
 """Part of the arm's work on what it carries, which is found by the forces at the beginning and end of each
 tick."""
-HELD = 0.005
-"""Part of the arm's work that what is held may take back from what it has pressed: two kernels find by which
-way it has come into a part, and seldom do so differently."""
 OFF = 0.02
 """Part of an impulse: many parts in a row may not be in balance yet when a tick ends, and the arm does not
 feel what is taken from the parts' speed, so that they gain no energy."""
@@ -69,10 +66,26 @@ def stacks(seed: int) -> dict[str, float]:
 
 
 def carried(seed: int) -> dict[str, float]:
-    """A part in the jaws goes through a row, a little above the table."""
+    """A box in the jaws goes through a row, a little above the table."""
+    return goes_with(seed, Box)
+
+
+def round_carried(seed: int) -> dict[str, float]:
+    """So does a ball, or a cylinder that stands."""
+
+    def in_jaws(a: float, _b: float, c: float) -> Shape:
+        return Sphere(c) if seed % 2 else Cylinder(a, c)
+
+    return goes_with(seed, in_jaws)
+
+
+def goes_with(seed: int, in_jaws: Callable[[float, float, float], Shape]) -> dict[str, float]:
+    """A part of a shape, of half its edges, goes through a row."""
     rng = np.random.default_rng(seed)
     a, b, c = rng.uniform(0.008, 0.03, 3).tolist()
-    it = Part("it", Box(a, b, c), float(rng.uniform(0.05, 1.0)), 1.0, float(10.0 ** rng.uniform(4.0, 5.5)))
+    it = Part(
+        "it", in_jaws(a, b, c), float(rng.uniform(0.05, 1.0)), 1.0, float(10.0 ** rng.uniform(4.0, 5.5))
+    )
     scene = HeapScene(rng, row(rng), it)
     scene.goes_along(
         600.0 + float(rng.uniform(-30.0, 30.0)), TABLE_MM + 1e3 * c + float(rng.uniform(3.0, 20.0))
@@ -132,12 +145,12 @@ def check(scene: HeapScene) -> dict[str, float]:
 def check_carried(scene: HeapScene) -> dict[str, float]:
     """All others get no more than what is held gives, and all together no more than the arm does."""
     books = scene.books
-    share = books.but_held.returned_j / max(books.arm_j, 1e-3)
-    assert share <= HELD, f"{books.but_held.returned_j:.3g} J of the arm's {books.arm_j:.3g} J"
+    returned_j = books.but_held.returned_j
+    assert returned_j <= ROUNDING_J, f"{returned_j:.3g} J of the arm's {books.arm_j:.3g} J"
     assert books.returned_j <= ROUNDING_J + BENT * books.arm_j, (
         f"{books.returned_j:.3g} J of the arm's {books.arm_j:.3g} J, first in {books.told}"
     )
-    return {"returned by what is held, of the arm's work": share, "fastest, m/s": scene.fastest}
+    return {"returned by what is held, J": returned_j, "fastest, m/s": scene.fastest}
 
 
 @settings(max_examples=some(40), deadline=None)
@@ -223,6 +236,27 @@ def test_what_is_carried_through_the_air_takes_and_gives_the_work_of_the_arm() -
 def test_what_is_held_gives_a_row_no_more_than_the_arm_does(seed: int) -> None:
     """By force and torque at the flange, with the weight and the motion of what is held in the books."""
     carried(seed)
+    round_carried(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1610104, 1620115])
+def test_parts_get_the_friction_and_the_depth_that_what_is_held_feels(seed: int) -> None:
+    """Once 0.1 % of the arm's work came from nowhere: two kernels found how deep places are, and by which way
+    they have come in, and each had the rest of friction on a bent surface in its own way."""
+    carried(seed)
+
+
+@pytest.mark.slow
+def test_what_falls_over_an_edge_is_felt_by_what_has_pressed_it_there() -> None:
+    """Once 30 uJ came from nowhere in that tick."""
+    carried(1625152)
+
+
+@pytest.mark.slow
+def test_a_ball_in_the_jaws_feels_the_corners_of_others_where_these_have_gone() -> None:
+    """Once 2 % of the arm's work came from nowhere: they were looked for anew, at other heights."""
+    round_carried(1700061)
 
 
 @settings(max_examples=some(15), deadline=None)
