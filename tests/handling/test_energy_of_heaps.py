@@ -255,7 +255,7 @@ def test_what_falls_over_an_edge_is_felt_by_what_has_pressed_it_there() -> None:
 
 @pytest.mark.slow
 def test_a_ball_in_the_jaws_feels_the_corners_of_others_where_these_have_gone() -> None:
-    """Once 2 % of the arm's work came from nowhere: they were looked for anew, at other heights."""
+    """Once 2 % of the arm's work came from nowhere: it felt none of them for some ticks."""
     round_carried(1700061)
 
 
