@@ -271,7 +271,7 @@ class Books:
             self._lay[part.name] = body.pose.translation[2], soft, face.top
             total += 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
             total += 0.125 * soft * sum(each * each for each in body.wound)
-        elif body.state == FALLS:  # still where it lay: it may find no room, and lie there again
+        elif body.state in (LIES, FALLS):  # what it lay on falls, or it may find no room, and lie there again
             at_m, soft, top_m = self._lay.get(part.name, (0.0, 0.0, 0.0))
             if abs(body.pose.translation[2] - at_m) < _THERE_M:
                 total += 0.5 * soft * max(0.0, top_m - body.bottom) ** 2

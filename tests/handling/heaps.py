@@ -205,7 +205,9 @@ class HeapScene:
             self.books.step_with_work(1e-3 * max(0.0, dz) * weight_n + 1e-9, ticks)
 
     def _lets_go(self) -> None:
-        """Jaws that have a part above the others open."""
+        """Jaws that have a part above the others open, unless they have not let go of another one yet."""
+        if self.books.pieces.held:
+            return
         rng, handling, controller = self._rng, self.scene.handling, self.scene.controller
         kept, tcp = handling.kept().parts, controller.tcp()
         there = [each.part.name for each in kept.bodies if each.state != GONE]

@@ -217,6 +217,11 @@ def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_b
     ploughs(seed)
 
 
+def test_what_lies_on_a_part_that_jaws_take_away_gains_nothing_when_it_begins_to_fall() -> None:
+    """A tick after that part is gone: until then it is as pressed in as it was."""
+    ploughs(2000513)
+
+
 def test_what_a_part_cannot_pay_by_its_speed_the_arm_presses_less() -> None:
     """Once 6.6 % of the arm's work came from nowhere: jaws went down over the edge of a part that stood."""
     ploughs(1601230)
