@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import IDENTITY, Transform, Vector
 from iiwa_sim.handling.falling import FALLS, LEVEL_M, LIES, STILL, Body, has_no_room, landed
 from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
@@ -100,19 +100,31 @@ class Lying(Pieces):
         parts = (each.face for each in (beside or self._beside(name)) if each.is_part)
         return [*self._level(), *(face for face in parts if face is not None)]
 
-    def _shares(self, body: Body) -> tuple[Body, Body | None]:
-        """A part that has just landed, and what moves of what it lies on, if anything: both go on as fast as
-        their momentum says."""
+    def _shares(self, body: Body) -> tuple[Body, list[Body]]:
+        """A part that has just landed, and all that moves of what it lies on, down to the surface.
+
+        The uppermost of these and the part go on as fast as their momentum says, the others as theirs does
+        with the part on them at rest.
+        """
+        slowed: list[Body] = []
+        fast = body.velocity
         below = self._bodies.get(body.on)
-        while below is not None and below.state == LIES and below.settled:
+        while below is not None and below.state == LIES:
+            if not below.settled:
+                slowed.append(self._slowed(below, body, fast))
+                body, fast = body._replace(velocity=STILL), STILL
             below = self._bodies.get(below.on)
-        if below is None or below.state != LIES:
-            return body, None
-        mass = below.part.mass_kg + sum(each.part.mass_kg for each in self.riders(below.part.name))
+        return body, slowed
+
+    def _slowed(self, below: Body, body: Body, fast: Vector) -> Body:
+        """A part that moves, with another one on it from now on, which has come as fast (m/s) as that."""
+        middle, carried = below.pose.translation, [below, *self.riders(below.part.name)]
+        mass = sum(each.part.mass_kg for each in carried)
+        about = sum(about_at(each, middle) for each in carried)
         share = mass / (mass + body.part.mass_kg)
-        (x, y, z), (u, v, _) = below.velocity, body.velocity
-        fast = (share * x + (1.0 - share) * u, share * y + (1.0 - share) * v, share * z)
-        return body._replace(velocity=STILL), below._replace(velocity=fast, spin=share * below.spin)
+        (x, y, z), (u, v, _) = below.velocity, fast
+        slower = (share * x + (1.0 - share) * u, share * y + (1.0 - share) * v, share * z)
+        return below._replace(velocity=slower, spin=below.spin * about / (about + about_at(body, middle)))
 
     def keeps(self, body: Body, face: Ground) -> bool:
         """Whether a part whose middle is beside a face lies on it for want of room."""
@@ -130,6 +142,13 @@ class Lying(Pieces):
                         self._solid_part[name] = solid
                     self._solid.append(solid)
         return self._solid
+
+
+def about_at(body: Body, place: Vector) -> float:
+    """Moment of inertia (kg m^2) of a part about the vertical through a place (m)."""
+    x, y, _ = (a - b for a, b in zip(body.pose.translation, place, strict=True))
+    moments = body.part.moments(Transform(body.pose.rotation, IDENTITY.translation))
+    return moments.xx + moments.yy + body.part.mass_kg * (x * x + y * y)
 
 
 def taken_along(body: Body, before: Body, after: Body) -> Body:

@@ -10,6 +10,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
+from iiwa_sim.handling.lying import about_at
 from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
@@ -74,7 +75,7 @@ class Known:
         mass = about = 0.0
         for each in pieces.riders(name):
             mass += each.part.mass_kg
-            about += _about(each, body.pose.translation)
+            about += about_at(each, body.pose.translation)
         velocity = (*body.velocity, body.spin)
         laid = LyingPart(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
         pieces.crowd.lay(self.numbers[name], laid)
@@ -119,13 +120,6 @@ def turned(place: Vector, angle: float) -> Vector:
     c, s = cosine(angle), sine(angle)
     x, y, z = place
     return (c * x - s * y, s * x + c * y, z)
-
-
-def _about(body: Body, middle: Vector) -> float:
-    """Moment of inertia (kg m^2) of a part about the vertical through a place (m)."""
-    x, y, _ = (a - b for a, b in zip(body.pose.translation, middle, strict=True))
-    moments = body.part.moments(Transform(body.pose.rotation, (0.0, 0.0, 0.0)))
-    return moments.xx + moments.yy + body.part.mass_kg * (x * x + y * y)
 
 
 def offset(start: Vector, end: Vector) -> Vector:

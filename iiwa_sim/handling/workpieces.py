@@ -253,8 +253,8 @@ class Workpieces(Lying):
         beside = self._beside(name)
         after = moved(each, self._grounds_but(name, beside), self._tick_s, beside)
         if after.state == LIES and (each.state, each.on) != (LIES, after.on):
-            after, below = self._shares(after)
-            if below is not None:
+            after, slowed = self._shares(after)
+            for below in slowed:
                 self._put(below)
             self.crowd.parted(self._number(name))
         self._put(after)

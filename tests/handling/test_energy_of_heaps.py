@@ -217,6 +217,11 @@ def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_b
     ploughs(seed)
 
 
+def test_what_lands_on_what_slides_on_a_part_that_slides_slows_both() -> None:
+    """Once 0.04 % of the arm's work came from nowhere: only the upper one got slower."""
+    ploughs(2100094)
+
+
 def test_what_lies_on_a_part_that_jaws_take_away_gains_nothing_when_it_begins_to_fall() -> None:
     """A tick after that part is gone: until then it is as pressed in as it was."""
     ploughs(2000513)
