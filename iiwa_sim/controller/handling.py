@@ -100,9 +100,10 @@ class Handling(HandlingTicks):
     def settled(self) -> bool:
         """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
         pieces = self.workpieces
-        return self._jaws_rest() and (
-            pieces is None or (pieces.settled and self._changes == self._load.world.changes)
-        )
+        if pieces is None:
+            return self._jaws_rest()
+        rest = self._jaws_rest() or (pieces.squeezes and self.gripper.settled(self._driven()))
+        return rest and pieces.settled and self._changes == self._load.world.changes
 
     def _jaws_rest(self) -> bool:
         pieces, gripper = self.workpieces, self.gripper
@@ -110,13 +111,17 @@ class Handling(HandlingTicks):
         return gripper.settled(self._driven()) and not lets_go
 
     def _move_jaws(self, tcp: Transform | None) -> None:
-        pieces, driven, was_m = self.workpieces, self._driven(), self.gripper.opening_m
-        self.gripper.step(driven, 0.0 if pieces is None else pieces.width_m, self._tick_s)
-        closes = driven == CLOSES and self.gripper.opening_m < was_m
-        if closes and pieces is not None and tcp is not None and not pieces.held:
-            width_m = pieces.grip(tcp, was_m)
-            if width_m > 0.0:
-                self.gripper.block(width_m)
+        pieces, gripper, was_m = self.workpieces, self.gripper, self.gripper.opening_m
+        driven = self._driven()
+        gripper.step(driven, 0.0 if pieces is None else pieces.width_m, self._tick_s)
+        if pieces is not None and tcp is not None and not pieces.held:
+            closes = driven == CLOSES and gripper.opening_m < was_m
+            if gripper.driven == OPENS:
+                pieces.squeezed = ()
+            if closes or pieces.squeezed:
+                width_m = pieces.grip(tcp, was_m)
+                if width_m > 0.0:
+                    gripper.block(width_m)
         self._place_jaws()
 
     def _place_jaws(self) -> None:
@@ -147,7 +152,7 @@ class Handling(HandlingTicks):
         """Bring that back, with the TCP at rest at a pose."""
         self.gripper.opening_m = kept.opening_m
         self.gripper.driven = self._driven()
-        self.gripper.blocked = kept.parts.held is not None
+        self.gripper.blocked = kept.parts.held is not None or bool(kept.parts.squeezed)
         self._rest = None
         self._place_jaws()
         if self._aside is not None:

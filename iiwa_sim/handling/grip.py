@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import cos, dist, radians, sin, sqrt
+from collections.abc import Iterable, Sequence
+from math import cos, dist, inf, radians, sin, sqrt
 from typing import NamedTuple
 
-from iiwa_sim.contact.shapes import Box, Cylinder
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Transform, Vector, compose, inverse
 from iiwa_sim.handling.gripper import Gripper, Jaws
 from iiwa_sim.handling.part import Part, X, Y, Z
 
 ROUNDING_M = 1e-9
+_BARELY_M = 1e-3  # parts that lie on each other are in each other by less
 _FLAT, _PARALLEL = sin(radians(5.0)), cos(radians(5.0))
 # What is turned by less than 5 degrees lies on the pads with its whole face, or line.
 
@@ -36,6 +37,37 @@ class Between(NamedTuple):
     """Pose of the part in the TCP."""
     width_m: float
     """Along y of the TCP."""
+    across_m: float
+    """Half of what it is along x."""
+    along_m: float
+    """Half of what it is along z."""
+    radius_m: float
+    """How round it is, seen along z: that of a ball or a cylinder along z, else 0."""
+
+    @property
+    def outermost_m(self) -> float:
+        """How far apart the jaws are when the first of them meets it."""
+        return 2.0 * abs(self.in_tcp.translation[Y]) + self.width_m
+
+
+class Room(NamedTuple):
+    """What room a part and those beside it, in a row along y of the TCP, take between the jaws."""
+
+    below_m: float
+    """From the jaw at lesser y to the middle of the part."""
+    above_m: float
+    """From there to the other jaw."""
+
+    @property
+    def all_m(self) -> float:
+        """How far apart the jaws are at least."""
+        return self.below_m + self.above_m
+
+    def way(self, y: float, opening_m: float) -> float:
+        """How far (m) jaws that are so far apart push it along y from there, by way of what is beside it."""
+        half = 0.5 * opening_m
+        up, down = self.below_m - half - y, y + self.above_m - half
+        return up if up > 0.0 else -down if down > 0.0 else 0.0
 
 
 def between_pads(parts: Iterable[tuple[Part, Transform]], tcp: Transform, gripper: Gripper) -> list[Between]:
@@ -51,8 +83,49 @@ def between_pads(parts: Iterable[tuple[Part, Transform]], tcp: Transform, grippe
             continue
         in_tcp = compose(seen, pose)
         if on_pads(part, in_tcp, gripper.jaws):
-            found.append(Between(part.name, in_tcp, grip_width(part, in_tcp)))
+            found.append(_between(part, in_tcp))
     return found
+
+
+def _between(part: Part, in_tcp: Transform) -> Between:
+    turned, shape = in_tcp.rotation, part.shape
+    is_round = isinstance(shape, Sphere) or (isinstance(shape, Cylinder) and abs(turned[8]) >= _PARALLEL)
+    across, along = part.reach(turned, X), part.reach(turned, Z)
+    return Between(part.name, in_tcp, grip_width(part, in_tcp), across, along, across if is_round else 0.0)
+
+
+def room_of(between: Sequence[Between]) -> dict[str, Room]:
+    """What each part between the pads takes, by its name."""
+    ordered = sorted(between, key=_place)
+    below, above = _stacked(ordered), _stacked(ordered[::-1])
+    return {each.name: Room(below[each.name], above[each.name]) for each in between}
+
+
+def _place(each: Between) -> tuple[float, str]:
+    return each.in_tcp.translation[Y], each.name
+
+
+def _stacked(ordered: Sequence[Between]) -> dict[str, float]:
+    """By name: the room (m) between the middle of each and the jaw that the first one faces."""
+    found: dict[str, float] = {}
+    for number, each in enumerate(ordered):
+        before = (found[other.name] + _apart(other, each) for other in ordered[:number])
+        found[each.name] = max(before, default=0.0)
+        found[each.name] = max(found[each.name], 0.5 * each.width_m)
+    return found
+
+
+def _apart(one: Between, other: Between) -> float:
+    """How far (m) the middles are apart along y where one that is pushed along that touches the other; far
+    less than nothing where it passes it."""
+    (x, _, z), (u, _, w) = one.in_tcp.translation, other.in_tcp.translation
+    beside = abs(x - u) - (one.across_m + other.across_m)
+    if beside >= -_BARELY_M or abs(z - w) >= one.along_m + other.along_m - _BARELY_M:
+        return -inf
+    radius = one.radius_m + other.radius_m
+    flat = 0.5 * (one.width_m + other.width_m) - radius
+    past = max(0.0, beside + radius)  # the middle of what is round, beside what of the other is flat
+    return flat + sqrt(radius * radius - past * past)
 
 
 def grip_width(part: Part, in_tcp: Transform) -> float:

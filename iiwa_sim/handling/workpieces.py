@@ -10,7 +10,7 @@ from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden, sag
-from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads
+from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads, room_of
 from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import ground_of, grounds_of
 from iiwa_sim.handling.held_kernel import Held, Slip
@@ -29,6 +29,8 @@ class Parts(NamedTuple):
     """What it touches, and what that remembers of it."""
     met: object = None
     """What parts that lie remember of each other."""
+    squeezed: tuple[str, ...] = ()
+    """The names of those that stand in a row between the jaws, which hold none of them."""
 
 
 class Workpieces(Lying):
@@ -41,6 +43,8 @@ class Workpieces(Lying):
         super().__init__(bodies, surfaces, gripper)
         self._tick_s = tick_s
         self._closing_on: tuple[tuple[Transform, int], list[Between]] | None = None  # when, and on what
+        self.squeezed: tuple[str, ...] = ()
+        """The names of those that have stopped the jaws in a row, in which none is held."""
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.crowd = Crowd(len(self._bodies), tick_s)
         """How they push each other."""
@@ -91,23 +95,42 @@ class Workpieces(Lying):
 
     def grip(self, tcp: Transform, was_m: float) -> float:
         """Jaws that were `was_m` apart close to where they are now, with the TCP at this pose: parts between
-        them are pushed together, one is held. Gives how far apart the jaws are kept (m), 0 for not at all."""
-        now_m = self._gripper.opening_m
-        for name, in_tcp, width in self._between_pads(tcp):
-            each, y = self.bodies[name], in_tcp.translation[Y]
-            if name == self._lost or 2.0 * abs(y) + width > was_m + ROUNDING_M:
-                continue
-            if now_m <= width:
-                self._take(name, in_tcp, tcp)
-                if self._held is not None and self._tcp is not None:
-                    grasp = Grasp(tcp, self._tcp, each.velocity)
-                    if tcp != self._tcp or each.velocity != STILL:
-                        self._held.catch(grasp)
-                return width
-            over = abs(y) + 0.5 * (width - now_m)
-            if over > 0.0:
-                self._push(name, each, tcp, over if y < 0.0 else -over)
-        return 0.0
+        them are pushed together. One that fills the room between them is held; several in a row stop them,
+        and none of these is. Gives how far apart the jaws are kept (m), 0 for not at all."""
+        squeezed, self.squeezed = self.squeezed, ()
+        found = [
+            each
+            for each in self._between_pads(tcp)
+            if each.name in squeezed or (each.name != self._lost and each.outermost_m <= was_m + ROUNDING_M)
+        ]
+        room, now_m = room_of(found), self._gripper.opening_m
+        widest = max(found, key=lambda each: room[each.name].all_m, default=None)
+        kept_m = 0.0 if widest is None else room[widest.name].all_m
+        if widest is not None and now_m <= kept_m:
+            if kept_m == widest.width_m:  # nothing is beside it
+                self._grasp(widest, tcp)
+                return kept_m
+            self.squeezed = tuple(room)
+            now_m = kept_m = min(kept_m, was_m)
+        least_m = ROUNDING_M if self.squeezed else 0.0  # what stands in a row rests there
+        for each in found:
+            way_m = room[each.name].way(each.in_tcp.translation[Y], now_m)
+            if abs(way_m) > least_m:
+                self._push(each.name, self.bodies[each.name], tcp, way_m)
+        return kept_m if self.squeezed else 0.0
+
+    @property
+    def squeezes(self) -> bool:
+        """Whether jaws squeeze several parts in a row, and do so on as long as the TCP stays."""
+        seen = self._closing_on
+        return bool(self.squeezed) and seen is not None and seen[0] == (self._tcp, self.changes)
+
+    def _grasp(self, it: Between, tcp: Transform) -> None:
+        """The jaws have just closed on a part."""
+        velocity = self.bodies[it.name].velocity
+        self._take(it.name, it.in_tcp, tcp)
+        if self._held is not None and self._tcp is not None and (tcp != self._tcp or velocity != STILL):
+            self._held.catch(Grasp(tcp, self._tcp, velocity))
 
     def _between_pads(self, tcp: Transform) -> list[Between]:
         """Parts between the pads, with the TCP there: found anew where it or a part is elsewhere."""
@@ -172,12 +195,13 @@ class Workpieces(Lying):
     def kept(self) -> Parts:
         """All that is to be kept."""
         bodies, held, met = tuple(self.bodies.values()), self._held, self.crowd.kept()
-        kept = Parts(bodies, met=met)
+        kept = Parts(bodies, met=met, squeezed=self.squeezed)
         return kept if held is None else Parts(bodies, held.in_tcp, held.slip, held.felt(), met)
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
         """Bring that back, among these surfaces, with the TCP at rest at a pose."""
         self._held, self._lost, self._tcp = None, "", tcp
+        self.squeezed = parts.squeezed
         self._bodies = {each.part.name: each for each in parts.bodies}
         self._note_lying()
         if parts.met is not None:
