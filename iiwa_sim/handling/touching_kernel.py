@@ -169,6 +169,17 @@ class Touching(Near):
         take(pose, self._pose)
         self.go_to(self._pose, surfaces, tick_s)
 
+    def come_down(
+        self, pose: Transform, rise_m: float, surfaces: Callable[[], Sequence[Surface]], tick_s: float
+    ) -> None:
+        """The part has lain at a pose until now, so far (m) below a face: it has come there from above that,
+        also where a corner is nearer to a side of what is below."""
+        take(pose, self._pose)
+        self._pose[11] += rise_m
+        self.go_to(self._pose, surfaces, tick_s)
+        self._has_been[:] = 0
+        self._free = 0.0
+
     @cython.cfunc
     def go_to(self, pose: cython.double[::1], surfaces: Any, tick_s: cython.double) -> object:
         """`step` for an array: rotation, row by row, and place."""
