@@ -9,6 +9,9 @@ cdef class Contact(Entered):
     cdef double _stiffness
     cdef double _damping
     cdef double _friction
+    cdef bint _leans                   # whether the TCP presses at another place than where it is
+    cdef double _lean_x                # there (m)
+    cdef double _lean_y
     # The anchor (m), if there is one.
     cdef bint _anchored
     cdef double _ax
@@ -25,6 +28,7 @@ cdef class Contact(Entered):
     cdef double tx
     cdef double ty
     cdef double tz
+    cdef void lean(self, bint leans, double x, double y, double z) except *
     cdef void roll(self, double wx, double wy, double wz) noexcept
     cdef (double, double, double) rubs(
         self,

@@ -71,6 +71,23 @@ class Contact(Entered):
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0
         self.unpressed = 0.0
+        self._leans = False
+        self._lean_x = self._lean_y = 0.0
+
+    @cython.cfunc
+    @cython.exceptval(check=True)
+    def lean(self, leans: cython.bint, x: cython.double, y: cython.double, z: cython.double) -> cython.void:
+        """The TCP presses at another place than where it is, of the same height, or does so no more: at these
+        x and y, without friction. What is in there at first has not come from above, and presses nothing."""
+        other: cython.bint = leans != self._leans
+        self._leans, self._lean_x, self._lean_y = leans, x, y
+        if leans:
+            self._anchored = False
+        if other and self._came is None:
+            self._known, self._gap = False, 0.0  # no way leads from the one place to the other
+            if leans:
+                self._find_depth(x, y, z, False)
+                self.unpressed = max(self.unpressed, self._depth)
 
     def move(self, surface: Surface) -> None:
         """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
@@ -166,6 +183,9 @@ class Contact(Entered):
         remember: cython.bint,
     ) -> cython.bint:
         """Whether the TCP touches the surface at a place (m) with a velocity (m/s); what acts is in f, t."""
+        off_x: cython.double = self._lean_x - px if self._leans else 0.0
+        off_y: cython.double = self._lean_y - py if self._leans else 0.0
+        px, py = px + off_x, py + off_y
         if self._is_plane:
             self._depth = self._height - (self._nx * px + self._ny * py + self._nz * pz)
         else:
@@ -184,6 +204,10 @@ class Contact(Entered):
         normal: cython.double = self._stiffness * self._depth * damped if damped > 0.0 else 0.0
         self.fx, self.fy, self.fz = normal * nx, normal * ny, normal * nz
         self.tx = self.ty = self.tz = 0.0
+        if self._leans:
+            self.tx, self.ty = off_y * self.fz, -off_x * self.fz
+            self.tz = off_x * self.fy - off_y * self.fx
+            return True
         if self._friction == 0.0:
             return True
         if not self._anchored:

@@ -164,7 +164,8 @@ class Places(Depths):
     def _bring(self, n: cython.Py_ssize_t, side: cython.double) -> cython.void:
         """The arm has brought the part that it holds to a place, of that by 1, or in that by -1."""
         c = self._c
-        c[n, 38] = self._brought
+        up: cython.double = self._by[2] if self._i[n, 3] else 0.0  # that brings nothing into a side
+        c[n, 38] = sqrt(max(0.0, self._brought * self._brought - up * up))
         if c[n, 33] < 0.0:  # it was farther away a tick ago than is remembered
             c[n, 33] = 0.0
             for k in range(3):

@@ -1,5 +1,6 @@
 # For the kernel of what touches a part.
 from iiwa_sim.contact.world_kernel cimport World
+from iiwa_sim.handling.over_kernel cimport Over
 
 cdef double away_from(
     double[:, ::1] shapes, int[::1] kinds, Py_ssize_t s, double x, double y, double z
@@ -22,7 +23,14 @@ cdef class Near:
     cdef double[::1] _extents          # no point of one is farther from its place (m)
     cdef double[:, ::1] _shapes        # of those that are near: rotation, place, three sizes
     cdef int[::1] _kinds
+    cdef Over _over                    # what it does where its points are beside a face
+    cdef bint _is_over                 # whether it may be anywhere so
+    cdef double[::1] _measured         # where it was when the distances of points were measured: rotation, place
+    cdef bint _has_measured
+    cdef double _known                 # so far points may go from there before that tells nothing any more (m)
+    cdef char[::1] _has_been
     cdef bint _look(self, double x, double y, double z, object surfaces) except? -1
     cdef object _change(self, object after)
     cdef object _see(self, object surfaces)
     cdef object _take_near(self, object near)
+    cdef object _measure(self, double[::1] pose)

@@ -18,13 +18,20 @@ from iiwa_sim.handling.points import points_of
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import nearest
     from cython.cimports.iiwa_sim.contact.world_kernel import World
+    from cython.cimports.iiwa_sim.handling.over_kernel import Over
 else:
     from iiwa_sim.contact.ways_in_kernel import nearest
     from iiwa_sim.contact.world_kernel import World
+    from iiwa_sim.handling.over_kernel import Over
 
 NEAR_M = 0.05
 """Surfaces farther away are not looked at until the part has come so far."""
 _NEAR = cython.declare(cython.double, NEAR_M)
+# Of surfaces farther away than this (m) it is not asked how far which point is.
+_FAR = cython.declare(cython.double, 0.02)
+# Points that are twice as far from all of them (m), and are pushed by none, come to them as if for the first
+# time.
+_CLOSE = cython.declare(cython.double, 0.005)
 
 
 @cython.cclass
@@ -45,6 +52,10 @@ class Near:
         self.worlds: dict[int, World] = {}
         self._all: Any = None
         self._found: dict[str, Surface] = {}
+        self._over, self._is_over = Over(self._own, KINDS[type(part.shape)], part.shape), False
+        self._measured = np.zeros(12)
+        self._has_measured, self._known = False, 0.0
+        self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
         self._take_near({})
 
     @cython.cfunc
@@ -120,6 +131,54 @@ class Near:
             for k, number in enumerate(_row(each)):
                 self._all_shapes[s, k] = number
             self._all_kinds[s], self._extents[s] = KINDS[type(each.shape)], each.shape.extent
+        return None
+
+    @cython.cfunc
+    def _measure(self, pose: cython.double[::1]) -> object:
+        """Find which points are close to surfaces, and how far the others may go before that changes."""
+        count: cython.Py_ssize_t = len(self._near)
+        n: cython.Py_ssize_t
+        s: cython.Py_ssize_t
+        least: cython.double
+        away: cython.double
+        for k in range(12):
+            self._measured[k] = pose[k]
+        self._has_measured = True
+        p, own, radius = pose, self._own, self._radius
+        close: list[int] = []
+        others: cython.double = 1e9
+        for s in range(count):
+            least = away_from(self._shapes, self._kinds, s, p[9], p[10], p[11]) - self._extent
+            if least <= radius + _FAR:
+                close.append(s)
+            else:
+                others = min(others, least)
+        if len(close) == count:
+            others = 2.0 * _NEAR
+        known: cython.double = _NEAR
+        away = self._over.least_gap(p, self._shapes, self._kinds) if radius == 0.0 else 1e9
+        self._is_over = away <= 2.0 * _CLOSE
+        known = min(known, _CLOSE if self._is_over else away - _CLOSE)
+        for n in range(own.shape[0]):
+            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
+            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
+            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
+            away = others
+            for s in close:
+                away = min(away, away_from(self._shapes, self._kinds, s, x, y, z))
+            away -= radius
+            world = self.worlds.get(n)
+            presses: cython.bint = self._is_over and self._over.is_low(n)
+            presses = presses or (world is not None and world.pushing())
+            if away > 2.0 * _CLOSE and not presses:
+                known = min(known, away - _CLOSE)
+                self.worlds.pop(n, None)
+                self._has_been[n] = 0
+            else:
+                known = min(known, _CLOSE)
+                if world is None:
+                    self.worlds[n] = World(self._near.values(), radius)
+        self._known = known
         return None
 
     @cython.cfunc

@@ -43,13 +43,13 @@ def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> list
     points = points_of(part, upright=held.upright)
     stiffness = in_a_row(part.stiffness, body.part.stiffness) / points.at_once
     others = -1.0, NO_WAY, NO_WAY, NO_WAY, 0.0  # the crowd itself knows
-    worlds, name, found = held.touching.worlds, body.part.name, []
+    touching, found = held.touching, []
+    close = touching.at(body.part.name, solid.pose)
     for place, at in enumerate(points.places):
-        middle = apply(solid.pose, at)
-        contact, rubbed = worlds[place].at(name, middle) if place in worlds else (None, None)
+        middle, contact, rubbed = close.get(place) or (apply(solid.pose, at), None, None)
         law = stiffness, 0.0 if rubbed is None else part.friction, stiffness  # as `touching` has it
         rolls = rubbed is not None and points.radius_m > 0.0
-        turned = worlds[place].turned(solid.pose.rotation) if rolls else NO_WAY
+        turned = touching.worlds[place].turned(solid.pose.rotation) if rolls else NO_WAY
         which = rubbed or NO_WAY, NOT_IN, number, place, *others, contact, turned
         found.append(_new(PressingBall, (middle, points.radius_m, *law, *which)))
     return found

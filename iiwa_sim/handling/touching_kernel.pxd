@@ -3,13 +3,9 @@ from iiwa_sim.handling.near_kernel cimport Near
 
 cdef class Touching(Near):
     cdef public object besides         # what else pushes in this tick, at other places: force and torque, or None
-    cdef double[::1] _measured         # where it was when the distances of points were measured: rotation, place
-    cdef bint _has_measured
-    cdef double _known                 # so far points may go from there before that tells nothing any more (m)
     cdef double _free                  # so far they may go from where they are, and touch nothing for sure (m)
     cdef list _unpressed               # of points and surfaces, how deep: to be told the worlds
     cdef double[:, ::1] _was           # where the points that are close were in the tick before (m)
-    cdef char[::1] _has_been
     cdef object _least_of              # surfaces, and the least stiffness of them (N/m)
     cdef double _least
     cdef double[::1] _pose             # for who has no array
@@ -24,5 +20,5 @@ cdef class Touching(Near):
     cdef bint passes(self, double way_m) noexcept
     cdef object go_to(self, double[::1] pose, object surfaces, double tick_s)
     cdef double stored_at(self, double[::1] pose) except? -1.0
-    cdef object _measure(self, double[::1] pose)
     cdef object _feel(self, double[::1] pose, double tick_s)
+    cdef object _lean(self, object name)

@@ -22,19 +22,18 @@ from iiwa_sim.handling.part import LEVEL, Part
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.at_tcp_kernel import farthest, take
+    from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
     from cython.cimports.iiwa_sim.contact.world_kernel import World
-    from cython.cimports.iiwa_sim.handling.near_kernel import Near, away_from
+    from cython.cimports.iiwa_sim.handling.near_kernel import Near
+    from cython.cimports.iiwa_sim.handling.over_kernel import Over
 else:
     from iiwa_sim.contact.at_tcp_kernel import farthest, take
+    from iiwa_sim.contact.contact_kernel import Contact
     from iiwa_sim.contact.world_kernel import World
-    from iiwa_sim.handling.near_kernel import Near, away_from
+    from iiwa_sim.handling.near_kernel import Near
+    from iiwa_sim.handling.over_kernel import Over
 
 _NEAR = cython.declare(cython.double, NEAR_M)
-# Of surfaces farther away than this (m) it is not asked how far which point is.
-_FAR = cython.declare(cython.double, 0.02)
-# Points that are twice as far from all of them (m), and are pushed by none, come to them as if for the first
-# time.
-_CLOSE = cython.declare(cython.double, 0.005)
 STILL: Vector = (0.0, 0.0, 0.0)
 
 
@@ -45,10 +44,8 @@ class Touching(Near):
     def __init__(self, part: Part, upright: bool) -> None:
         """Begin with a part that has touched nothing; a cylinder that is `upright` touches with its rims."""
         Near.__init__(self, part, upright)
-        self._measured, self._pose = np.zeros((2, 12))
-        self._known = 0.0
+        self._pose = np.zeros(12)
         self._was = np.zeros((len(self._own), 3))
-        self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
         self.besides: tuple[Vector, Vector] | None = None
         self._unpressed: list[tuple[int, str, float]] = []
         self._least_of: Any = None
@@ -87,6 +84,53 @@ class Touching(Near):
             self._unpressed = [(point, names[part], deep) for (part, point), deep in unpressed.items()]
             self._free = 0.0
 
+    def at(self, name: str, pose: Transform) -> dict[int, tuple[Vector, Any, Vector | None]]:
+        """The part is at a pose now, which is remembered: for each point that is close to a surface of this
+        name, by its number: where it touches that (m, in the base), by which contact, and how far it is from
+        where friction has held it there, None where that has not."""
+        take(pose, self._pose)
+        p, own, found = self._pose, self._own, {}
+        if self._is_over:
+            self._over.put(p)
+            self._lean(name)
+        n: cython.Py_ssize_t
+        world: World
+        contact: Contact | None
+        for point, world in self.worlds.items():
+            contact = world._contacts.get(name)
+            if contact is None:
+                continue
+            n = point
+            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
+            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
+            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
+            if contact._leans:
+                x, y = contact._lean_x, contact._lean_y
+            place = (x, y, z)
+            found[point] = (place, *world.at(name, place))
+        return found
+
+    @cython.cfunc
+    def _lean(self, name: Any) -> object:
+        """Have the points that are beside a surface of this name, or beside each, where it has none, but over
+        which the part is, press there."""
+        s: cython.Py_ssize_t
+        n: cython.Py_ssize_t
+        world: World
+        contact: Contact
+        over: Over = self._over
+        for s, each in enumerate(self._near):
+            if name is not None and each != name:
+                continue
+            over.face(self._shapes[s], self._kinds[s])
+            for point, world in self.worlds.items():
+                n = point
+                contact = world._contacts[each]
+                leans: cython.bint = over.is_over(n)
+                if leans or contact._leans:
+                    contact.lean(leans, over.x, over.y, over.height(n))
+        return None
+
     def slides(self) -> None:
         """Note that the part goes some way that `passes` is not told of."""
         self._free = 0.0
@@ -96,6 +140,7 @@ class Touching(Near):
         self._has_looked = self._has_measured = False
         self._free = 0.0
         self.worlds: Any = {}
+        self._is_over = False
         self._has_been[:] = 0
         self.fx = self.fy = self.fz = self.tx = self.ty = self.tz = 0.0
 
@@ -135,16 +180,17 @@ class Touching(Near):
         worlds = {point: world.kept() for point, world in self.worlds.items()}
         looked = tuple(self._looked) if self._has_looked else None
         measured = tuple(self._measured) if self._has_measured else None
-        places = np.array(self._was), np.array(self._has_been), looked, measured, self._known
+        places = np.array(self._was), np.array(self._has_been), looked, measured, self._known, self._is_over
         return worlds, dict(self._near), places, self.force, self.torque
 
     def restore(self, kept: Any) -> None:
         """Remember that again, among the same surfaces."""
         worlds, near, places, force, torque = kept
-        was, has_been, looked, measured, self._known = places
+        was, has_been, looked, measured, self._known, self._is_over = places
         self.fx, self.fy, self.fz = force
         self.tx, self.ty, self.tz = torque
-        self._was, self._has_been = was.copy(), has_been.copy()
+        self._was = was.copy()
+        self._has_been: Any = has_been.copy()
         self._has_looked, self._has_measured = looked is not None, measured is not None
         if looked is not None:
             self._looked = np.array(looked)
@@ -224,6 +270,9 @@ class Touching(Near):
             if point in self.worlds:
                 self.worlds[point].leave(name, deep)
         self._unpressed = []
+        if self._is_over:
+            self._over.put(pose)
+            self._lean(None)
         p, own, was = pose, self._own, self._was
         for point, world in self.worlds.items():
             n = point
@@ -247,47 +296,4 @@ class Touching(Near):
             ty += world.ty + z * world.fx - x * world.fz
             tz += world.tz + x * world.fy - y * world.fx
         self.fx, self.fy, self.fz, self.tx, self.ty, self.tz = fx, fy, fz, tx, ty, tz
-        return None
-
-    @cython.cfunc
-    def _measure(self, pose: cython.double[::1]) -> object:
-        """Find which points are close to surfaces, and how far the others may go before that changes."""
-        count: cython.Py_ssize_t = len(self._near)
-        n: cython.Py_ssize_t
-        s: cython.Py_ssize_t
-        least: cython.double
-        away: cython.double
-        for k in range(12):
-            self._measured[k] = pose[k]
-        self._has_measured = True
-        p, own, radius = pose, self._own, self._radius
-        close: list[int] = []
-        others: cython.double = 1e9
-        for s in range(count):
-            least = away_from(self._shapes, self._kinds, s, p[9], p[10], p[11]) - self._extent
-            if least <= radius + _FAR:
-                close.append(s)
-            else:
-                others = min(others, least)
-        if len(close) == count:
-            others = 2.0 * _NEAR
-        known: cython.double = _NEAR
-        for n in range(own.shape[0]):
-            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
-            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
-            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
-            away = others
-            for s in close:
-                away = min(away, away_from(self._shapes, self._kinds, s, x, y, z))
-            away -= radius
-            world = self.worlds.get(n)
-            if away > 2.0 * _CLOSE and not (world is not None and world.pushing()):
-                known = min(known, away - _CLOSE)
-                self.worlds.pop(n, None)
-                self._has_been[n] = 0
-            else:
-                known = min(known, _CLOSE)
-                if world is None:
-                    self.worlds[n] = World(self._near.values(), radius)
-        self._known = known
         return None

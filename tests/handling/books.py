@@ -9,7 +9,7 @@ import numpy as np
 
 from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
-from iiwa_sim.frames import IDENTITY, Transform, multiply, rotate, transpose
+from iiwa_sim.frames import IDENTITY, Transform, compose, multiply, rotate, transpose
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, Body
 from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
 from iiwa_sim.handling.pushed import Known
@@ -79,15 +79,16 @@ class Books:
         """What each part has by itself (J)."""
         self.stored_j = 0.0
         """In the springs between parts, walls and arm."""
+        held = self.pieces.in_jaws
+        self._held = "" if held is None else held.part.name
+        self._held_pose = IDENTITY if held is None else held.pose
+        self._held_in = IDENTITY if held is None else held.in_tcp
         self._count()
         self._first_j = self._all()
         self.lost_j = 0.0
         """The most that had been lost."""
         self.returned_j = 0.0
         """The most that came back of that."""
-        held = self.pieces.in_jaws
-        self._held = "" if held is None else held.part.name
-        self._held_pose = IDENTITY if held is None else held.pose
         self.but_held = Account(self._all_but_held())
         """Of the parts that are not held: what is held is the arm's, and works by what acts on it, as it is
         when a tick has ended."""
@@ -165,9 +166,11 @@ class Books:
         held = self.pieces.in_jaws
         if held is None:
             return 0.0
-        before, self._held_pose = self._held_pose, held.pose
-        x, y, z = (a - b for a, b in zip(held.pose.translation, before.translation, strict=True))
-        r = multiply(held.pose.rotation, transpose(before.rotation))
+        # It was felt there, and has slid in the jaws since.
+        now = compose(self.scene.controller.tcp(), self._held_in)
+        before, self._held_pose, self._held_in = self._held_pose, now, held.in_tcp
+        x, y, z = (a - b for a, b in zip(now.translation, before.translation, strict=True))
+        r = multiply(now.rotation, transpose(before.rotation))
         way = (x, y, z, 0.5 * (r[7] - r[5]), 0.5 * (r[2] - r[6]), 0.5 * (r[3] - r[1]))
         return -sum(f * w for f, w in zip((*held.touching.force, *held.touching.torque), way, strict=True))
 
@@ -300,7 +303,7 @@ class Books:
         if held is None or not self._carried:
             probe.hold(-1, None)
         else:
-            solid = solid_held(held, self.scene.controller.tcp())
+            solid = solid_held(held, self.scene.controller.tcp())._replace(pose=self._held_pose)
             probe.hold(known.numbers[held.part.name], solid)
         total = 0.0
         near = self.scene.controller.load.felt().parts

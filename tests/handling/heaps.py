@@ -274,6 +274,22 @@ class HeapScene:
             while controller.moving:
                 self.step()
 
+    def goes_down(self, x_mm: float, y_mm: float, z_mm: float, deep_mm: float) -> None:
+        """The TCP goes down there to so far below a height, along by up to 30 mm, and up again."""
+        controller, rng = self.scene.controller, self._rng
+        dx, dy = rng.uniform(-30.0, 30.0, 2).tolist()
+        speed = float(rng.choice([0.01, 0.05, 0.2]))
+        for x, y, z, fast in (
+            (x_mm, y_mm, ABOVE_MM, 0.5),
+            (x_mm, y_mm, z_mm - deep_mm, speed),
+            (x_mm + dx, y_mm + dy, z_mm - deep_mm, speed),
+            (x_mm + dx, y_mm + dy, z_mm + 30.0, speed),
+        ):
+            with suppress(Refused):  # it may have protected itself
+                controller.move(lin_move(down(x, y, z), fast, 0.0))
+            while controller.moving:
+                self.step()
+
 
 def _goes_on(body: Body) -> bool:
     """Whether nothing brakes a part: it rubs not at all, or is a ball that turns on its spot."""

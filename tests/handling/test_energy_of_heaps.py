@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.handling.falling import LIES
-from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.part import Part, Z
 from tests.handling.books import ROUNDING_J
 from tests.handling.depths import deepest_mm
 from tests.handling.heaps import LOW_MM, HeapScene, heap, row, straight_row
@@ -90,6 +90,24 @@ def goes_with(seed: int, in_jaws: Callable[[float, float, float], Shape]) -> dic
     scene.goes_along(
         600.0 + float(rng.uniform(-30.0, 30.0)), TABLE_MM + 1e3 * c + float(rng.uniform(3.0, 20.0))
     )
+    scene.rests()
+    return check_carried(scene)
+
+
+def put_down(seed: int) -> dict[str, float]:
+    """A box or a cylinder in the jaws is pressed from above on parts that are turned anyhow, is moved along
+    there, and is lifted."""
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.uniform(0.008, 0.03, 3).tolist()
+    shape = Cylinder(a, c) if seed % 3 == 0 else Box(a, b, c)
+    it = Part("it", shape, float(rng.uniform(0.05, 1.0)), 1.0, float(10.0 ** rng.uniform(4.0, 5.5)))
+    placed = row(rng)
+    scene = HeapScene(rng, placed, it)
+    part, where = placed[rng.integers(len(placed))]
+    x_mm, y_mm, z_mm = (1e3 * each for each in where.translation)
+    top_mm = z_mm + 1e3 * (part.reach(where.rotation, Z) + c)
+    x_mm, y_mm = x_mm + float(rng.uniform(-20.0, 20.0)), y_mm + float(rng.uniform(-20.0, 20.0))
+    scene.goes_down(x_mm, y_mm, top_mm, float(rng.uniform(0.1, 3.0)))
     scene.rests()
     return check_carried(scene)
 
@@ -247,6 +265,14 @@ def test_what_is_held_gives_a_row_no_more_than_the_arm_does(seed: int) -> None:
     """By force and torque at the flange, with the weight and the motion of what is held in the books."""
     carried(seed)
     round_carried(seed)
+
+
+@pytest.mark.slow
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 10**6))
+def test_what_is_put_down_gives_what_is_below_no_more_than_the_arm_does(seed: int) -> None:
+    """Whether its corners are over that, or beside it."""
+    put_down(seed)
 
 
 @pytest.mark.slow
