@@ -99,7 +99,7 @@ class Core(CoreTicks):
             self.joints_before != self.motions.joints
             or self.endings.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
-            or (self.load.acts and not self.protection.knows(self.load))
+            or not self.protection.knows(self.load)
         ) and (
             self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
         )
