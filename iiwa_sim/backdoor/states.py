@@ -83,7 +83,7 @@ class States:
         if controller.handling is not None and state.handled is not None:
             controller.handling.restore(state.handled, controller.tcp())
         controller.load.feel_again(state.felt, state.joints)
-        controller.injected.allow_what_acts()
+        controller.injected.allow_what_is()
         controller.release_emergency_stop()
         controller.injected.switch_drives(on=True)
         controller.reset_error()
