@@ -110,3 +110,18 @@ def test_a_held_part_that_is_pressed_and_rubs() -> None:
 
     saved, restored = as_saved_and_as_restored(scene, goes_on)
     assert saved == restored
+
+
+def test_a_part_that_has_just_been_lost_is_not_gripped_again() -> None:
+    scene = Scene((BLOCK, at(600.0, 0.0, 330.0)), cell=above())
+    scene.picks(600.0, 0.0, GRASP_MM)
+    scene.rests()
+    states = States(scene.controller)
+    scene.handling.lose()
+    states.save("lost")
+    scene.robot.step(50)
+    lost = scene.handling.state, scene.handling.parts
+    states.restore("lost")
+    scene.robot.step(50)
+    assert (scene.handling.state, scene.handling.parts) == lost
+    assert scene.body("block").state == "lies"
