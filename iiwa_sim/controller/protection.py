@@ -15,8 +15,8 @@ from iiwa_sim.frames import Vector
 
 EASE = 1.02
 """What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
-GREATEST = 1e5
-"""Greatest threshold that can be set (N, Nm)."""
+LEAST, GREATEST = 1e-3, 1e5
+"""Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
 
@@ -82,13 +82,12 @@ class Protection:
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
 
-        Raises `Refused` for what is no number from 0 to 1e5.
+        Raises `Refused` for what is neither 0 nor a number from 0.001 to 1e5.
         """
         for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
-            if not 0.0 <= value <= GREATEST:
-                raise Refused(
-                    EXECUTION, f"threshold {value:g} {unit}: expected 0, for off, to {GREATEST:g} {unit}"
-                )
+            if value != 0.0 and not LEAST <= value <= GREATEST:
+                expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
+                raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None)
         self._force, self._moment = _Watch(), _Watch()  # what was allowed was so beyond the limits before
         self._judged = False
