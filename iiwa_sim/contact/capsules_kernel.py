@@ -48,7 +48,8 @@ class Capsules:
         for row in rows[:count]:
             frame = compose(frame, Transform(tuple(row[:9]), tuple(row[9:])))
             at_zero.append(frame)
-        flange = compose(frame, Transform(tuple(rows[count][:9]), tuple(rows[count][9:])))
+        in_last = Transform(tuple(rows[count][:9]), tuple(rows[count][9:]))
+        flange = compose(frame, in_last)
         all_of_them: Any = list(capsules)
         for own in worn:
             start, end = apply(flange, own.start), apply(flange, own.end)
@@ -58,9 +59,11 @@ class Capsules:
         self._moved_by = np.array([capsule.joints for capsule in self._capsules], dtype=np.intp)
         self._radius = np.array([capsule.radius_m for capsule in self._capsules])
         local = []
-        for capsule in self._capsules:
+        for capsule in capsules:
             frame = inverse(at_zero[capsule.joints])
             local.append((*apply(frame, capsule.start), *apply(frame, capsule.end)))
+        # To the last bit as `Links.rewear` has them: jaws that come back are where they were.
+        local += [(*apply(in_last, own.start), *apply(in_last, own.end)) for own in worn]
         self._local = np.array(local).reshape(len(local), 6)
         self._ends = np.zeros((len(local), 6))
         self._gone_to, self._is_there = np.zeros(count), False

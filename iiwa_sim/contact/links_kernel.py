@@ -171,16 +171,18 @@ class Links(LinksBeside):
         self._forget_forces()
 
     def kept(self) -> Any:
-        """What is remembered of surfaces, to be brought back."""
+        """What is remembered of surfaces, and what they do, to be brought back."""
         if not self._names:
             return None
-        return self._names, *(array.copy() for array in self._remembered())
+        felt = self.torques, self.worn, self.yielding_to, self.contacts
+        return self._names, felt, [array.copy() for array in self._remembered()]
 
     def restore(self, kept: Any, joints: Sequence[float]) -> None:
         """Remember that again, of surfaces that are there, with the robot at rest at `joints` (rad)."""
         for k in range(self._count):
             self._before[k] = joints[k]
-        names, *remembered = kept
+        names, felt, remembered = kept
+        self.torques, self.worn, self.yielding_to, self.contacts = felt
         for number, name in enumerate(self._names):
             if name in names:
                 old = names.index(name)

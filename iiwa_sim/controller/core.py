@@ -99,7 +99,7 @@ class Core(CoreTicks):
             self.joints_before != self.motions.joints
             or self.endings.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
-            or (self.load.acts and not self.protection.knows(self.load))
+            or not self.protection.knows(self.load)
         ) and (
             self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
         )
@@ -166,13 +166,21 @@ class Core(CoreTicks):
 
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or runs where or faster than it may."""
-        joints, standing = self.motions.joints, self.error_state.standing is not None
-        why = self.protection.overload(self.load, joints, standing)
-        if self.protection.watches_tcp:
-            before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
-            why = self.protection.trespass(before, now, self.tick_s, standing) or why
+        why = self.passed_limit(self.error_state.standing is not None)
         if why is not None:
             self.fail(STOP_TRIGGERED, f"protective stop: {why}")
+
+    def passed_limit(self, standing: bool) -> str | None:
+        """Why the robot has to stop as it is pushed, and as a tick has moved it; None where it need not.
+
+        `standing` says that an error has stopped it before: what is beyond a limit is allowed from now on.
+        """
+        joints, protection = self.motions.joints, self.protection
+        why = protection.overload(self.load, joints, standing)
+        if protection.watches_tcp:
+            before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
+            why = protection.trespass(before, now, self.tick_s, standing) or why
+        return why
 
     def fail(self, code: int, reason: str) -> None:
         """Stop the robot, and take no moves until the error is reset."""

@@ -95,7 +95,7 @@ class CoreTicks:
             if guard is not None and self._passes(guard):
                 self._watch_forces(guard)
         protection = self.protection
-        if protection.watches_tcp or (acts and not protection.tolerates(load)):
+        if protection.looks_always or (acts and not protection.tolerates(load)):
             self._protect()
         meetings = self._meetings
         if meetings is not None and (

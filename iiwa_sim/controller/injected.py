@@ -66,10 +66,9 @@ class Injected:
         self._core.load.place(joints, tool_in_flange)
         self._take_along()
 
-    def allow_what_acts(self) -> None:
+    def allow_what_is(self) -> None:
         """What is beyond a limit now may stay so, but not grow, as after the reset of a protective stop."""
-        core = self._core
-        core.protection.overload(core.load, core.motions.joints, standing=True)
+        self._core.passed_limit(standing=True)
 
     def _take_along(self) -> None:
         """What the robot holds is where it is."""

@@ -4,6 +4,7 @@ A model of what such a robot does, and no safety device.
 """
 
 from collections.abc import Sequence
+from itertools import compress
 from math import dist, hypot, inf
 from operator import truediv
 from typing import NamedTuple
@@ -14,8 +15,8 @@ from iiwa_sim.frames import Vector
 
 EASE = 1.02
 """What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
-GREATEST = 1e5
-"""Greatest threshold that can be set (N, Nm)."""
+LEAST, GREATEST = 1e-3, 1e5
+"""Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
 
@@ -68,29 +69,32 @@ class Protection:
         self._least_limit = min(torque_limits)
         self._levers_m: tuple[float, ...] = ()
         self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
-        self._exceeded = False  # after a reset something is allowed beyond its limit
+        self._allows = False  # what pushes is allowed beyond a limit
         self.safety = safety
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
-        self._torque, self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(5))
+        self.looks_always = self.watches_tcp
+        """Whether there is something to watch in a tick in which nothing pushes, too."""
+        self._torques = tuple(_Watch() for _ in joints)
+        self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(4))
         self._judged = False  # by the present limits
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
 
-        Raises `Refused` for what is no number from 0 to 1e5.
+        Raises `Refused` for what is neither 0 nor a number from 0.001 to 1e5.
         """
         for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
-            if not 0.0 <= value <= GREATEST:
-                raise Refused(
-                    EXECUTION, f"threshold {value:g} {unit}: expected 0, for off, to {GREATEST:g} {unit}"
-                )
+            if value != 0.0 and not LEAST <= value <= GREATEST:
+                expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
+                raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None)
+        self._force, self._moment = _Watch(), _Watch()  # what was allowed was so beyond the limits before
         self._judged = False
 
     def knows(self, load: ExternalLoad) -> bool:
-        """Whether the last look was at what is applied now."""
-        return self._judged and load.judged
+        """Whether another look at what is applied now would change nothing."""
+        return (self._judged and load.judged) or not (load.acts or self._allows)
 
     def tolerates(self, load: ExternalLoad) -> bool:
         """Whether the load is surely within all limits: so in most ticks, also of a robot in contact."""
@@ -101,7 +105,7 @@ class Protection:
         within = load.surely_within(
             self._part_per_n, self._least_limit, safety.force_n or inf, safety.torque_nm or inf
         )
-        return within and not self._exceeded
+        return within and not self._allows
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
         """Why the load at joint positions (rad) stops the robot; None if it does not."""
@@ -109,23 +113,25 @@ class Protection:
             return None
         safety = self.safety
         x, y, z, a, b, c = load.acting
-        why = self._overloaded_joint(load.exact_torques(joints), standing)
-        if why is None:
-            why = _collision(self._force, "force", hypot(x, y, z), "N", safety.force_n, standing)
-        if why is None:
-            why = _collision(self._moment, "torque", hypot(a, b, c), "Nm", safety.torque_nm, standing)
-        self._exceeded = any(watch.allowed for watch in (self._torque, self._force, self._moment))
-        return why
+        # All of them, also where one stops it: at rest it is perhaps not looked at again before the reset.
+        joint = self._overloaded_joint(load.exact_torques(joints), standing)
+        force = _collision(self._force, "force", hypot(x, y, z), "N", safety.force_n, standing)
+        torque = _collision(self._moment, "torque", hypot(a, b, c), "Nm", safety.torque_nm, standing)
+        self._allows = any(watch.allowed for watch in (*self._torques, self._force, self._moment))
+        # What is allowed is so only as long as it pushes: that it has ceased to has to be seen.
+        self.looks_always = self.watches_tcp or self._allows
+        return joint or force or torque
 
     def _overloaded_joint(self, torques: Sequence[float], standing: bool) -> str | None:
-        parts = list(map(truediv, map(abs, torques), self._torque_limits))
-        part = max(parts)
-        if not self._torque.stops(part if part > 1.0 else 0.0, standing):
+        limits, sizes = self._torque_limits, tuple(map(abs, torques))
+        excess = (max(0.0, size - limit) for size, limit in zip(sizes, limits, strict=True))
+        stops = [watch.stops(more, standing) for watch, more in zip(self._torques, excess, strict=True)]
+        if not any(stops):
             return None
-        joint = parts.index(part)
+        joint = max(compress(range(len(limits)), stops), key=lambda each: sizes[each] / limits[each])
         return (
-            f"the external torque on {self._joints[joint]} is {abs(torques[joint]):.1f} Nm, "
-            f"its limit is {self._torque_limits[joint]:g} Nm"
+            f"the external torque on {self._joints[joint]} is {sizes[joint]:.1f} Nm, "
+            f"its limit is {limits[joint]:g} Nm"
         )
 
     def trespass(self, before: Vector, tcp: Vector, tick_s: float, standing: bool) -> str | None:

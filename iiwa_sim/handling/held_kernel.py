@@ -134,12 +134,12 @@ class Held(Gripped):
             self.wrench = self._at_middle(share * x, y, share * z)
 
     def felt(self) -> object:
-        """What it touches, at rest, and what that remembers of it; and what it does to the TCP."""
-        return self.touching.kept(), self.wrench, self.weight
+        """What it touches, at rest, and what both remember of that; and what it does to the TCP."""
+        return self.touching.kept(), self.wrench, self.weight, self._sticks
 
     def feel_again(self, felt: Any) -> None:
         """Go on touching what `felt` kept, as if the part had been there all the time."""
-        touching, self.wrench, self.weight = felt
+        touching, self.wrench, self.weight, self._sticks = felt
         self.touching.restore(touching)
 
     @property

@@ -31,6 +31,8 @@ class Parts(NamedTuple):
     """What parts that lie remember of each other."""
     squeezed: tuple[str, ...] = ()
     """The names of those that stand in a row between the jaws, which hold none of them."""
+    lost: str = ""
+    """The name of one that the jaws have lost, and cannot hold until they have opened."""
 
 
 class Workpieces(Lying):
@@ -79,8 +81,7 @@ class Workpieces(Lying):
         self._look_again()
         faces = grounds_of(self._surfaces)
         others = [each for each in faces if each not in before]
-        lying = [each for each in self._bodies.values() if each.state == LIES]
-        for each in sorted(lying, key=_height):
+        for each in sorted((each for each in self._bodies.values() if each.state == LIES), key=_height):
             name = each.part.name
             now = ridden(each, faces, others)
             if now != each:
@@ -128,13 +129,12 @@ class Workpieces(Lying):
     def _grasp(self, it: Between, tcp: Transform) -> None:
         """The jaws have just closed on a part."""
         before, face = self.bodies[it.name], self.face_below(it.name)
-        velocity = before.velocity
-        self._take(it.name, it.in_tcp, tcp)
-        if self._held is not None and face is not None:
+        held = self._take(it.name, it.in_tcp, tcp)
+        if face is not None:
             below_m = max(0.0, face.top - before.bottom) + ROUNDING_M
-            self._held.touching.come_down(self._held.pose, below_m, self._all_solid, self._tick_s)
-        if self._held is not None and self._tcp is not None and (tcp != self._tcp or velocity != STILL):
-            self._held.catch(Grasp(tcp, self._tcp, velocity))
+            held.touching.come_down(held.pose, below_m, self._all_solid, self._tick_s)
+        if self._tcp is not None and (tcp != self._tcp or before.velocity != STILL):
+            held.catch(Grasp(tcp, self._tcp, before.velocity))
 
     def _between_pads(self, tcp: Transform) -> list[Between]:
         """Parts between the pads, with the TCP there: found anew where it or a part is elsewhere."""
@@ -198,14 +198,14 @@ class Workpieces(Lying):
 
     def kept(self) -> Parts:
         """All that is to be kept."""
-        bodies, held, met = tuple(self.bodies.values()), self._held, self.crowd.kept()
-        kept = Parts(bodies, met=met, squeezed=self.squeezed)
-        return kept if held is None else Parts(bodies, held.in_tcp, held.slip, held.felt(), met)
+        held, bodies = self._held, tuple(self.bodies.values())
+        kept = Parts(bodies, met=self.crowd.kept(), squeezed=self.squeezed, lost=self._lost)
+        return kept if held is None else kept._replace(held=held.in_tcp, slip=held.slip, felt=held.felt())
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
         """Bring that back, among these surfaces, with the TCP at rest at a pose."""
-        self._held, self._lost, self._tcp = None, "", tcp
-        self.squeezed = parts.squeezed
+        self._held, self._tcp = None, tcp
+        self.squeezed, self._lost = parts.squeezed, parts.lost
         self._bodies = {each.part.name: each for each in parts.bodies}
         self._note_lying()
         if parts.met is not None:
@@ -216,11 +216,10 @@ class Workpieces(Lying):
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         for name, each in self._bodies.items():
             if each.state == HELD and parts.held is not None:
-                self._take(name, parts.held, tcp)
-        if self._held is not None:
-            self._held.rest(tcp, self._all_solid, parts.slip)
-            if parts.felt is not None:
-                self._held.feel_again(parts.felt)
+                held = self._take(name, parts.held, tcp)
+                held.rest(tcp, self._all_solid, parts.slip)
+                if parts.felt is not None:
+                    held.feel_again(parts.felt)
 
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest, and what it holds with it."""
@@ -229,12 +228,13 @@ class Workpieces(Lying):
             self._held.rest(tcp, self._all_solid)
             self.changes += 1
 
-    def _take(self, name: str, in_tcp: Transform, tcp: Transform) -> None:
+    def _take(self, name: str, in_tcp: Transform, tcp: Transform) -> Held:
         """Hold it from now on."""
         self._held = held = Held(self._bodies[name].part, in_tcp, tcp, self._gripper, self._tick_s)
         self._lively.discard(name)
         self._put(Body(held.part, held.pose, STILL, HELD))
         self._unsettle(name)
+        return held
 
     def _look_again(self) -> None:
         """What may be touched is not what it was."""

@@ -220,8 +220,8 @@ def test_collision_detection_is_set_read_and_switched_off() -> None:
     assert robot.controller.collision_detection == (0.0, 3.0)
     robot.controller.set_collision_detection(10.0, 0.0)
     assert robot.controller.collision_detection == (10.0, 0.0)
-    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0)):
-        with pytest.raises(Refused, match="expected 0, for off, to 100000 N"):
+    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0), (0.0, 1e-320), (0.9e-3, 0.0)):
+        with pytest.raises(Refused, match=r"expected 0, for off, or 0\.001 to 100000 N"):
             robot.controller.set_collision_detection(*wrong)
     assert robot.controller.collision_detection == (10.0, 0.0)
     robot.controller.load.wrench = (0.0, 0.0, 11.0, 0.0, 0.0, 0.0)
