@@ -76,6 +76,7 @@ class Workpieces(Lying):
         before = self._level()
         self._surfaces = tuple(surfaces)
         self._grounds = self._round = None
+        self.changes += 1  # what is pressed against them may go on
         self._look_again()
         faces = grounds_of(self._surfaces)
         others = [each for each in faces if each not in before]
