@@ -122,8 +122,8 @@ class Workpieces(Lying):
         before, face = self.bodies[it.name], self.face_below(it.name)
         velocity = before.velocity
         self._take(it.name, it.in_tcp, tcp)
-        if self._held is not None and face is not None:
-            below_m = max(0.0, face.top - before.bottom) + ROUNDING_M
+        if self._held is not None:
+            below_m = 0.0 if face is None else max(0.0, face.top - before.bottom) + ROUNDING_M
             self._held.touching.come_down(self._held.pose, below_m, self._all_solid, self._tick_s)
         if self._held is not None and self._tcp is not None and (tcp != self._tcp or velocity != STILL):
             self._held.catch(Grasp(tcp, self._tcp, velocity))

@@ -14,7 +14,7 @@ GRASP_MM = TABLE_MM + 45.0
 
 @pytest.mark.parametrize(("off_mm", "half_mm"), [(0.0, 20.0), (2.0, 20.0), (0.0, 19.0)])
 def test_pressed_down_it_presses_the_one_below(off_mm: float, half_mm: float) -> None:
-    """Corners at a side of what is below had been pushed out by that side, so that one went through the other."""
+    """Corners at a side of what is below were pushed out by that side, and one went through the other."""
     upper = Part("upper", Box(1e-3 * half_mm, 0.02, 0.015), 0.4, 0.5, 5e4)
     scene = Scene((LOW, at(600.0, -100.0, TABLE_MM + 15.0)), (upper, at(600.0 + off_mm, -100.0, GRASP_MM)))
     scene.picks(600.0, -100.0, GRASP_MM)
