@@ -62,7 +62,7 @@ class CoreTicks:
         """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
         nor in a gravity hold; or whether its gripper does."""
         handling = self.handling
-        return bool(self.motions.ends_by_itself or (handling is not None and not handling.settled))
+        return bool(self.motions.ends_by_itself or (handling is not None and handling.under_way))
 
     def step(self) -> None:
         """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.

@@ -99,11 +99,17 @@ class Handling(HandlingTicks):
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
+        return not self.under_way and (self._aside is None or self._aside.settled)
+
+    @property
+    def under_way(self) -> bool:
+        """Whether jaws or parts move by themselves, or may after surfaces have; what the arm pushes may stand
+        still for a tick, and go on then."""
         pieces = self.workpieces
         if pieces is None:
-            return self._jaws_rest()
+            return not self._jaws_rest()
         rest = self._jaws_rest() or (pieces.squeezes and self.gripper.settled(self._driven()))
-        return rest and pieces.settled and self._changes == self._load.world.changes
+        return not (rest and pieces.settled) or self._changes != self._load.world.changes
 
     def _jaws_rest(self) -> bool:
         pieces, gripper = self.workpieces, self.gripper

@@ -70,6 +70,13 @@ class Aside(ArmWay):
         self._known, self._poses = {}, {}
         self._solid, self._calm = None, False
 
+    @property
+    def settled(self) -> bool:
+        """Whether ticks push nothing as long as arm, jaws and parts stay where they are: the last one has
+        not, or nothing lies there."""
+        calm = bool(self._calm) and self._changes == self._pieces.changes
+        return calm or not (self._pieces.lying or self.watched)
+
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
         self._is_known, self._seen, self._calm = False, -1, False

@@ -101,28 +101,6 @@ def landed(body: Body, face: Ground) -> Body:
     return Body(part, pose, STILL, LIES, face.name)
 
 
-def ridden(body: Body, faces: Sequence[Ground], moved_faces: Sequence[Ground]) -> Body:
-    """What lies, after surfaces have moved: taken along upwards by the face on which it lies, or it falls.
-
-    Onto what has moved in between it falls, too; in what stands it may have been before.
-    """
-    (x, y, z), bottom = body.pose.translation, body.bottom
-    face = next((each for each in faces if each.name == body.on and each.has(x, y)), None)
-    if face is None:
-        return body._replace(state=FALLS, spin=0.0, wound=(), on="")
-    between = [each for each in moved_faces if max(face.top, bottom) < each.top <= z and each.has(x, y)]
-    if between:
-        onto = max(between, key=lambda each: each.top)
-        return body._replace(state=FALLS, spin=0.0, wound=(), on=onto.name)
-    up = landed(body, face)
-    rises_m = up.pose.translation[2] - z
-    if body.wound and abs(rises_m) < 1e-3:
-        return body  # it is pushed, and perhaps pressed in
-    if rises_m < -_ROUNDING_M:
-        return body._replace(state=FALLS, spin=0.0, wound=(), on=body.on)
-    return body if rises_m <= _ROUNDING_M else up._replace(velocity=body.velocity)
-
-
 def has_no_room(body: Body, name: str, beside: Sequence[Outline]) -> bool:
     """Whether a part as low as something would be in that, or else in what is beside."""
     own = _outline(body)

@@ -99,7 +99,8 @@ class Pieces:
                 self._let_go()
             elif not (held.quiet and held.stays(tcp, coming)):
                 holds: cython.bint = held.step(tcp, coming, self._all_solid)
-                self.changes += 1
+                if not held.quiet:
+                    self.changes += 1
                 if not holds:
                     self.lose()
         if self._lively:

@@ -218,11 +218,16 @@ class Touching(Near):
     def come_down(
         self, pose: Transform, rise_m: float, surfaces: Callable[[], Sequence[Surface]], tick_s: float
     ) -> None:
-        """The part has lain at a pose until now, so far (m) below a face: it has come there from above that,
-        also where a corner is nearer to a side of what is below."""
+        """The part has been at a pose until now, so far (m) below the face on which it lies: it has come to
+        that from above, also where a corner is nearer to a side. In others it is that deep unpressed."""
+        world: World
+        contact: Contact
         take(pose, self._pose)
         self._pose[11] += rise_m
         self.go_to(self._pose, surfaces, tick_s)
+        for world in self.worlds.values():
+            for contact in world._all:
+                contact.unpressed = max(0.0, contact._depth)
         self._has_been[:] = 0
         self._free = 0.0
 

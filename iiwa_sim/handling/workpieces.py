@@ -9,13 +9,14 @@ from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector
-from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden, sag
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, sag
 from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads, room_of
 from iiwa_sim.handling.gripper import Gripper
-from iiwa_sim.handling.ground import ground_of, grounds_of
+from iiwa_sim.handling.ground import grounds_of
 from iiwa_sim.handling.held_kernel import Held, Slip
 from iiwa_sim.handling.lying import Lying, pressed_into, taken_along
 from iiwa_sim.handling.part import Y
+from iiwa_sim.handling.riding import after_surfaces, height
 
 
 class Parts(NamedTuple):
@@ -74,25 +75,17 @@ class Workpieces(Lying):
 
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
         """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
-        below them."""
+        below them; what is in the air comes to lie on what comes up to it from below."""
         before = self._level()
         self._surfaces = tuple(surfaces)
         self._grounds = self._round = None
+        self.changes += 1  # what is pressed against them may go on
         self._look_again()
-        faces = grounds_of(self._surfaces)
-        others = [each for each in faces if each not in before]
-        for each in sorted((each for each in self._bodies.values() if each.state == LIES), key=_height):
-            name = each.part.name
-            now = ridden(each, faces, others)
-            if now != each:
-                self._put(now)
-                self._note_lying()  # elsewhere than before
+        for now in list(after_surfaces(self._bodies.values(), before, grounds_of(self._surfaces))):
+            self._put(now)
+            self._note_lying()  # elsewhere than before
             if now.state != LIES:
-                self._lively.add(name)
-            elif now.velocity == STILL:
-                face = ground_of(name, each.part.shape, now.pose, each.part.stiffness)
-                if face is not None:
-                    faces.append(face)
+                self._lively.add(now.part.name)
 
     def grip(self, tcp: Transform, was_m: float) -> float:
         """Jaws that were `was_m` apart close to where they are now, with the TCP at this pose: parts between
@@ -130,9 +123,8 @@ class Workpieces(Lying):
         """The jaws have just closed on a part."""
         before, face = self.bodies[it.name], self.face_below(it.name)
         held = self._take(it.name, it.in_tcp, tcp)
-        if face is not None:
-            below_m = max(0.0, face.top - before.bottom) + ROUNDING_M
-            held.touching.come_down(held.pose, below_m, self._all_solid, self._tick_s)
+        below_m = 0.0 if face is None else max(0.0, face.top - before.bottom) + ROUNDING_M
+        held.touching.come_down(held.pose, below_m, self._all_solid, self._tick_s)
         if self._tcp is not None and (tcp != self._tcp or before.velocity != STILL):
             held.catch(Grasp(tcp, self._tcp, before.velocity))
 
@@ -145,7 +137,7 @@ class Workpieces(Lying):
         return self._closing_on[1]
 
     def _move_lively(self) -> None:
-        for each in sorted((self._bodies[name] for name in self._lively - self.pushed), key=_height):
+        for each in sorted((self._bodies[name] for name in self._lively - self.pushed), key=height):
             self._move(each.part.name)
 
     def _let_go(self) -> None:
@@ -294,7 +286,3 @@ class Workpieces(Lying):
                 self._put(taken_along(rider, each, after))
         elif each.on or after.pose != each.pose:
             self._unsettle(name, each.velocity)
-
-
-def _height(body: Body) -> tuple[float, str]:
-    return body.pose.translation[2], body.part.name
