@@ -144,11 +144,11 @@ class _Recorder:
         self._joints = array("d")
         self._tcp = array("d")
         self._force_n = array("d")
-        handled = cell.handled
-        self._things = ThingsOverTime()
+        handled, tool = cell.handled, () if cell.tool is None else cell.tool.capsules
+        self._things = ThingsOverTime(tool=tool)
         if handled is not None:
             shapes = {part.name: part.shape for part, _ in handled.parts}
-            self._things = ThingsOverTime(shapes, handled.jaws.jaw_m)
+            self._things = ThingsOverTime(shapes, handled.jaws.jaw_m, tool)
         self._targets: list[Target] = []
         self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from iiwa_sim.backdoor.described import surface_from
+from iiwa_sim.backdoor.described import DescribedCapsule, surface_from
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.dialect.wire.dialogue import Direction
 from iiwa_sim.handling.gripper import JAW_M
@@ -98,12 +98,14 @@ def _named(recorded: Recorded) -> dict[int, Named]:
 
 
 def _cell(recorded: Recorded) -> tuple[tuple[Surface, ...], ThingsOverTime]:
-    """Surfaces as they stood when the recording began, and what its parts and jaws look like."""
+    """Surfaces as they stood when the recording began, and what its parts, jaws and tool look like."""
     for message in recorded.messages((CELL,)):
         try:
             told = msgspec.json.decode(message.data, type=_Cell)
             x, y, z = (1e-3 * each for each in told.jaw_mm) if len(told.jaw_mm) == 3 else JAW_M
-            return tuple(map(surface_from, told.surfaces)), ThingsOverTime(shapes_of(told.parts), (x, y, z))
+            tool = tuple(each.capsule() for each in told.tool_capsules)
+            surfaces = tuple(map(surface_from, told.surfaces))
+            return surfaces, ThingsOverTime(shapes_of(told.parts), (x, y, z), tool)
         except ValueError as fault:  # as all errors of msgspec are
             what = "expected surfaces and parts as iiwa-sim writes them"
             raise PlotFault(f"{recorded.path}: {CELL}: {what}: {fault}") from None
@@ -114,6 +116,7 @@ class _Cell(msgspec.Struct):
     surfaces: list[dict[str, object]]
     parts: list[dict[str, object]] = []
     jaw_mm: list[float] = []
+    tool_capsules: list[DescribedCapsule] = []
 
 
 def _description(recorded: Recorded) -> RobotDescription:

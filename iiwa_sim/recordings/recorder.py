@@ -91,7 +91,7 @@ class Recorder:
         self._moves_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
-        self._arm = Arm(description.urdf, description.joints)
+        self._arm = Arm(description.urdf, description.joints, description.flange, cell.tool)
         self._beginning = Beginning(
             description,
             {
