@@ -3,13 +3,14 @@ surfaces."""
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from math import dist
 from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.meetings import LinkTouch
 from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
-from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.falling import GONE, HELD
 from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.robot.capsules import Capsule
 
@@ -17,6 +18,9 @@ LEAST_N = 1.0
 """The least force at the TCP (N) that is drawn as an arrow."""
 M_PER_N, LONGEST_M = 0.005, 0.5
 """Length of the arrow of a force for each N, and at most: as on the live page."""
+
+MOVED_MM = 1.0
+"""A part that is no farther from where it was than this has not moved."""
 
 
 class Rod(NamedTuple):
@@ -83,11 +87,25 @@ class ThingsOverTime:
 
     def parts(self, tick: int) -> list[Solid]:
         """The parts at a tick."""
+        return [solid for _, solid in self.named_parts(tick)]
+
+    def named_parts(self, tick: int) -> list[tuple[str, Solid]]:
+        """The parts at a tick, with their names."""
         return [
-            Solid(self.shapes[part.name], part.frame.to_transform())
+            (part.name, Solid(self.shapes[part.name], part.frame.to_transform()))
             for part in self.at(tick).parts
             if part.name in self.shapes and part.state != GONE
         ]
+
+    def handled(self, first: int, last: int) -> set[str]:
+        """The names of parts that are elsewhere at the last tick than at the first, or were held."""
+        before = {part.name: part.frame for part in self.at(first).parts}
+        found = {
+            part.name
+            for part in self.at(last).parts
+            if part.name in before and dist(part.frame[:3], before[part.name][:3]) > MOVED_MM
+        }
+        return found | {part.name for each in self._changes for part in each.parts if part.state == HELD}
 
     def jaws(self, tick: int, tcp: Frame) -> list[Solid]:
         """The jaws of the gripper at a tick, with the TCP in this frame of the base."""
