@@ -15,7 +15,8 @@ from iiwa_sim.handling.fingers_kernel import Fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.workpieces import Parts, Workpieces
+from iiwa_sim.handling.told import Tell, ToldWorkpieces
+from iiwa_sim.handling.workpieces import Parts
 from iiwa_sim.wording import harmless
 
 SENSORS = ("open", "closed", "holds")
@@ -86,10 +87,11 @@ class Handling(HandlingTicks):
         self._told: tuple[bool, ...] = ()
         self._radius_m = load.world.radius_m
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
+        self._parts_told: ToldWorkpieces | None = None
         if handled.parts:
             surfaces = list(load.world.surfaces.values())
             bodies = start(handled.parts, surfaces)
-            self.workpieces = Workpieces(bodies, surfaces, self.gripper, tick_s)
+            self.workpieces = self._parts_told = ToldWorkpieces(bodies, surfaces, self.gripper, tick_s)
             self._aside = Aside(self.workpieces, load, tick_s, handled.jaws.stroke_m)
         self._parts_at = -1
         self._parts: tuple[PartState, ...] = ()
@@ -175,11 +177,17 @@ class Handling(HandlingTicks):
             )
         return self._parts
 
+    def tell_of_parts(self, tell: Tell) -> None:
+        """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
+        taken away."""
+        if self._parts_told is not None:
+            self._parts_told.tell = tell
+
     def lose(self) -> None:
         """A fault: what the jaws hold falls. Raises `Refused` where they hold nothing."""
-        if self.workpieces is None or not self.workpieces.held:
+        if self._parts_told is None or not self._parts_told.held:
             raise Refused(EXECUTION, "the gripper holds no part")
-        self.workpieces.lose()
+        self._parts_told.drop()
 
     def remove(self, name: str) -> None:
         """A fault: a part is missing. Raises `Refused` where there is none of this name."""
