@@ -153,8 +153,8 @@ def described_cell(controller: Controller) -> DescribedCell:
 
 def parts_of(controller: Controller) -> list[Part]:
     """The parts that are there, in the order in which the cell names them."""
-    pieces = None if controller.handling is None else controller.handling.workpieces
-    return [] if pieces is None else [each.part for each in pieces.bodies.values() if each.state != GONE]
+    bodies = [] if controller.handling is None else controller.handling.bodies
+    return [each.part for each in bodies if each.state != GONE]
 
 
 def jaw_m_of(controller: Controller) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from iiwa_sim.controller.handling_kernel import HandlingTicks
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.aside_kernel import Aside
-from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.falling import GONE, Body
 from iiwa_sim.handling.fingers_kernel import Fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
@@ -93,6 +93,7 @@ class Handling(HandlingTicks):
             bodies = start(handled.parts, surfaces)
             self.workpieces = self._parts_told = ToldWorkpieces(bodies, surfaces, self.gripper, tick_s)
             self._aside = Aside(self.workpieces, load, tick_s, handled.jaws.stroke_m)
+        self._names = [part.name for part, _ in handled.parts]
         self._parts_at = -1
         self._parts: tuple[PartState, ...] = ()
         self._place_jaws()
@@ -172,10 +173,17 @@ class Handling(HandlingTicks):
         if pieces is not None and pieces.changes != self._parts_at:
             self._parts_at = pieces.changes
             self._parts = tuple(
-                PartState(name, Frame.from_transform(each.pose), each.state)
-                for name, each in pieces.bodies.items()
+                PartState(each.part.name, Frame.from_transform(each.pose), each.state) for each in self.bodies
             )
         return self._parts
+
+    @property
+    def bodies(self) -> list[Body]:
+        """All parts, in the order in which the cell names them; `workpieces` has them by height."""
+        if self.workpieces is None:
+            return []
+        there = self.workpieces.bodies
+        return [there[name] for name in self._names]
 
     def tell_of_parts(self, tell: Tell) -> None:
         """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
