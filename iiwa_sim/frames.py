@@ -216,6 +216,15 @@ def rotation_about(axis: Vector, angle: float) -> Rotation:
     )  # fmt: skip
 
 
+def with_z_along(direction: Vector) -> Rotation:
+    """A rotation that turns z to a direction, a unit vector."""
+    x, y, z = direction
+    second = (0.0, z, -y) if abs(x) < 0.9 else (-z, 0.0, x)
+    length = hypot(*second)
+    a, b, c = second[0] / length, second[1] / length, second[2] / length
+    return (b * z - c * y, a, x, c * x - a * z, b, y, a * y - b * x, c, z)
+
+
 def _half_open(angle: float) -> float:
     """The angle of atan2 with -pi, which it gives for a negative zero, as pi."""
     return pi if angle <= -pi else angle

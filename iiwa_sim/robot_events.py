@@ -25,6 +25,9 @@ class EventListener(Protocol):
     def touch(self, text: str) -> None:
         """A link begins to touch a surface or another link."""
 
+    def part(self, text: str, slips: bool) -> None:
+        """A part is gripped, let go, slips out of the jaws, or is made to go."""
+
 
 class RobotEvents:
     """The events of one robot, as its controller tells them."""
@@ -52,6 +55,13 @@ class RobotEvents:
         logger.warning("%s", told)
         for listener in self.listeners:
             listener.touch(told)
+        self._dialogue.event(ROBOT, told)
+
+    def part(self, told: str, slips: bool) -> None:
+        """Tell that a part is gripped or let go, or is gone; `slips` for one that is lost by itself."""
+        logger.log(logging.WARNING if slips else logging.INFO, "%s", told)
+        for listener in self.listeners:
+            listener.part(told, slips)
         self._dialogue.event(ROBOT, told)
 
 

@@ -38,6 +38,8 @@ class RobotInTime(LoopOrThread):
             on_touch=self._events.touch,
         )
         self._controller.endings.on_discarded = log_discarded
+        if self._controller.handling is not None:
+            self._controller.handling.tell_of_parts(self._events.part)
 
     @property
     def controller(self) -> Controller:

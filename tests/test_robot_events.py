@@ -29,6 +29,9 @@ class Somebody:
     def touch(self, text: str) -> None:
         self.told.append((text,))
 
+    def part(self, text: str, slips: bool) -> None:
+        self.told.append((text, slips))
+
 
 def test_what_happens_to_the_robot_is_told_to_log_listeners_and_dialogue(
     caplog: pytest.LogCaptureFixture,
@@ -47,6 +50,19 @@ def test_what_happens_to_the_robot_is_told_to_log_listeners_and_dialogue(
     assert [(line.session, line.text) for line in said] == [
         ("robot", text) for text in ("3040 100 % odd", str(CONTACT), "link 4 touches table")
     ]
+
+
+def test_a_part_that_slips_is_a_warning_and_what_is_wanted_is_none(caplog: pytest.LogCaptureFixture) -> None:
+    dialogue, said, somebody = Dialogue(lambda: 5), list[DialogueLine](), Somebody()
+    dialogue.listeners.append(said.append)
+    events = RobotEvents(dialogue)
+    events.listeners.append(somebody)
+    with caplog.at_level(logging.INFO):
+        events.part("the gripper holds part 'it'", False)
+        events.part("part 'it' has slipped", True)
+    assert [record.levelno for record in caplog.records] == [logging.INFO, logging.WARNING]
+    assert somebody.told == [("the gripper holds part 'it'", False), ("part 'it' has slipped", True)]
+    assert [line.text for line in said] == ["the gripper holds part 'it'", "part 'it' has slipped"]
 
 
 def test_the_log_has_the_fields_of_an_event(caplog: pytest.LogCaptureFixture) -> None:

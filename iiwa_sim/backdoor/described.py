@@ -1,6 +1,6 @@
 """What stands there, as data for who looks at it from outside: the arm, and what is round it."""
 
-from typing import Any
+from typing import Any, Self
 
 import msgspec
 
@@ -10,9 +10,10 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.wanted import Planned
-from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.part import Part
+from iiwa_sim.robot.capsules import Capsule
 
 
 class DescribedRobot(msgspec.Struct, frozen=True):
@@ -33,6 +34,27 @@ class DescribedRobot(msgspec.Struct, frozen=True):
     """The text of the URDF."""
 
 
+class DescribedCapsule(msgspec.Struct, frozen=True):
+    """One of `[tool] capsules_mm`, in the flange."""
+
+    start_mm: Vector
+    """One end of its line."""
+    end_mm: Vector
+    """The other one."""
+    radius_mm: float
+
+    @classmethod
+    def of(cls, capsule: Capsule) -> Self:
+        """A capsule as it is told."""
+        (ax, ay, az), (bx, by, bz) = capsule.start, capsule.end
+        ends_mm = (1e3 * ax, 1e3 * ay, 1e3 * az), (1e3 * bx, 1e3 * by, 1e3 * bz)
+        return cls(*ends_mm, 1e3 * capsule.radius_m)
+
+    def capsule(self) -> Capsule:
+        """The capsule that is told."""
+        return Capsule.of_tool((*self.start_mm, *self.end_mm, self.radius_mm))
+
+
 class DescribedCell(msgspec.Struct, frozen=True):
     """What is round the arm, with the keys and units of a cell.toml."""
 
@@ -47,6 +69,8 @@ class DescribedCell(msgspec.Struct, frozen=True):
     """What the parts that are there look like: `name`, `shape`, its lengths. A state tells where they are."""
     jaw_mm: tuple[float, ...]
     """Size of each jaw of the gripper, along x y z of the TCP; empty without a gripper."""
+    tool_capsules: tuple[DescribedCapsule, ...]
+    """The shape of the tool; empty without any."""
 
 
 class DescribedMove(msgspec.Struct, frozen=True):
@@ -109,7 +133,7 @@ def described_robot(controller: Controller) -> DescribedRobot:
 
 def described_cell(controller: Controller) -> DescribedCell:
     """What is round it, as it is now."""
-    world, io = controller.load.world, controller.io
+    world, io, tool = controller.load.world, controller.io, controller.tool
     return DescribedCell(
         contact_radius_mm=1e3 * world.radius_m,
         inputs=io.input_names,
@@ -123,13 +147,14 @@ def described_cell(controller: Controller) -> DescribedCell:
             for part in parts_of(controller)
         ),
         jaw_mm=tuple(1e3 * each for each in jaw_m_of(controller)),
+        tool_capsules=() if tool is None else tuple(map(DescribedCapsule.of, tool.capsules)),
     )
 
 
 def parts_of(controller: Controller) -> list[Part]:
     """The parts that are there, in the order in which the cell names them."""
-    pieces = None if controller.handling is None else controller.handling.workpieces
-    return [] if pieces is None else [each.part for each in pieces.bodies.values() if each.state != GONE]
+    bodies = [] if controller.handling is None else controller.handling.bodies
+    return [each.part for each in bodies if each.state != GONE]
 
 
 def jaw_m_of(controller: Controller) -> tuple[float, ...]:

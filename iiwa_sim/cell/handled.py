@@ -14,7 +14,7 @@ from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
 from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.handling.lying import CLOSE_M
-from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.part import LEVEL, Part
 from iiwa_sim.handling.points import points_of
 from iiwa_sim.settings import Range, Reader
 
@@ -146,7 +146,7 @@ def check_parts(
         reader.check_name_in_lines(f"{place}.name", part.name)
         taken = names.setdefault(part.name, place)
         reader.check(f"{place}.name", part.name, taken == place, f"another name than that of {taken}")
-        check_ranges(reader, f"{place}.", part, PART_RANGES)
+        check_ranges(reader, f"{place}.", part, PART_RANGES, f" of {part.name!r}")
 
 
 def check_places(reader: Reader, parts: Sequence[AnyPart], surfaces: Sequence[Surface]) -> None:
@@ -155,12 +155,13 @@ def check_places(reader: Reader, parts: Sequence[AnyPart], surfaces: Sequence[Su
     for index, settings in enumerate(parts):
         part, pose = part_of(settings), settings.pose()
         angles = [settings.alpha, settings.beta, settings.gamma]
-        level = "angles with which it lies on a face, or a cylinder on its side"
-        reader.check(f"part[{index}].alpha, beta, gamma", angles, part.is_level(pose.rotation), level)
+        level = f"angles with which it lies on a face, or a cylinder on its side, to {LEVEL:g} rad"
+        key = f"part[{index}].alpha, beta, gamma of {part.name!r}"
+        reader.check(key, angles, part.is_level(pose.rotation), level)
         within = _within(part, pose, solid)
         place = [settings.x_mm, settings.y_mm, settings.z_mm]
         outside = f"a place outside of {within!r}, up to {1e3 * CLOSE_M:g} mm"
-        reader.check(f"part[{index}].x_mm, y_mm, z_mm", place, not within, outside)
+        reader.check(f"part[{index}].x_mm, y_mm, z_mm of {part.name!r}", place, not within, outside)
         solid.append(Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0))
 
 

@@ -50,20 +50,22 @@ class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
         return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
 
 
-def check_ranges(reader: Reader, prefix: str, settings: Placed, ranges: Mapping[str, Range]) -> None:
+def check_ranges(
+    reader: Reader, prefix: str, settings: Placed, ranges: Mapping[str, Range], suffix: str = ""
+) -> None:
     """Raises an error if a number, or one of several under a key, is out of its range.
 
-    `prefix` is put before the keys in the message.
+    `prefix` is put before the keys in the message, and `suffix` behind them.
     """
     for key in settings.__struct_fields__:
         if key not in ranges:
             continue
         value = getattr(settings, key)
         if isinstance(value, float | int):
-            reader.check_range(f"{prefix}{key}", value, ranges[key])
+            reader.check_range(f"{prefix}{key}{suffix}", value, ranges[key])
         else:
             for index, each in enumerate(value):
-                reader.check_range(f"{prefix}{key}[{index}]", each, ranges[key])
+                reader.check_range(f"{prefix}{key}[{index}]{suffix}", each, ranges[key])
 
 
 def box(size_mm: tuple[float, float, float]) -> Box:

@@ -115,10 +115,7 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
 
     def tool(self) -> Tool:
         """What a controller takes."""
-        capsules = tuple(
-            Capsule("tool", 0, _metres(each[:3]), _metres(each[3:6]), 1e-3 * each[6])
-            for each in self.capsules_mm
-        )
+        capsules = tuple(map(Capsule.of_tool, self.capsules_mm))
         return Tool(ToolLoad(self.mass_kg, _metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 

@@ -73,6 +73,8 @@ class Controller:
         out of range.
         """
         self.description = description
+        self.tool = tool
+        """What is fixed to its flange, None for nothing: not what it believes to carry."""
         self.tick_s = tick_s
         self.io = Io() if io is None else io
         start = description.home if start is None else start

@@ -10,12 +10,13 @@ from iiwa_sim.controller.handling_kernel import HandlingTicks
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.aside_kernel import Aside
-from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.falling import GONE, Body
 from iiwa_sim.handling.fingers_kernel import Fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.workpieces import Parts, Workpieces
+from iiwa_sim.handling.told import Tell, ToldWorkpieces
+from iiwa_sim.handling.workpieces import Parts
 from iiwa_sim.wording import harmless
 
 SENSORS = ("open", "closed", "holds")
@@ -86,11 +87,13 @@ class Handling(HandlingTicks):
         self._told: tuple[bool, ...] = ()
         self._radius_m = load.world.radius_m
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
+        self._parts_told: ToldWorkpieces | None = None
         if handled.parts:
             surfaces = list(load.world.surfaces.values())
             bodies = start(handled.parts, surfaces)
-            self.workpieces = Workpieces(bodies, surfaces, self.gripper, tick_s)
+            self.workpieces = self._parts_told = ToldWorkpieces(bodies, surfaces, self.gripper, tick_s)
             self._aside = Aside(self.workpieces, load, tick_s, handled.jaws.stroke_m)
+        self._names = [part.name for part, _ in handled.parts]
         self._parts_at = -1
         self._parts: tuple[PartState, ...] = ()
         self._place_jaws()
@@ -176,16 +179,29 @@ class Handling(HandlingTicks):
         if pieces is not None and pieces.changes != self._parts_at:
             self._parts_at = pieces.changes
             self._parts = tuple(
-                PartState(name, Frame.from_transform(each.pose), each.state)
-                for name, each in pieces.bodies.items()
+                PartState(each.part.name, Frame.from_transform(each.pose), each.state) for each in self.bodies
             )
         return self._parts
 
+    @property
+    def bodies(self) -> list[Body]:
+        """All parts, in the order in which the cell names them; `workpieces` has them by height."""
+        if self.workpieces is None:
+            return []
+        there = self.workpieces.bodies
+        return [there[name] for name in self._names]
+
+    def tell_of_parts(self, tell: Tell) -> None:
+        """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
+        taken away."""
+        if self._parts_told is not None:
+            self._parts_told.tell = tell
+
     def lose(self) -> None:
         """A fault: what the jaws hold falls. Raises `Refused` where they hold nothing."""
-        if self.workpieces is None or not self.workpieces.held:
+        if self._parts_told is None or not self._parts_told.held:
             raise Refused(EXECUTION, "the gripper holds no part")
-        self.workpieces.lose()
+        self._parts_told.drop()
 
     def remove(self, name: str) -> None:
         """A fault: a part is missing. Raises `Refused` where there is none of this name."""

@@ -18,6 +18,11 @@ def arm_mm(recording: Recording, tick: int) -> Array:
     return _points_mm(steps, recording.joints[tick].tolist(), recording.tcp_mm[tick])
 
 
+def flange(recording: Recording, tick: int) -> Transform:
+    """The flange in the base at a tick (m)."""
+    return Model(recording.description).flange(recording.joints[tick].tolist())
+
+
 def instants(recording: Recording) -> list[int]:
     """Ticks at even times, from the first to the last; the first alone where no joint moves at all."""
     if not np.ptp(recording.joints, axis=0).any():

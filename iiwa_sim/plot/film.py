@@ -26,7 +26,7 @@ from iiwa_sim.plot.draw import STYLE, settle, title
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.forces import draw_forces
 from iiwa_sim.plot.marks import COLOURS, numbers
-from iiwa_sim.plot.over_time import draw_positions, draw_speed
+from iiwa_sim.plot.over_time import draw_positions, draw_speed, mark_faults
 from iiwa_sim.plot.record import Recording
 from iiwa_sim.plot.space import ArmLines, HandledBodies, draw_scene
 
@@ -126,6 +126,7 @@ def _staged(recording: Recording) -> tuple[Figure, Callable[[int], None]]:
     panels[0].legend(**_LEGEND)
     for panel in panels:
         panel.set_xlim(0.0, recording.duration_s)
+    mark_faults(panels, recording)
     panels[-1].set_xlabel("time (s)")
     show = _Stage(space, panels, recording).show
     show(0)

@@ -10,8 +10,10 @@ from iiwa_sim.plot.record import Recording
 COLOURS = ("#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7")
 SURFACE, SURFACE_ALPHA = "#7a8f88", 0.25
 """Colour and opacity of surfaces."""
-PART, JAW, TOUCH, FORCE = "#c8862b", "#46484e", "#c92a2a", "#e8590c"
-"""Colours of parts, jaws, places where links touch surfaces, and the force at the TCP."""
+PART, JAW, TOOL, TOUCH, FORCE = "#c8862b", "#46484e", "#70737a", "#c92a2a", "#e8590c"
+"""Colours of parts, jaws, the tool, places where links touch surfaces, and the force at the TCP."""
+FAULT = "#c92a2a"
+"""Colour of the beginning of the error state."""
 MOST_NUMBERS = 40
 """Most targets that are drawn with numbers: those of more would cover each other."""
 _MOST_AT_ONE_PLACE = 4

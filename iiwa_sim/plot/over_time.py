@@ -11,16 +11,24 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MultipleLocator
 
 from iiwa_sim.plot.forces import draw_forces, draw_legend
-from iiwa_sim.plot.marks import COLOURS, names, numbers, together
+from iiwa_sim.plot.marks import COLOURS, FAULT, names, numbers, together
 from iiwa_sim.plot.overlaps import dashes
 from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.robot.description import RobotDescription
 
 _LIMIT: dict[str, Any] = {"color": "#555555", "linestyle": (0, (5, 3)), "linewidth": 0.9}
 _PASSED: dict[str, Any] = {"color": "#999999", "linestyle": (0, (1, 2)), "linewidth": 1.0, "zorder": 1.0}
+_FAULT: dict[str, Any] = {"color": FAULT, "linewidth": 1.2, "zorder": 1.5}
+_CODE: dict[str, Any] = {
+    "color": FAULT,
+    "fontsize": 8.0,
+    "fontweight": "bold",
+    "path_effects": [withStroke(linewidth=2.5, foreground="white")],
+}
 _DEGREES_PER_TICK = 60.0
 _ROUNDING_PERCENT = 1.0  # rounding of differences over ticks: less above a limit is no violation
 _ROOM = 1.18  # above the highest limit, for its label
@@ -65,6 +73,7 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
         panel.tick_params(labelbottom=False)
     strips[0].set_title("range used")
     _mark_passed(panels, recording)
+    mark_faults(panels, recording)
     figure.align_ylabels(panels)
 
 
@@ -83,6 +92,25 @@ def draw_speed(panel: Axes, recording: Recording) -> None:
     panel.set_ylabel("TCP speed (mm/s)")
     panel.plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
     panel.set_ylim(0.0, 1.08 * max(float(speed_mm_s.max()), 1.0))
+
+
+def mark_faults(panels: Sequence[Axes], recording: Recording) -> None:
+    """Mark the times at which the error state has begun, with its codes in the first panel."""
+    for fault in recording.faults:
+        time_s = fault.tick * recording.tick_s
+        for panel in panels:
+            panel.axvline(time_s, **_FAULT)
+        is_late = time_s > 0.5 * recording.duration_s
+        panels[0].annotate(
+            f"error {fault.code}",
+            (time_s, 1.0),
+            xycoords=panels[0].get_xaxis_transform(),
+            xytext=(-3.0 if is_late else 3.0, -3.0),
+            textcoords="offset points",
+            horizontalalignment="right" if is_late else "left",
+            verticalalignment="top",
+            **_CODE,
+        )
 
 
 def _draw_joints(panel: Axes, recording: Recording, values: Array, height: float) -> None:

@@ -60,6 +60,15 @@ class Watch:
 
 
 @dataclass(frozen=True)
+class Fault:
+    """The beginning of the error state."""
+
+    tick: int
+    code: int
+    """Of `iiwa_sim.controller.errors`."""
+
+
+@dataclass(frozen=True)
 class Recording:
     """The robot at every tick, from rest at tick 0. Joints base first; arrays over ticks have n + 1 rows."""
 
@@ -80,6 +89,8 @@ class Recording:
     """What it works with, and touches."""
     surfaces: tuple[Surface, ...] = ()
     """What stands round the robot."""
+    faults: tuple[Fault, ...] = ()
+    """What has gone wrong between commands, as a protective stop."""
 
     @property
     def has_forces(self) -> bool:
@@ -139,17 +150,18 @@ class _Recorder:
         self._script = script
         self._cell = cell
         self._rate_hz = rate_hz
-        self._controller = cell.controller(1.0 / rate_hz, on_contact=self._met)
+        self._controller = cell.controller(1.0 / rate_hz, on_contact=self._met, on_fault=self._failed)
         self._client: Client = CLIENTS[script.dialect](self._controller, cell, script.path)
         self._joints = array("d")
         self._tcp = array("d")
         self._force_n = array("d")
-        handled = cell.handled
-        self._things = ThingsOverTime()
+        handled, tool = cell.handled, () if cell.tool is None else cell.tool.capsules
+        self._things = ThingsOverTime(tool=tool)
         if handled is not None:
             shapes = {part.name: part.shape for part, _ in handled.parts}
-            self._things = ThingsOverTime(shapes, handled.jaws.jaw_m)
+            self._things = ThingsOverTime(shapes, handled.jaws.jaw_m, tool)
         self._targets: list[Target] = []
+        self._faults: list[Fault] = []
         self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves
         self._due_s = 0.0  # time of the script: rounding of waits to ticks does not accumulate
@@ -196,6 +208,7 @@ class _Recorder:
             watches=tuple(self._watches.values()),
             things=self._things,
             surfaces=self._cell.surfaces,
+            faults=tuple(self._faults),
         )
 
     def _step(self, step: Command | Wait) -> None:
@@ -238,6 +251,9 @@ class _Recorder:
     def _met(self, contact: Contact) -> None:
         self._watched(contact.move)
         self._watches[contact.move] = replace(self._watches[contact.move], contact=contact)
+
+    def _failed(self, code: int, _: str) -> None:
+        self._faults.append(Fault(self._controller.tick, code))
 
     def _add_target(self, line: int, asked: Asked) -> None:
         if asked.tcp is None:

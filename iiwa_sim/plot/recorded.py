@@ -7,13 +7,13 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from iiwa_sim.backdoor.described import surface_from
+from iiwa_sim.backdoor.described import DescribedCapsule, surface_from
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.dialect.wire.dialogue import Direction
 from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.names import Named, named_in
-from iiwa_sim.plot.record import Array, Recording, Target
+from iiwa_sim.plot.record import Array, Fault, Recording, Target
 from iiwa_sim.plot.script import Script
 from iiwa_sim.plot.things import Things, ThingsOverTime, shapes_of
 from iiwa_sim.recordings import watch
@@ -65,6 +65,7 @@ def drawn_from(recorded: Recorded) -> Recording:
         watches=(),
         things=things,
         surfaces=surfaces,
+        faults=_faults(recorded, int(found[0]), step, len(wanted)),
     )
 
 
@@ -77,9 +78,19 @@ def _targets(recorded: Recorded, first: int, step: int, count: int) -> tuple[Tar
             name, blending_mm = known.get(event.move, Named())
             begun[event.move] = Target(0, (x, y, z), blending_mm, event.text, name=name)
         elif event.kind == watch.ENDS and event.code == 0 and event.move in begun:
-            place = min(max(round((event.tick - first) / step), 0), count - 1)
+            place = _place(event.tick, first, step, count)
             begun[event.move] = replace(begun[event.move], done_tick=place)
     return tuple(begun.values())
+
+
+def _faults(recorded: Recorded, first: int, step: int, count: int) -> tuple[Fault, ...]:
+    faults = [event for event in recorded.events() if event.kind == watch.FAULT]
+    return tuple(Fault(_place(event.tick, first, step, count), event.code) for event in faults)
+
+
+def _place(tick: int, first: int, step: int, count: int) -> int:
+    """The number, among the samples, of the one nearest to a tick."""
+    return min(max(round((tick - first) / step), 0), count - 1)
 
 
 def _named(recorded: Recorded) -> dict[int, Named]:
@@ -98,12 +109,14 @@ def _named(recorded: Recorded) -> dict[int, Named]:
 
 
 def _cell(recorded: Recorded) -> tuple[tuple[Surface, ...], ThingsOverTime]:
-    """Surfaces as they stood when the recording began, and what its parts and jaws look like."""
+    """Surfaces as they stood when the recording began, and what its parts, jaws and tool look like."""
     for message in recorded.messages((CELL,)):
         try:
             told = msgspec.json.decode(message.data, type=_Cell)
             x, y, z = (1e-3 * each for each in told.jaw_mm) if len(told.jaw_mm) == 3 else JAW_M
-            return tuple(map(surface_from, told.surfaces)), ThingsOverTime(shapes_of(told.parts), (x, y, z))
+            tool = tuple(each.capsule() for each in told.tool_capsules)
+            surfaces = tuple(map(surface_from, told.surfaces))
+            return surfaces, ThingsOverTime(shapes_of(told.parts), (x, y, z), tool)
         except ValueError as fault:  # as all errors of msgspec are
             what = "expected surfaces and parts as iiwa-sim writes them"
             raise PlotFault(f"{recorded.path}: {CELL}: {what}: {fault}") from None
@@ -114,6 +127,7 @@ class _Cell(msgspec.Struct):
     surfaces: list[dict[str, object]]
     parts: list[dict[str, object]] = []
     jaw_mm: list[float] = []
+    tool_capsules: list[DescribedCapsule] = []
 
 
 def _description(recorded: Recorded) -> RobotDescription:

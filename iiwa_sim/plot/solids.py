@@ -7,7 +7,7 @@ import numpy as np
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.plot.record import Array
-from iiwa_sim.plot.things import Solid
+from iiwa_sim.plot.things import Rod, Solid
 
 _AROUND = 36  # edges of what is round
 _RINGS = 12  # of a sphere, from pole to pole
@@ -62,7 +62,9 @@ def _faces(surface: Surface | Solid) -> Sequence[Array | Sequence[Sequence[float
         mantle = [[lower[each], lower[each + 1], upper[each + 1], upper[each]] for each in range(_AROUND)]
         return [lower[:-1], upper[:-1], *mantle]
     if isinstance(shape, Sphere):
-        return _sphere(shape.radius)
+        return _round_ends(shape.radius, 0.0)
+    if isinstance(shape, Rod):
+        return _round_ends(shape.radius, shape.half_z)
     far = _ENDLESS_M
     return [[(-far, -far, 0.0), (far, -far, 0.0), (far, far, 0.0), (-far, far, 0.0)]]
 
@@ -76,15 +78,21 @@ def _box(box: Box) -> list[Array]:
     ]
 
 
-def _sphere(radius: float) -> list[list[tuple[float, ...]]]:
+def _round_ends(radius: float, half_z: float) -> list[list[tuple[float, ...]]]:
+    """A cylinder along z between two halves of a sphere, whose middles are `half_z` off the origin."""
+    half = _RINGS // 2
+    heights = [np.pi * ring / _RINGS for ring in range(_RINGS + 1)]
+    rings = [(height, half_z) for height in heights[: half + 1]]
+    rings += [(height, -half_z) for height in heights[half if half_z else half + 1 :]]
+
     def point(ring: int, place: int) -> tuple[float, ...]:
-        height, angle = np.pi * ring / _RINGS, 2.0 * np.pi * place / _AROUND
+        (height, middle), angle = rings[ring], 2.0 * np.pi * place / _AROUND
         flat = radius * np.sin(height)
-        return (flat * np.cos(angle), flat * np.sin(angle), radius * np.cos(height))
+        return (flat * np.cos(angle), flat * np.sin(angle), radius * np.cos(height) + middle)
 
     return [
         [point(ring, place), point(ring + 1, place), point(ring + 1, place + 1), point(ring, place + 1)]
-        for ring in range(_RINGS)
+        for ring in range(len(rings) - 1)
         for place in range(_AROUND)
     ]
 

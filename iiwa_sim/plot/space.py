@@ -1,4 +1,4 @@
-"""The scene in three dimensions: the arm with jaws, parts and force, the way of the TCP, the surfaces."""
+"""The scene in three dimensions: the arm with tool, jaws, parts and force, the way of the TCP, surfaces."""
 
 from typing import Any
 
@@ -8,8 +8,9 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3D, Poly3DCollection
 
-from iiwa_sim.plot.arm import arm_mm, instants
-from iiwa_sim.plot.marks import COLOURS, FORCE, JAW, PART, SURFACE, SURFACE_ALPHA, TOUCH
+from iiwa_sim.plot.arm import arm_mm, flange, instants
+from iiwa_sim.plot.fitting import seen_mm
+from iiwa_sim.plot.marks import COLOURS, FORCE, JAW, PART, SURFACE, SURFACE_ALPHA, TOOL, TOUCH
 from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.plot.solids import cut_off, polygons
 from iiwa_sim.plot.things import LEAST_N, LONGEST_M, M_PER_N, Solid
@@ -54,34 +55,41 @@ class ArmLines:
 
 
 class HandledBodies:
-    """Jaws, parts and the force at the TCP in a panel, at one tick at a time."""
+    """Tool, jaws, parts and the force at the TCP in a panel, at one tick at a time."""
 
     def __init__(self, axes: Axes3D, recording: Recording, tick: int, alpha: float = 1.0) -> None:
         """`alpha` is from 0, not to be seen, to 1."""
         self._recording = recording
-        things, tcp = recording.things, recording.tcp(tick)
-        self._bodies = [
-            _collection(axes, solid, colour, alpha)
-            for colour, solids in ((JAW, things.jaws(tick, tcp)), (PART, things.parts(tick)))
-            for solid in solids
-        ]
+        self._low, self._high = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()]).T
+        self._bodies = [_collection(axes, solid, colour, alpha) for colour, solid in self._there(tick)]
         self._force: Line3D
         (self._force,) = axes.plot([], [], [], color=FORCE, linewidth=2.0, alpha=alpha)
         self.show(tick)
 
     def show(self, tick: int) -> None:
         """Draw them as they are at a tick. A part that has gone is nowhere."""
-        recording = self._recording
-        things, tcp = recording.things, recording.tcp(tick)
-        solids = [*things.jaws(tick, tcp), *things.parts(tick)]
+        recording, tcp = self._recording, self._recording.tcp(tick)
+        solids = self._there(tick)
         for place, body in enumerate(self._bodies):
-            body.set_verts(polygons(solids[place]) if place < len(solids) else [])
+            body.set_verts(self._faces(*solids[place]) if place < len(solids) else [])
         force_n = np.array(tcp.to_transform().rotation).reshape(3, 3) @ recording.force_n[tick]
         size_n = float(np.linalg.norm(force_n))
         way = [recording.tcp_mm[tick]]
         if size_n >= LEAST_N:
             way.append(way[0] + 1e3 * min(M_PER_N * size_n, LONGEST_M) / size_n * force_n)
         self._force.set_data_3d(*np.array(way).T)
+
+    def _faces(self, colour: str, solid: Solid) -> list[Array]:
+        """Of a body: parts end where the scene does, as what they lie on."""
+        return _within(polygons(solid), self._low, self._high) if colour == PART else polygons(solid)
+
+    def _there(self, tick: int) -> list[tuple[str, Solid]]:
+        """What there is at a tick, with its colours."""
+        things = self._recording.things
+        tool = things.tool(flange(self._recording, tick))
+        jaws = things.jaws(tick, self._recording.tcp(tick))
+        coloured = ((TOOL, tool), (JAW, jaws), (PART, things.parts(tick)))
+        return [(colour, solid) for colour, solids in coloured for solid in solids]
 
 
 def _collection(axes: Axes3D, solid: Solid, colour: str, alpha: float) -> Poly3DCollection:
@@ -106,8 +114,9 @@ def draw_space(axes: Axes3D, recording: Recording) -> None:
 
 
 def draw_scene(axes: Axes3D, recording: Recording, arms_mm: Array) -> None:
-    """Set up a panel to scale round the path and these points of the arm (n, 3), with what stands there."""
-    seen = np.vstack([arms_mm, recording.tcp_mm])
+    """Set up a panel to scale round the path, these points of the arm (n, 3) and parts that are to be seen,
+    with what stands there."""
+    seen = np.vstack([arms_mm, recording.tcp_mm, *seen_mm(recording)])
     low, high = seen.min(axis=0), seen.max(axis=0)
     room = _ROOM * float((high - low).max())
     low, high = low - room, high + room
@@ -121,8 +130,7 @@ def draw_scene(axes: Axes3D, recording: Recording, arms_mm: Array) -> None:
         axis.labelpad = -5.0
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
     for surface in recording.surfaces:
-        faces = [cut_off(each, low, high) for each in polygons(surface)]
-        shown = [face for face in faces if len(face) > 2]
+        shown = _within(polygons(surface), low, high)
         if shown:
             colour = to_rgb(SURFACE)
             edge = (*colour, 0.6 if len(shown) <= _MOST_EDGES else 0.0)
@@ -131,3 +139,13 @@ def draw_scene(axes: Axes3D, recording: Recording, arms_mm: Array) -> None:
     touches = recording.things.touches_mm
     if touches:
         axes.plot(*np.array(touches).T, color=TOUCH, marker="x", linestyle="", markersize=5.0)
+
+
+def _within(faces: list[Array], low: Array, high: Array) -> list[Array]:
+    """What of faces is in a box: most are, or are not, as a whole."""
+    corners = np.concatenate(faces)
+    if (corners >= low).all() and (corners <= high).all():
+        return faces
+    if (corners.max(axis=0) < low).any() or (corners.min(axis=0) > high).any():
+        return []
+    return [face for face in (cut_off(each, low, high) for each in faces) if len(face) > 2]

@@ -13,8 +13,9 @@ from matplotlib.figure import SubFigure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from iiwa_sim.plot.marks import COLOURS, PART, SURFACE, SURFACE_ALPHA, TOUCH, Place, numbers, together
-from iiwa_sim.plot.record import Recording
+from iiwa_sim.plot.fitting import seen_mm
+from iiwa_sim.plot.marks import COLOURS, JAW, PART, SURFACE, SURFACE_ALPHA, TOUCH, Place, numbers, together
+from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.plot.solids import outline
 
 _AXES = "xyz"
@@ -66,30 +67,33 @@ _LEGEND: dict[str, Any] = {
 }
 _MOST_IN_A_ROW = 5
 _CLOSEST = 0.04  # part of the extent: numbers nearer to each other share a label
+_BESIDE_MM = 15.0  # margin round parts, so that what they lie on is seen, too
 _SMALLEST_MM = 1.0  # margin round the path: a TCP at rest has no extent of its own
 
 
 def draw_tcp_views(figure: SubFigure, above: Axes, side: Axes, recording: Recording) -> None:
     """Fill two panels of a figure with the two views, and put their legend below."""
+    seen = seen_mm(recording)
     x_mm, y_mm, _ = np.ptp(recording.tcp_mm, axis=0)
-    _draw_view(above, recording, (0, 1))
+    _draw_view(above, recording, (0, 1), seen)
     above.set_title("TCP seen from above")
     if x_mm >= y_mm:
-        _draw_view(side, recording, (0, 2))
+        _draw_view(side, recording, (0, 2), seen)
         side.set_title("TCP seen from the side")
     else:
-        _draw_view(side, recording, (1, 2))
+        _draw_view(side, recording, (1, 2), seen)
         side.set_title("TCP seen from the front")
     handles, labels = above.get_legend_handles_labels()
     columns = len(labels) if len(labels) <= _MOST_IN_A_ROW else (len(labels) + 1) // 2
     figure.legend(handles, labels, ncols=columns, **_LEGEND)
 
 
-def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
+def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int], seen: list[Array]) -> None:
+    """Fill a view, which is large enough for the way of the TCP and for the corners of parts to be `seen`."""
     first, second = axes
     way = recording.tcp_mm[:, list(axes)]
     _draw_surfaces(view, recording, axes)
-    _draw_parts(view, recording, axes)
+    _draw_bodies(view, recording, axes)
     view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="TCP")
     view.plot(way[0, 0], way[0, 1], **_START)
     spheres = [
@@ -123,6 +127,9 @@ def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     for (x_mm, y_mm), label in together([each for each in numbered if each[1]], _CLOSEST * extent_mm):
         view.annotate(label, (x_mm, y_mm), xytext=(5.0, 5.0), textcoords="offset points", **_NUMBER)
     view.update_datalim([way.min(axis=0) - _SMALLEST_MM, way.max(axis=0) + _SMALLEST_MM])
+    for each in seen:
+        corners = each[:, list(axes)]
+        view.update_datalim([corners.min(axis=0) - _BESIDE_MM, corners.max(axis=0) + _BESIDE_MM])
     view.ticklabel_format(useOffset=False)
     view.set_aspect("equal", adjustable="datalim")
     view.set_xlabel(f"{_AXES[first]} (mm)")
@@ -141,20 +148,25 @@ def _draw_surfaces(view: Axes, recording: Recording, axes: tuple[int, int]) -> N
         )
 
 
-def _draw_parts(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
-    """Draw the outlines of parts as they were at first, dashed, and at last."""
-    for tick, line, label in ((0, "--", ""), (len(recording.joints) - 1, "-", "part")):
-        for place, solid in enumerate(recording.things.parts(tick)):
-            corners = outline(solid, axes)
-            assert corners is not None, "no part is a plane"
-            view.add_artist(
-                Polygon(
-                    corners,
-                    facecolor=(*to_rgb(PART), 0.35 if label else 0.0),
-                    edgecolor=PART,
-                    linestyle=line,
-                    linewidth=0.9,
-                    zorder=0.6,
-                    label=label if not place else "",
+def _draw_bodies(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
+    """Draw the outlines of parts and jaws as they were at first, dashed, and at last."""
+    things = recording.things
+    for tick, line in ((0, "--"), (len(recording.joints) - 1, "-")):
+        for solids, colour, label in (
+            (things.parts(tick), PART, "part"),
+            (things.jaws(tick, recording.tcp(tick)), JAW, "jaw"),
+        ):
+            for place, solid in enumerate(solids):
+                corners = outline(solid, axes)
+                assert corners is not None, "none of these is a plane"
+                view.add_artist(
+                    Polygon(
+                        corners,
+                        facecolor=(*to_rgb(colour), 0.35 if line == "-" else 0.0),
+                        edgecolor=colour,
+                        linestyle=line,
+                        linewidth=0.9,
+                        zorder=0.6,
+                        label=label if line == "-" and not place else "",
+                    )
                 )
-            )

@@ -1,26 +1,41 @@
-"""What a robot works with, as it is drawn: the jaws of its gripper, parts, and where links touch surfaces."""
+"""What a robot works with, as it is drawn: its tool, the jaws of its gripper, parts, and where links touch
+surfaces."""
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from math import dist
 from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.meetings import LinkTouch
 from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
-from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.falling import GONE, HELD
 from iiwa_sim.handling.gripper import JAW_M
+from iiwa_sim.robot.capsules import Capsule
 
 LEAST_N = 1.0
 """The least force at the TCP (N) that is drawn as an arrow."""
 M_PER_N, LONGEST_M = 0.005, 0.5
 """Length of the arrow of a force for each N, and at most: as on the live page."""
 
+MOVED_MM = 1.0
+"""A part that is no farther from where it was than this has not moved."""
+
+
+class Rod(NamedTuple):
+    """A cylinder along z with round ends, and its middle in the origin; a ball where it has no length."""
+
+    radius: float
+    """m"""
+    half_z: float
+    """Half the length (m) of the cylinder, without the ends."""
+
 
 class Solid(NamedTuple):
     """A body in one place."""
 
-    shape: Shape
+    shape: Shape | Rod
     pose: Transform
     """Pose in the base (m)."""
 
@@ -37,11 +52,17 @@ class Things(NamedTuple):
 class ThingsOverTime:
     """All of that of one recording, and what the parts look like."""
 
-    def __init__(self, shapes: Mapping[str, Shape] | None = None, jaw_m: Vector = JAW_M) -> None:
+    def __init__(
+        self,
+        shapes: Mapping[str, Shape] | None = None,
+        jaw_m: Vector = JAW_M,
+        tool: Sequence[Capsule] = (),
+    ) -> None:
         """`shapes` are those of the parts, by their names; `jaw_m` is each jaw's size along x y z of the TCP,
-        if there is a gripper."""
+        if there is a gripper; `tool` is what is fixed to the flange."""
         self.shapes = {} if shapes is None else shapes
         self._jaw_m = jaw_m
+        self._tool = [Solid(Rod(each.radius_m, 0.5 * each.length_m), each.pose) for each in tool]
         self._changes: list[Things] = []
 
     def add(self, now: Things) -> None:
@@ -66,11 +87,25 @@ class ThingsOverTime:
 
     def parts(self, tick: int) -> list[Solid]:
         """The parts at a tick."""
+        return [solid for _, solid in self.named_parts(tick)]
+
+    def named_parts(self, tick: int) -> list[tuple[str, Solid]]:
+        """The parts at a tick, with their names."""
         return [
-            Solid(self.shapes[part.name], part.frame.to_transform())
+            (part.name, Solid(self.shapes[part.name], part.frame.to_transform()))
             for part in self.at(tick).parts
             if part.name in self.shapes and part.state != GONE
         ]
+
+    def handled(self, first: int, last: int) -> set[str]:
+        """The names of parts that are elsewhere at the last tick than at the first, or were held."""
+        before = {part.name: part.frame for part in self.at(first).parts}
+        found = {
+            part.name
+            for part in self.at(last).parts
+            if part.name in before and dist(part.frame[:3], before[part.name][:3]) > MOVED_MM
+        }
+        return found | {part.name for each in self._changes for part in each.parts if part.state == HELD}
 
     def jaws(self, tick: int, tcp: Frame) -> list[Solid]:
         """The jaws of the gripper at a tick, with the TCP in this frame of the base."""
@@ -81,6 +116,10 @@ class ThingsOverTime:
         away = 5e-4 * gripper.opening_mm + 0.5 * y
         places = [Transform(IDENTITY.rotation, (0.0, side * away, -0.5 * z)) for side in (1.0, -1.0)]
         return [Solid(Box(0.5 * x, 0.5 * y, 0.5 * z), compose(tcp.to_transform(), each)) for each in places]
+
+    def tool(self, flange: Transform) -> list[Solid]:
+        """What is fixed to the flange, with that at this pose in the base (m)."""
+        return [Solid(each.shape, compose(flange, each.pose)) for each in self._tool]
 
 
 def shapes_of(told: Sequence[Mapping[str, object]]) -> dict[str, Shape]:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -19,6 +18,7 @@ from iiwa_sim.controller.reading import Reading
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings import watch
+from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
 from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said, States
 from iiwa_sim.recordings.scene import Arm
@@ -28,7 +28,13 @@ from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
 
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
-_LEVELS = {watch.FAULT: _ERROR, watch.LOST: _ERROR, watch.REFUSED: _WARNING, watch.CONTACT: _WARNING}
+_LEVELS = {
+    watch.FAULT: _ERROR,
+    watch.LOST: _ERROR,
+    watch.REFUSED: _WARNING,
+    watch.CONTACT: _WARNING,
+    watch.SLIPS: _WARNING,
+}
 _OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
 BLOCKS_HZ = 20
 """So often in a simulated second all is put, that of 25 ticks at 500 Hz: in 30 us, since it is little."""
@@ -91,7 +97,7 @@ class Recorder:
         self._moves_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
-        self._arm = Arm(description.urdf, description.joints)
+        self._arm = Arm(description.urdf, description.joints, description.flange, cell.tool)
         self._beginning = Beginning(
             description,
             {
@@ -107,7 +113,7 @@ class Recorder:
                 "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
                 **(said_of_it or {}),
             },
-            _attachments(cell),
+            attachments_of(cell),
             tick_rate_hz,
             self._began_ns,
             self._began_ns,
@@ -217,6 +223,10 @@ class Recorder:
         """A link begins to touch something."""
         self.event(Event(watch.TOUCH, text))
 
+    def part(self, text: str, slips: bool) -> None:
+        """A part is gripped, let go, slips out of the jaws, or is made to go."""
+        self.event(Event(watch.SLIPS if slips else watch.PART, text))
+
     def backdoor(self, call: str) -> None:
         """A test bench has done something, which may have changed the scene."""
         self.event(Event(watch.BACKDOOR, call))
@@ -287,14 +297,3 @@ class Recorder:
             "file": "",
             "line": 0,
         }
-
-
-def _attachments(cell: Cell) -> dict[str, tuple[str, bytes]]:
-    """The files the robot is made of: what is needed to draw it elsewhere."""
-    description = cell.description
-    found = {"robot.urdf": ("application/xml", description.urdf.encode())}
-    for name, path in (("robot.toml", Path(description.settings_path)), ("cell.toml", cell.path)):
-        if path is not None:
-            with suppress(OSError):  # gone since it was read
-                found[name] = ("application/toml", path.read_bytes())
-    return found

@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from math import cos, sin
 
 from iiwa_sim.backdoor.described import DescribedMove
-from iiwa_sim.contact.shapes import Box, Plane, Sphere
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.handling import PartState
 from iiwa_sim.frames import IDENTITY, Frame, Quaternion, Transform, Vector, compose
 from iiwa_sim.handling.part import Part
@@ -20,6 +21,7 @@ from iiwa_sim.recordings.foxglove import (
     transform,
 )
 from iiwa_sim.recordings.urdf_links import GREY, colour_of, joint_of, shape_of
+from iiwa_sim.robot.capsules import TOOL, Capsule
 from iiwa_sim.robot.urdf_joints import joints_in, origin_of
 
 TCP = "tcp"
@@ -32,6 +34,7 @@ _SURFACE = (0.35, 0.55, 0.75, 0.55)
 _TIP = (0.9, 0.3, 0.1, 0.8)
 _PART = (0.85, 0.6, 0.25, 1.0)
 _JAW = (0.28, 0.28, 0.3, 1.0)
+_TOOL = (0.45, 0.46, 0.48, 1.0)
 _TARGET = (0.3, 0.5, 0.9, 0.9)
 _BLENDING = (0.3, 0.5, 0.9, 0.2)
 _TARGET_M = 0.008
@@ -40,8 +43,8 @@ _TARGET_M = 0.008
 class Arm:
     """The links of a URDF, which has been checked (`iiwa_sim.robot.urdf`)."""
 
-    def __init__(self, urdf: str, joints: Sequence[str]) -> None:
-        """`joints` are the names of the robot's joints, base first."""
+    def __init__(self, urdf: str, joints: Sequence[str], flange: str = "", tool: Tool | None = None) -> None:
+        """`joints` are the names of the robot's joints, base first; `tool` is fixed to the link `flange`."""
         robot = ET.fromstring(urdf)
         self._joints = [joint_of(joint, joints) for joint in joints_in(robot)]
         children = {joint.child for joint in self._joints}
@@ -49,6 +52,7 @@ class Arm:
             material.get("name", ""): colour_of(material) for material in robot.findall("material")
         }
         self._links = robot.findall("link")
+        self._flange, self._tool = flange, () if tool is None else tool.capsules
         self.base = next(name for link in self._links if (name := link.get("name", "")) not in children)
         """The frame of the base, in which the robot's own frames are told."""
 
@@ -95,11 +99,13 @@ class Arm:
         jaw_m: Sequence[float] = (),
         parts: Iterable[Part] = (),
     ) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: arm, cell, sphere round the TCP, jaws, parts.
+        """A foxglove.SceneUpdate in place of all before it: arm, tool, cell, sphere at the TCP, jaws, parts.
 
         `jaw_m` is the size of each jaw along x y z of the TCP; empty without a gripper.
         """
         entities = [self._link(ns, link) for link in self._links if link.find("visual") is not None]
+        if self._tool:
+            entities.append(_tool(ns, self._flange, self._tool))
         entities += [_surface(ns, self.base, surface) for surface in surfaces]
         if contact_radius_m > 0.0:
             tip = entity(ns, TCP, TCP)
@@ -154,6 +160,16 @@ class Arm:
 def part_frame(name: str) -> str:
     """The frame in the middle of a part."""
     return f"part {name}"
+
+
+def _tool(ns: int, flange: str, capsules: Sequence[Capsule]) -> Message:
+    body = entity(ns, flange, TOOL)
+    for each in capsules:
+        if each.length_m > 0.0:
+            add_shape(body, Cylinder(each.radius_m, 0.5 * each.length_m), each.pose, _TOOL)
+        for end in dict.fromkeys((each.start, each.end)):
+            add_shape(body, Sphere(each.radius_m), Transform(IDENTITY.rotation, end), _TOOL)
+    return body
 
 
 def _surface(ns: int, base: str, surface: Surface) -> Message:

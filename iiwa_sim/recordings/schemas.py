@@ -181,6 +181,11 @@ _PART = _object(
     radius_mm=_said("number", "of a sphere or a cylinder"),
     length_mm=_said("number", "of a cylinder"),
 )
+_CAPSULE = _object(
+    start_mm={**_list(_NUMBER), "description": "an end of its line, in the flange"},
+    end_mm={**_list(_NUMBER), "description": "the other end"},
+    radius_mm=_NUMBER,
+)
 _CELL = _object(
     contact_radius_mm=_said("number", "of the sphere round the TCP that touches surfaces"),
     inputs={**_list(_TEXT), "description": "names, from number 1 on"},
@@ -188,6 +193,7 @@ _CELL = _object(
     surfaces=_list(_SURFACE),
     parts=_list(_PART),
     jaw_mm={**_list(_NUMBER), "description": "of each jaw along x y z of the TCP; none without a gripper"},
+    tool_capsules=_list(_CAPSULE),
 )
 _MOVES = _object(
     count=_said("integer", "moves that run and wait"),

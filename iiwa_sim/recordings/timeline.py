@@ -27,6 +27,7 @@ NO_CELL: Content = {
     "surfaces": [],
     "parts": [],
     "jaw_mm": [],
+    "tool_capsules": [],
 }
 NO_MOVES: Content = {"count": 0, "moves": []}
 

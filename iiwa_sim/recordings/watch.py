@@ -36,7 +36,24 @@ CONTACT = "contact"
 TOUCH = "touch"
 BACKDOOR = "backdoor"
 LOST = "lost"
-KINDS = (MODE, CLOCK, ACCEPTED, BEGINS, ENDS, FAULT, REFUSED, RESET, CONTACT, TOUCH, BACKDOOR, LOST)
+PART = "part"
+SLIPS = "part slips"
+KINDS = (
+    MODE,
+    CLOCK,
+    ACCEPTED,
+    BEGINS,
+    ENDS,
+    FAULT,
+    REFUSED,
+    RESET,
+    CONTACT,
+    TOUCH,
+    BACKDOOR,
+    LOST,
+    PART,
+    SLIPS,
+)
 
 AT_TARGET = "at its target"
 

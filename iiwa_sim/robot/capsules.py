@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from math import sqrt
+from math import dist, sqrt
 from typing import NamedTuple
 
-from iiwa_sim.frames import IDENTITY, Vector, apply, compose
+from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, with_z_along
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.urdf_joints import joints_in, origin_of
 
 _SINE = 0.5 * sqrt(3.0)  # of 60 degrees
+
+TOOL = "tool"
+"""What the capsules of a tool have in place of the name of a link."""
 
 
 class Capsule(NamedTuple):
@@ -27,6 +30,27 @@ class Capsule(NamedTuple):
     end: Vector
     """The other end; the same as `start` for a ball."""
     radius_m: float
+
+    @classmethod
+    def of_tool(cls, ends_and_radius_mm: Sequence[float]) -> Capsule:
+        """One of a tool, in the flange, as a cell.toml tells it: x y z of one end, of the other, radius."""
+        ax, ay, az, bx, by, bz, radius = (1e-3 * each for each in ends_and_radius_mm)
+        return cls(TOOL, 0, (ax, ay, az), (bx, by, bz), radius)
+
+    @property
+    def length_m(self) -> float:
+        """Of its line; 0 for a ball."""
+        return dist(self.start, self.end)
+
+    @property
+    def pose(self) -> Transform:
+        """Where the middle of its line is, with z along that, in the frame in which its ends are told."""
+        (ax, ay, az), (bx, by, bz), length = self.start, self.end, self.length_m
+        middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
+        if length == 0.0:
+            return Transform(IDENTITY.rotation, middle)
+        along = ((bx - ax) / length, (by - ay) / length, (bz - az) / length)
+        return Transform(with_z_along(along), middle)
 
 
 @lru_cache(maxsize=8)

@@ -17,6 +17,7 @@ from iiwa_sim.frames import (
     quaternion_from_rotation,
     rotation_about,
     transform_from_euler,
+    with_z_along,
 )
 from iiwa_sim.wording import Unusable
 
@@ -208,15 +209,6 @@ def _rods(held: list[Transform]) -> list[Shape]:
         if length < SHORTEST_ROD_M:
             continue
         middle = (0.5 * x, 0.5 * y, 0.5 * z)
-        along = Transform(_with_z_along((x / length, y / length, z / length)), middle)
+        along = Transform(with_z_along((x / length, y / length, z / length)), middle)
         rods.append(Shape("cylinder", (ROD_RADIUS_M, length), along, GREY))
     return rods
-
-
-def _with_z_along(direction: Vector) -> Rotation:
-    """A rotation that turns z to a direction."""
-    x, y, z = direction
-    second = (0.0, z, -y) if abs(x) < 0.9 else (-z, 0.0, x)
-    length = hypot(*second)
-    a, b, c = second[0] / length, second[1] / length, second[2] / length
-    return (b * z - c * y, a, x, c * x - a * z, b, y, a * y - b * x, c, z)

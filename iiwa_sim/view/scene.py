@@ -14,6 +14,7 @@ from iiwa_sim.view.jaws import Jaws
 from iiwa_sim.view.parts import Parts
 from iiwa_sim.view.surfaces import Surfaces, touched
 from iiwa_sim.view.targets import Move, Targets
+from iiwa_sim.view.tool import Tool
 from iiwa_sim.view.trail import Trail
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ class Scene:
         self._force = _arrow(scene, f"{root}/tcp/force", (230, 90, 20))
         self._torque = _arrow(scene, f"{root}/tcp/torque", (150, 60, 200))
         flange = self.arm.paths[drawing.flange]
+        self._tool_body = Tool(scene, flange)
         self._tool: Any = scene.add_line_segments(
             f"{flange}/tool",
             np.zeros((1, 2, 3), np.float32),
@@ -113,6 +115,7 @@ class Scene:
         self._shown = ()  # there may be contacts where there were none
         self._parts.are(cell.get("parts", ()))
         self._jaws.are(cell.get("jaw_mm", ()))
+        self._tool_body.are(cell.get("tool_capsules", ()))
         return self.surfaces.show(cell["surfaces"])
 
     def show_moves(self, moves: Sequence[Move]) -> None:

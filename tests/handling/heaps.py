@@ -185,7 +185,9 @@ class HeapScene:
         self.rests()
 
     def _removes(self) -> None:
-        there = [each.name for each in self.scene.handling.parts if each.state != GONE]
+        pieces = self.scene.handling.workpieces
+        assert pieces is not None
+        there = [name for name, each in pieces.bodies.items() if each.state != GONE]
         if there:
             self.scene.handling.remove(there[self._rng.integers(len(there))])
             self.books.look()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -21,10 +22,15 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Frame
 from iiwa_sim.plot.arm import arm_mm
 from iiwa_sim.plot.draw import draw, picture
+from iiwa_sim.plot.film import _staged
 from iiwa_sim.plot.marks import MOST_NUMBERS, together
 from iiwa_sim.plot.record import Recording, Target
+from iiwa_sim.plot.recorded import drawn_from
+from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.robot.model import Model
-from tests.plot.scripts import JOINT, LIN, recorded
+from tests.cell.cells import cell_from
+from tests.plot.scripts import JOINT, LIN, recorded, recorded_in
+from tests.recordings.recorded import Robot
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 
@@ -135,6 +141,26 @@ def test_a_stop_shows_the_limit_it_has() -> None:
     axes = panel(figure, "joint acceleration (% of limit)")
     assert texts(axes) == ["limit", "limit in a stop"]
     assert heights(axes) == {100.0, -100.0, 400.0, -400.0}
+
+
+def test_the_beginning_of_the_error_state_is_marked_with_its_code(tmp_path: Path) -> None:
+    """In pictures of commands, of recordings, and in films."""
+    cell = cell_from(tmp_path, "[safety]\ntcp_speed_mm_per_s = 20\n")
+    stopped = recorded_in(cell, JOINT, 100)
+    robot = Robot(tmp_path / "run.mcap", cell)
+    robot.step(5)
+    robot.recorder.fault(stopped.faults[0].code, "too fast")
+    robot.step(10)
+    robot.end()
+    (fault,) = stopped.faults
+    assert stopped.tcp_speed_mm_s()[fault.tick] > 20.0 >= stopped.tcp_speed_mm_s()[fault.tick - 1]
+    read = drawn_from(Recorded(tmp_path / "run.mcap"))
+    assert [each.code for each in read.faults] == [fault.code]
+    for recording, figure in ((stopped, draw(stopped)), (read, draw(read)), (stopped, _staged(stopped)[0])):
+        at_s = recording.faults[0].tick * recording.tick_s
+        assert f"error {fault.code}" in texts(panel(figure, "joint position (deg)"))
+        for label in ("joint position (deg)", "TCP speed (mm/s)"):
+            assert [at_s, at_s] in [list(line.get_xdata()) for line in panel(figure, label).lines]
 
 
 def test_streams_are_dots_without_numbers(recording: Recording) -> None:

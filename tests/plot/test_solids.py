@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import IDENTITY, Frame
 from iiwa_sim.plot.solids import cut_off, outline, polygons
+from iiwa_sim.plot.things import Rod, Solid
 from tests.samples import some
 
 LENGTH_M = st.floats(0.01, 1.0)
@@ -64,6 +65,20 @@ def test_the_outline_of_a_sphere_is_round() -> None:
     corners = outline(surface(Sphere(0.1), Frame(50, 60, 70, 0, 0, 0)), (0, 1))
     assert corners is not None
     assert np.linalg.norm(corners - [50.0, 60.0], axis=1) == pytest.approx(100.0, abs=1e-9)
+
+
+def test_a_rod_has_round_ends() -> None:
+    for half_z in (0.0, 0.2):
+        faces = polygons(Solid(Rod(0.1, half_z), IDENTITY))
+        corners = 1e-3 * np.concatenate(faces)
+        x, y, z = corners.T
+        beyond = z - np.clip(z, -half_z, half_z)
+        assert np.sqrt(x * x + y * y + beyond * beyond) == pytest.approx(0.1)
+        assert (z.min(), z.max()) == pytest.approx((-half_z - 0.1, half_z + 0.1))
+        for face in faces:
+            assert np.linalg.svd(face - face.mean(axis=0), compute_uv=False)[2] == pytest.approx(
+                0.0, abs=1e-6
+            )
 
 
 def test_a_plane_is_seen_from_the_side_only() -> None:

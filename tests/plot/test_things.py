@@ -15,7 +15,8 @@ from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.meetings import LinkTouch
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import Frame, apply, inverse
+from iiwa_sim.plot.arm import flange as flange_at
 from iiwa_sim.plot.draw import draw
 from iiwa_sim.plot.film import _staged
 from iiwa_sim.plot.record import Recording
@@ -23,6 +24,8 @@ from iiwa_sim.plot.recorded import drawn_from
 from iiwa_sim.plot.solids import polygons
 from iiwa_sim.plot.things import Things, ThingsOverTime, shapes_of
 from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.robot.model import Model
+from tests.cell.cells import cell_from
 from tests.plot.scripts import recorded_in
 from tests.recordings.recorded import Robot
 from tests.recordings.test_gripper import CELL
@@ -64,6 +67,34 @@ def test_jaws_stand_at_both_sides_of_what_they_hold(carried: Recording) -> None:
     assert np.linalg.norm(between) == pytest.approx(GRIPS_M + 0.008, abs=1e-5)
     middle = np.add(first.pose.translation, second.pose.translation) / 2.0
     assert middle[:2] == pytest.approx(block.pose.translation[:2], abs=0.003)
+
+
+TOOL = "[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 30, 0, 40, 70, 25], [0, 0, 10, 0, 0, 10, 20]]\n"
+
+
+def test_the_tool_is_where_the_flange_is(tmp_path: Path) -> None:
+    """Its capsules, in pictures, films, and pictures of recordings."""
+    cell = cell_from(tmp_path, TOOL + CELL)
+    drawn = recorded_in(cell, "ptp move : 600 100 260 3.14159 0 3.14159 1 0", 100)
+    robot = Robot(tmp_path / "run.mcap", cell)
+    robot.step()
+    robot.end()
+    model = Model(cell.description)
+    for recording in (drawn, drawn_from(Recorded(tmp_path / "run.mcap"))):
+        last = len(recording.joints) - 1
+        flange = model.flange(recording.joints[last].tolist())
+        rod, ball = recording.things.tool(flange_at(recording, last))
+        assert rod.shape == (pytest.approx(0.025), pytest.approx(0.5e-3 * np.hypot(40.0, 40.0)))
+        assert ball.shape == (pytest.approx(0.02), 0.0)
+        assert apply(inverse(flange), ball.pose.translation) == pytest.approx((0.0, 0.0, 0.01))
+        ends = [apply(rod.pose, (0.0, 0.0, side * rod.shape[1])) for side in (-1.0, 1.0)]
+        wanted = [apply(flange, each) for each in ((0.0, 0.0, 0.03), (0.0, 0.04, 0.07))]
+        assert np.array(ends) == pytest.approx(np.array(wanted))
+    surfaces, tool, jaws, parts = 1, 2, 2, 2
+    assert len(bodies(draw(drawn))) == surfaces + 5 * (tool + jaws + parts)
+    figure, show = _staged(drawn)
+    show(len(drawn.joints) - 1)
+    assert len(bodies(figure)) == surfaces + tool + jaws + parts
 
 
 def bodies(figure: Figure) -> list[Poly3DCollection]:

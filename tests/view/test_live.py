@@ -174,6 +174,17 @@ def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
         assert list(jaws.values()) == [pytest.approx((0.03, 0.012, 0.07))] * 2, "the newest ones"
 
 
+def test_the_tool_is_a_body_at_the_flange(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text("[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 30, 40, 0, 30, 25]]\n")
+    with (
+        Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
+        page_of(simulator) as port,
+        viewing(port) as viewer,
+    ):
+        node = f"/{simulator.cell.description.flange}/tool_body"
+        viewer.until(lambda message: message["type"] == "MeshMessage" and message["name"].endswith(node))
+
+
 def _updates(message: Message, node: str) -> Message:
     """What of a node of the scene it changes."""
     found: Message = message.get("updates", {}) if str(message.get("name", "")).endswith(node) else {}
