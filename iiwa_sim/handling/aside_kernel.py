@@ -124,8 +124,9 @@ class Aside(ArmWay):
         may press; in the order of the cell: what becomes of them must not depend on when they were looked
         at."""
         near = {*moving}
-        for name in moving:
-            near.update([each.part.name for each in self._pieces.riders(name)])
+        if moving:
+            piles = self._pieces.piles
+            near |= piles.all_above([piles.numbers[name] for name in moving])
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
         for row in range(self._due.shape[0]):
@@ -254,7 +255,7 @@ class Aside(ArmWay):
         there = body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound)
         after = ended(pieces, there, face, gone.pressed)
         if after != body:
-            self._put(after, body, list(pieces.riders(name)), gone.way)
+            self._put(after, body, pieces.riders(name), gone.way)
         return None
 
     @cython.cfunc

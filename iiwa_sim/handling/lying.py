@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector
@@ -11,6 +11,7 @@ from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.pieces_kernel import Pieces
+from iiwa_sim.handling.piles_kernel import Piles
 from iiwa_sim.handling.room import Outline, outline_of
 
 CLOSE_M = 1e-3
@@ -30,10 +31,23 @@ class Lying(Pieces):
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._solid_part: dict[str, Surface] = {}
         self._grounds: list[Ground] | None = None  # level faces of surfaces
-        self._upon: dict[str, list[str]] | None = None  # what lies on each
         self._round: list[Outline] | None = None  # surfaces from above
         self._outlines: dict[str, tuple[Transform, Outline | None]] = {}  # parts that lie, where they were
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        self._lying: list[str] | None = None
+        self._piles = Piles(self._bodies)
+
+    @property
+    def lying(self) -> list[str]:
+        """The names of the parts that lie."""
+        if self._lying is None:
+            self._lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        return self._lying
+
+    @property
+    def piles(self) -> Piles:
+        """Which parts lie on which."""
+        self._piles.look(self._bodies, self.lying)
+        return self._piles
 
     @property
     def surfaces(self) -> Sequence[Surface]:
@@ -56,21 +70,21 @@ class Lying(Pieces):
         level = (each for each in self._level() if abs(each.top - face.top) <= CLOSE_M)
         return next((each for each in level if each.has(x, y)), None)
 
-    def riders(self, name: str) -> Iterator[Body]:
+    def riders(self, name: str) -> list[Body]:
         """What lies on a part, and on that."""
-        if self._upon is None:
-            self._upon = {}
-            for other in self.lying:
-                self._upon.setdefault(self._bodies[other].on, []).append(other)
-        for other in self._upon.get(name, ()):
-            yield self._bodies[other]
-            yield from self.riders(other)
+        piles = self.piles
+        return [self._bodies[each] for each in piles.above(piles.numbers[name])]
+
+    def is_below(self, name: str) -> bool:
+        """Whether anything lies on a part."""
+        piles = self.piles
+        return piles.carries(piles.numbers[name])
 
     def _note_lying(self) -> None:
         """Other parts lie than before."""
         self.lying_changes += 1
-        self._upon = None
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        self._lying = None
+        self._piles.change()
 
     def _level(self) -> list[Ground]:
         """The level faces of surfaces."""
