@@ -68,7 +68,7 @@ class Aside(TakenAlong):
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
         self._is_known, self._seen, self._calm = False, -1, False
-        self._poses = {}
+        self._poses: Any = {}
         self._load.lay({})
         self._watch([])
 

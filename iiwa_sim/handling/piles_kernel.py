@@ -92,11 +92,6 @@ class Piles:
                 self._end[n] = self._count
                 n = self._next[n]
 
-    def carries(self, number: int) -> bool:
-        """Whether anything lies on a part."""
-        n: cython.Py_ssize_t = number
-        return bool(self._end[n] > self._first[n])
-
     def above(self, number: int) -> list[str]:
         """The names of what lies on a part, and on that."""
         n: cython.Py_ssize_t = number

@@ -203,7 +203,7 @@ class Workpieces(Lying):
         self._held, self._lost, self._tcp = None, "", tcp
         self.squeezed = parts.squeezed
         self._bodies = {each.part.name: each for each in parts.bodies}
-        self._note_lying()
+        self._note_all()
         if parts.met is not None:
             self.crowd.restore(parts.met)
         self.changes += 1
@@ -260,16 +260,6 @@ class Workpieces(Lying):
     def _number(self, name: str) -> int:
         """The number of a part in the crowd."""
         return self._piles.numbers[name]
-
-    def _put(self, body: Body) -> None:
-        name = body.part.name
-        before, self._bodies[name] = self._bodies[name], body
-        self.changes += 1
-        self.put.add(name)
-        if (body.state == LIES) != (before.state == LIES):
-            self._note_lying()
-        elif body.on != before.on:
-            self._piles.change()
 
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
