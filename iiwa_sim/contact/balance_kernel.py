@@ -65,6 +65,8 @@ class Balance(Places):
         """Find the ways."""
         t = self._t
         most: cython.double
+        for m in range(self._met):
+            self._find_depth(m)
         small: cython.double = _SMALLEST if self._awake == 1 else _SMALL
         for sweep in range(_STEPS if self._awake == 1 else max(_SWEEPS, _WAYS // self._awake)):
             again: cython.bint = False
@@ -97,7 +99,7 @@ class Balance(Places):
         self._open[k] = 1
         for at in range(self._first[k], self._first[k + 1]):
             m = self._of[self._mine[at], 1]
-            if self._c[m, 21] > 0.0 or self._depth(m) > 0.0 or self._c[m, 13] > 0.0:
+            if self._c[m, 21] > 0.0 or self._c[m, 58] > 0.0 or self._c[m, 13] > 0.0:
                 for q in range(self._i[m, 4], self._i[m, 5]):
                     self._open[self._of[q, 0]] = 1
 
@@ -129,6 +131,7 @@ class Balance(Places):
                 return part * far
             part *= 0.5
         t[k, 0], t[k, 1], t[k, 2], t[k, 3] = before_0, before_1, before_2, before_3
+        self._value(k, False)  # notes the depths there
         return 0.0
 
     @cython.cfunc
@@ -199,7 +202,7 @@ class Balance(Places):
             m = self._of[own, 1]
             nx, ny, nz = c[m, 14], c[m, 15], c[m, 16]
             side, lx, ly, turn = moved[own, 0], moved[own, 1], moved[own, 2], moved[own, 3]
-            depth = self._depth(m)
+            depth = self._depth_with(own)
             if depth > 0.0:
                 f = c[m, 4] * depth
                 total += 0.5 * f * depth

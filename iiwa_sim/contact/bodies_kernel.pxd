@@ -17,7 +17,7 @@ cdef class Bodies(Remembered):
     cdef Py_ssize_t _met
     cdef Py_ssize_t _room
     cdef double[:, ::1] _c
-    cdef Py_ssize_t[:, ::1] _i
+    cdef Py_ssize_t[:, ::1] _i         # and of what moves it: first row, end, which place of the arm, up to which row known
     cdef long long[::1] _k             # keys
     cdef list _contacts                # by which what is held presses there, or None
     cdef object _make_room(self, Py_ssize_t count)

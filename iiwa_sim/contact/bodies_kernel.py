@@ -27,7 +27,7 @@ _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
 _ROUNDING = cython.declare(cython.double, 1e-9)
 
-WIDE = 58
+WIDE = 59
 """Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
 friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
 (3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
@@ -36,7 +36,8 @@ may press at first, and how deep it is in there without pressing; of the arm: ho
 how far it has gone since (3); how much of its depth did not press, and how far it was brought since; of the
 arm: where its line begins (3), and the way along that (3); way out (3) as `_touch` finds it; of the arm: how
 far it has rubbed, and gone across (3); where it touches (2), and how deep it pressed, and was in without
-pressing, before there was too little energy for that; of what is held: how that has turned (3)."""
+pressing, before there was too little energy for that; of what is held: how that has turned (3); depth at the
+ways that are tried."""
 
 # Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
 _FORGETS = cython.declare(cython.double, 5e-3)
@@ -53,7 +54,7 @@ class Bodies(Remembered):
         self._make_room(count)
         self._met, self._room = 0, 256
         self._c = np.zeros((self._room, WIDE))
-        self._i = np.zeros((self._room, 7), dtype=np.intp)
+        self._i = np.zeros((self._room, 8), dtype=np.intp)
         self._k = np.zeros(self._room, dtype=np.int64)
         self._contacts: Any = [None] * self._room
         Remembered.__init__(self)
@@ -188,7 +189,7 @@ class Bodies(Remembered):
         n: cython.Py_ssize_t = self._met
         if n == self._room:
             wide: Any = np.zeros((2 * n, WIDE))
-            own: Any = np.zeros((2 * n, 7), dtype=np.intp)
+            own: Any = np.zeros((2 * n, 8), dtype=np.intp)
             keys: Any = np.zeros(2 * n, dtype=np.int64)
             wide[:n], own[:n], keys[:n] = self._c, self._i, self._k
             self._c, self._i, self._k, self._room = wide, own, keys, 2 * n

@@ -184,6 +184,8 @@ class Carried(Balance):
         of[:count], moved[:count] = self._of, self._moved
         self._of: Any = of
         self._moved: Any = moved
+        self._adds: Any = np.zeros(2 * count)
+        self._before: Any = np.zeros(2 * count)
         return None
 
     @cython.cfunc

@@ -39,6 +39,7 @@ class Crowd(Pressed):
     """What springs between bodies store, of all that were pushed last (J)."""
     _rubs: cython.char[::1]  # whether friction's springs below it are wound
     _bound: cython.double[::1]  # how far each of those that may move may go (m)
+    _farthest: cython.double[::1]  # how far each part may go in this tick, with what carries it (m)
 
     def __init__(self, count: int, tick_s: float) -> None:
         """There are `count` parts."""
@@ -46,7 +47,7 @@ class Crowd(Pressed):
         least = max(count, 1)
         self.stored_j = 0.0
         self._rubs = np.zeros(least, dtype=np.int8)
-        self._bound = np.zeros(least)
+        self._bound, self._farthest = np.zeros(least), np.zeros(least)
 
     def lay(self, part: int, laid: LyingPart | None) -> None:
         """A part lies there, or does not lie."""
@@ -77,7 +78,8 @@ class Crowd(Pressed):
         n: cython.Py_ssize_t
         farthest: cython.double = 0.0
         for n in range(self._parts):
-            farthest = max(farthest, self._far_with(n))
+            self._farthest[n] = self._far_with(n)
+            farthest = max(farthest, self._farthest[n])
         for part in sorted(parts, key=self._height):
             n = part
             if self._slot[n] == -1 and self._lies[n]:
@@ -107,7 +109,7 @@ class Crowd(Pressed):
             n = self._group[k]
             k += 1
             self._of_the_arm(n)
-            self._bound[k - 1] = max(self._bound[k - 1], self._far_with(n))
+            self._bound[k - 1] = max(self._bound[k - 1], self._farthest[n])
             reach: cython.double = _NEAR + self._bound[k - 1]
             for o in range(self._bodies):
                 apart: cython.double = self._apart(n, o)
@@ -122,7 +124,7 @@ class Crowd(Pressed):
                         continue
                 elif self._on[n] == o:
                     continue
-                goes = self._far_with(o) if o < self._parts else 0.0
+                goes: cython.double = self._farthest[o] if o < self._parts else 0.0
                 near: cython.bint = apart <= reach + goes and self._beside(n, o, reach + goes)
                 if near and o < self._parts:
                     self._add(o, self._bound[k - 1])

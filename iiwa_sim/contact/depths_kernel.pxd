@@ -12,6 +12,9 @@ cdef class Depths(Bodies):
     # for the body whose place it is and 1 for the other, lever (2), how its angle changes the depth.
     cdef Py_ssize_t[:, ::1] _of
     cdef double[:, ::1] _moved
+    # What each of these adds to the depth at the ways that are tried, and how deep all before it make that.
+    cdef double[::1] _adds
+    cdef double[::1] _before
     cdef double _brought               # how far (m) the arm has brought what it holds in this tick
     cdef double[::1] _by               # and its middle (m, in the base)
     cdef double _touch(self, Py_ssize_t n, bint moved, bint plane) except? -1e300
@@ -19,4 +22,6 @@ cdef class Depths(Bodies):
         self, Py_ssize_t y, double co, double s, double ex, double ey, double ez
     ) noexcept
     cdef double _depth(self, Py_ssize_t m) noexcept
+    cdef void _find_depth(self, Py_ssize_t m) noexcept
+    cdef double _depth_with(self, Py_ssize_t q) noexcept
     cdef (double, double, double) _rub(self, Py_ssize_t m) noexcept

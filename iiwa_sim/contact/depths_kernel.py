@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.bodies_kernel import Bodies
@@ -31,6 +31,8 @@ _CYLINDER = cython.declare(cython.int, 3)
 _TALL = cython.declare(cython.double, 10.0)  # what stands has no upper nor lower end
 # What is farther from a body (m) is not looked for along its line.
 _CLOSE = cython.declare(cython.double, 1e-3)
+# What is out by more (m) is so whatever the order in which ways of up to 1 m are added up.
+_SURELY = cython.declare(cython.double, 1e-9)
 
 
 @cython.cclass
@@ -45,6 +47,7 @@ class Depths(Bodies):
         self._t, self._e = np.zeros((least, 4)), np.zeros((least, 4))
         self._turn = np.zeros((least, 2))
         self._of, self._moved = np.zeros((512, 2), dtype=np.intp), np.zeros((512, 4))
+        self._adds, self._before = np.zeros(512), np.zeros(512)
         self._brought, self._by = 0.0, np.zeros(3)
 
     @cython.cfunc
@@ -170,6 +173,45 @@ class Depths(Bodies):
             k: cython.Py_ssize_t = self._of[q, 0]
             out: cython.double = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2]
             depth += moved[q, 0] * (out + moved[q, 3] * t[k, 3])
+        return depth
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _find_depth(self, m: cython.Py_ssize_t) -> cython.void:
+        """Note what each part adds to that depth."""
+        c, t, moved = self._c, self._t, self._moved
+        depth: cython.double = c[m, 29]
+        q: cython.Py_ssize_t
+        for q in range(self._i[m, 4], self._i[m, 5]):
+            k: cython.Py_ssize_t = self._of[q, 0]
+            out: cython.double = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2]
+            self._before[q], self._adds[q] = depth, moved[q, 0] * (out + moved[q, 3] * t[k, 3])
+            depth += self._adds[q]
+        c[m, 58], self._i[m, 7] = depth, self._i[m, 5]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _depth_with(self, q: cython.Py_ssize_t) -> cython.double:
+        """The same depth as `_depth` says, to the last bit, of a place that is in; else any that is less than
+        0. Only the part of this row of `_of` has tried another way since that was noted last."""
+        c, t, moved, m = self._c, self._t, self._moved, self._of[q, 1]
+        k: cython.Py_ssize_t = self._of[q, 0]
+        out: cython.double = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2]
+        adds: cython.double = moved[q, 0] * (out + moved[q, 3] * t[k, 3])
+        was: cython.double = self._adds[q]
+        self._adds[q] = adds
+        # What those before it add has not changed, and of a place that is surely out no sum is needed.
+        first: cython.Py_ssize_t = min(q, self._i[m, 7])
+        depth: cython.double = c[m, 58] + (adds - was)
+        if depth < -_SURELY and max(fabs(adds), fabs(was)) < 1.0:
+            self._i[m, 7] = first
+        else:
+            depth = self._before[first]
+            for r in range(first, self._i[m, 5]):
+                self._before[r] = depth
+                depth += self._adds[r]
+            self._i[m, 7] = self._i[m, 5]
+        c[m, 58] = depth
         return depth
 
     @cython.cfunc

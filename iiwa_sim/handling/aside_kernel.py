@@ -22,18 +22,18 @@ from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
-from iiwa_sim.handling.pushed import Known, Way, ended, fastest, gone_by, offset, turned
+from iiwa_sim.handling.pushed import fastest
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.links_beside_kernel import LinksBeside
-    from cython.cimports.iiwa_sim.handling.arm_way_kernel import ArmWay
     from cython.cimports.iiwa_sim.handling.held_kernel import Held
+    from cython.cimports.iiwa_sim.handling.taken_along_kernel import TakenAlong
 else:
     from iiwa_sim.contact.links_beside_kernel import LinksBeside
-    from iiwa_sim.handling.arm_way_kernel import ArmWay
     from iiwa_sim.handling.held_kernel import Held
+    from iiwa_sim.handling.taken_along_kernel import TakenAlong
 
 # Parts farther from the arm (m) are not looked at until it has come nearer.
 _NEAR = cython.declare(cython.double, 0.2)
@@ -49,25 +49,20 @@ _FAR = cython.declare(cython.double, FAR_M)
 
 
 @cython.cclass
-class Aside(ArmWay):
+class Aside(TakenAlong):
     """The parts that lie, as the arm and what it holds push them, tick by tick."""
 
-    _pieces: Any
-    _parts: Any
     _seen: Any  # the number of changes of parts when they were looked for
     _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
-    _poses: dict[str, Transform]  # where the arm has been told that these parts are
     _solid: Any  # what is held, as a surface in this tick, once that is asked for
     _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
     _changes: Any  # of the parts, when the last tick ended
 
     def __init__(self, pieces: Workpieces, load: ExternalLoad, tick_s: float, stroke_m: float) -> None:
         """What is pushed is put into `pieces`, and told to `load`, which feels it; the jaws open so far."""
-        ArmWay.__init__(self, load, tick_s, stroke_m)
-        self._pieces = pieces
-        self._parts = Known(pieces)
+        TakenAlong.__init__(self, pieces, load, tick_s, stroke_m)
         self._seen = self._changes = -1
-        self._known, self._poses = {}, {}
+        self._known = {}
         self._solid, self._calm = None, False
 
     @property
@@ -80,7 +75,7 @@ class Aside(ArmWay):
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
         self._is_known, self._seen, self._calm = False, -1, False
-        self._poses = {}
+        self._poses: Any = {}
         self._load.lay({})
         self._watch([])
 
@@ -131,8 +126,9 @@ class Aside(ArmWay):
         may press; in the order of the cell: what becomes of them must not depend on when they were looked
         at."""
         near = {*moving}
-        for name in moving:
-            near.update([each.part.name for each in self._pieces.riders(name)])
+        if moving:
+            piles = self._pieces.piles
+            near |= piles.all_above([piles.numbers[name] for name in moving])
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
         for row in range(self._due.shape[0]):
@@ -214,6 +210,7 @@ class Aside(ArmWay):
         pushed = [known.numbers[name] for name in near if self._is_pushed(name, held, tcp, joints)]
         for gone in crowd.push(pushed):
             self._goes_on(gone)
+        self._all_arrive()
         for part, link, deep_m in crowd.left:
             if known.names[part] in self._rows:
                 self._load.links.leave(known.names[part], link, deep_m)
@@ -248,48 +245,3 @@ class Aside(ArmWay):
         if row >= 0:
             self._due[row] = self._way + (0.0 if stands_in else max(0.0, -deepest - _CLOSE))
         return not still or deepest > 0.0
-
-    @cython.cfunc
-    def _goes_on(self, gone: Any) -> object:
-        """A part has gone its way in this tick."""
-        pieces, name = self._pieces, self._parts.names[gone.part]
-        body, face, (x, y, z, spin) = pieces.bodies[name], pieces.face_below(name), gone.velocity
-        if body.state != LIES or face is None:
-            return None
-        pieces.pushed.add(name)
-        pose = gone_by(body.pose, gone.way) if any(gone.way) else body.pose
-        there = body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound)
-        after = ended(pieces, there, face, gone.pressed)
-        if after != body:
-            self._put(after, body, list(pieces.riders(name)), gone.way)
-        return None
-
-    @cython.cfunc
-    def _put(self, after: Any, before: Any, riders: Any, way: Any) -> object:
-        """A part is there now, with what lies on it; the arm is told."""
-        pieces, middle = self._pieces, before.pose.translation
-        pieces.put_aside(after)
-        self._tell(after, before)
-        for each in riders:
-            off = offset(middle, each.pose.translation)
-            x, y, _ = turned(off, way[3])
-            gone: Way = (way[0] + (x - off[0]), way[1] + (y - off[1]), way[2], way[3])
-            now = pieces.bodies[each.part.name]._replace(pose=gone_by(each.pose, gone))
-            pieces.put_aside(now)
-            self._tell(now, each)
-        return None
-
-    @cython.cfunc
-    def _tell(self, after: Any, before: Any) -> object:
-        """The arm feels a part that is near it where that is now."""
-        name = after.part.name
-        if name in self._rows and after.state == LIES and after.pose != before.pose:
-            self._poses[name] = after.pose
-            dx, dy, dz = offset(before.pose.translation, after.pose.translation)
-            r, q = after.pose.rotation, before.pose.rotation
-            # By the sine, which is the angle in a tick, of the axes before and now.
-            turn = 0.5 * (
-                (q[0] * r[3] - q[3] * r[0]) + (q[1] * r[4] - q[4] * r[1]) + (q[2] * r[5] - q[5] * r[2])
-            )
-            self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
-        return None

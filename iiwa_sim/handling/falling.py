@@ -135,14 +135,14 @@ def _fallen(
         return (vz + sqrt(vz * vz + 2.0 * GRAVITY_M_S2 * (bottom - face.top))) / GRAVITY_M_S2
 
     first, on, by = inf, None, None
-    for face in faces:
-        if face.top > z and face.name != body.on:
-            continue  # its middle is below already: it falls past
+    # Surely below all that it comes to in this time. Where its middle is below something, it falls past that.
+    low = bottom + min(0.0, vz) * left - GRAVITY_M_S2 * left * left - _ROUNDING_M
+    for face in [each for each in faces if low <= each.top <= z or each.name == body.on]:
         time = when(face, inf if face.name == body.on else sag(body.part, face))
         if time <= left and time < first and face.has(x + vx * time, y + vy * time):
             first, on = time, face
-    for each in beside:
-        if each.name in passed or each.top > z:
+    for each in [each for each in beside if low <= each.top <= z]:
+        if each.name in passed:
             continue
         time = when(each, 0.0 if each.face is None else sag(body.part, each.face))
         if time <= left and time < first:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector
@@ -11,6 +12,7 @@ from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.pieces_kernel import Pieces
+from iiwa_sim.handling.piles_kernel import Piles
 from iiwa_sim.handling.room import Outline, outline_of
 
 CLOSE_M = 1e-3
@@ -30,10 +32,26 @@ class Lying(Pieces):
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._solid_part: dict[str, Surface] = {}
         self._grounds: list[Ground] | None = None  # level faces of surfaces
-        self._upon: dict[str, list[str]] | None = None  # what lies on each
         self._round: list[Outline] | None = None  # surfaces from above
-        self._outlines: dict[str, tuple[Transform, Outline | None]] = {}  # parts that lie, where they were
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        self._lie: list[Outline | None] = [None] * len(self._bodies)  # parts that lie from above, by number
+        self._unseen: set[str] = set()  # those of which that may be another now
+        self._bears: Counter[str] = Counter()  # how many parts lie right on each
+        self._lying: list[str] | None = None
+        self._piles = Piles(self._bodies)
+        self._note_all()
+
+    @property
+    def lying(self) -> list[str]:
+        """The names of the parts that lie."""
+        if self._lying is None:
+            self._lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        return self._lying
+
+    @property
+    def piles(self) -> Piles:
+        """Which parts lie on which."""
+        self._piles.look(self._bodies, self.lying)
+        return self._piles
 
     @property
     def surfaces(self) -> Sequence[Surface]:
@@ -56,21 +74,44 @@ class Lying(Pieces):
         level = (each for each in self._level() if abs(each.top - face.top) <= CLOSE_M)
         return next((each for each in level if each.has(x, y)), None)
 
-    def riders(self, name: str) -> Iterator[Body]:
+    def riders(self, name: str) -> list[Body]:
         """What lies on a part, and on that."""
-        if self._upon is None:
-            self._upon = {}
-            for other in self.lying:
-                self._upon.setdefault(self._bodies[other].on, []).append(other)
-        for other in self._upon.get(name, ()):
-            yield self._bodies[other]
-            yield from self.riders(other)
+        if not self._bears[name]:
+            return []
+        piles = self.piles
+        return [self._bodies[each] for each in piles.above(piles.numbers[name])]
+
+    def is_below(self, name: str) -> bool:
+        """Whether anything lies on a part."""
+        return self._bears[name] > 0
+
+    def _note_all(self) -> None:
+        """All parts may be others than before."""
+        self._unseen.update(self._bodies)
+        self._bears = Counter(each.on for each in self._bodies.values() if each.state == LIES)
+        self._note_lying()
 
     def _note_lying(self) -> None:
         """Other parts lie than before."""
         self.lying_changes += 1
-        self._upon = None
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        self._lying = None
+        self._piles.change()
+
+    def _put(self, body: Body) -> None:
+        """A part is like that now."""
+        name = body.part.name
+        before, self._bodies[name] = self._bodies[name], body
+        self.changes += 1
+        self.put.add(name)
+        self._unseen.add(name)
+        if before.state == LIES:
+            self._bears[before.on] -= 1
+        if body.state == LIES:
+            self._bears[body.on] += 1
+        if (body.state == LIES) != (before.state == LIES):
+            self._note_lying()
+        elif body.on != before.on:
+            self._piles.change()
 
     def _level(self) -> list[Ground]:
         """The level faces of surfaces."""
@@ -83,17 +124,15 @@ class Lying(Pieces):
         if self._round is None:
             seen = (outline_of(each.name, each.shape, each.pose, each.stiffness) for each in self._surfaces)
             self._round = [each for each in seen if each is not None]
-        found = list(self._round)
-        for other in self.lying:
-            each = self._bodies[other]
-            known = self._outlines.get(other)
-            if known is None or known[0] is not each.pose:
-                seen_now = outline_of(other, each.part.shape, each.pose, each.part.stiffness)
-                own = None if seen_now is None else seen_now._replace(is_part=True)
-                known = self._outlines[other] = each.pose, own
-            if other != name and known[1] is not None:
-                found.append(known[1])
-        return found
+        numbers, lie = self._piles.numbers, self._lie
+        for other in self._unseen:
+            each, now = self._bodies[other], None
+            if each.state == LIES:
+                now = outline_of(other, each.part.shape, each.pose, each.part.stiffness)
+            lie[numbers[other]] = None if now is None else now._replace(is_part=True)
+        self._unseen.clear()
+        number = numbers[name]
+        return [*self._round, *filter(None, lie[:number]), *filter(None, lie[number + 1 :])]
 
     def _grounds_but(self, name: str, beside: Sequence[Outline] | None = None) -> list[Ground]:
         """The faces on which a part may lie: of surfaces, and of parts that lie."""

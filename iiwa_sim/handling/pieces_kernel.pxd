@@ -4,7 +4,6 @@ from iiwa_sim.handling.held_kernel cimport Held
 cdef class Pieces:
     cdef public long changes           # how many times a part has been put somewhere
     cdef public set pushed             # the names of those that something else moves in this tick
-    cdef public list lying             # the names of the parts that lie
     cdef public long lying_changes     # how many times a part has come to lie, or has ceased to
     cdef public object _gripper
     cdef public Held _held             # the part between the jaws, or None

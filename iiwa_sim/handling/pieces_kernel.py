@@ -33,13 +33,16 @@ class Pieces:
         self._gripper = gripper
         self.changes = self.lying_changes = 0
         self.pushed: set[str] = set()
-        self.lying: list[str] = []
         self._lively: set[str] = set()
         self._held: Held | None = None
         self._tcp: Transform | None = None
         self._lost = ""
 
     if TYPE_CHECKING:
+
+        @property
+        def lying(self) -> list[str]:
+            """The names of the parts that lie."""
 
         def _all_solid(self) -> Any:
             """What the held part may touch."""

@@ -10,7 +10,6 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.lying import about_at
 from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
@@ -59,9 +58,11 @@ class Known:
             while on in self.numbers and on not in changed:
                 changed.add(on)
                 on = bodies[on].on
-        for name in changed:
-            if bodies[name].state == LIES:
-                self._lay(bodies[name])
+        there = [name for name in changed if bodies[name].state == LIES]
+        for name in there:
+            pieces.piles.weigh(self.numbers[name], bodies[name])
+        for name in there:
+            self._lay(bodies[name])
 
     def _lay(self, body: Body) -> None:
         pieces, part = self._pieces, body.part
@@ -72,10 +73,7 @@ class Known:
             on = len(self.names) + surfaces.index(body.on) if body.on in surfaces else -1
         top = body.bottom if face is None else face.top
         below = part.stiffness if face is None else face.stiffness_below(part)
-        mass = about = 0.0
-        for each in pieces.riders(name):
-            mass += each.part.mass_kg
-            about += about_at(each, body.pose.translation)
+        mass, about = pieces.piles.carried(self.numbers[name])
         velocity = (*body.velocity, body.spin)
         laid = LyingPart(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
         pieces.crowd.lay(self.numbers[name], laid)
@@ -97,7 +95,7 @@ def ended(pieces: Workpieces, body: Body, face: Ground, pressed: bool) -> Body:
     if not pressed and fastest(body) < SLOW_M_PER_S:
         rests = landed(body, face)
         rises_m = rests.bottom - body.bottom
-        if rises_m > 0.0 and any(pieces.riders(body.part.name)):  # these keep it down
+        if rises_m > 0.0 and pieces.is_below(body.part.name):  # these keep it down
             return rests._replace(pose=body.pose)
         if abs(rises_m) < THERE_M:  # else it only turns round on its spring
             return rests

@@ -161,7 +161,7 @@ class Workpieces(Lying):
         body = self._bodies.get(name)
         if body is None or body.state != LIES or not body.settled:
             return 0.0
-        riders = list(self.riders(name))
+        riders = self.riders(name)
         more_kg += sum(each.part.mass_kg for each in riders)
         up_m = self._springs_back(body.on, more_kg + body.part.mass_kg)
         body, face = self._bodies[name], self.face_below(name)
@@ -199,7 +199,7 @@ class Workpieces(Lying):
         self._held, self._tcp = None, tcp
         self.squeezed, self._lost = parts.squeezed, parts.lost
         self._bodies = {each.part.name: each for each in parts.bodies}
-        self._note_lying()
+        self._note_all()
         if parts.met is not None:
             self.crowd.restore(parts.met)
         self.changes += 1
@@ -237,7 +237,7 @@ class Workpieces(Lying):
     def _unsettle(self, name: str, velocity: Vector = STILL) -> None:
         """What lies on a part, and on that, falls, as fast (m/s) as that."""
         self._look_again()
-        for each in list(self.riders(name)):
+        for each in self.riders(name):
             fast = each.velocity if velocity == STILL else velocity
             self._put(each._replace(state=FALLS, velocity=fast, spin=0.0, wound=(), on=""))
             self._lively.add(each.part.name)
@@ -255,17 +255,7 @@ class Workpieces(Lying):
 
     def _number(self, name: str) -> int:
         """The number of a part in the crowd."""
-        return list(self._bodies).index(name)
-
-    def _put(self, body: Body) -> None:
-        name = body.part.name
-        before, self._bodies[name] = self._bodies[name], body
-        self.changes += 1
-        self.put.add(name)
-        if (body.state == LIES) != (before.state == LIES):
-            self._note_lying()
-        elif body.on != before.on:
-            self._upon = None
+        return self._piles.numbers[name]
 
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
@@ -282,7 +272,7 @@ class Workpieces(Lying):
             self._lively.discard(name)
             self._look_again()
         if each.state == after.state == LIES and after.on == each.on:
-            for rider in list(self.riders(name)):
+            for rider in self.riders(name):
                 self._put(taken_along(rider, each, after))
         elif each.on or after.pose != each.pose:
             self._unsettle(name, each.velocity)

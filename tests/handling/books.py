@@ -293,7 +293,8 @@ class Books:
             crowd=probe,
             surfaces=pieces.surfaces,
             face_below=pieces.face_below,
-            riders=pieces.riders,
+            piles=pieces.piles,
+            is_below=pieces.is_below,
             lying_changes=0,
             put=set(),
         )
