@@ -28,7 +28,8 @@ cdef class Contact(Entered):
     cdef double tx
     cdef double ty
     cdef double tz
-    cdef void lean(self, bint leans, double x, double y, double z) except *
+    cdef bint is_from_above(self) except? -1
+    cdef void lean(self, bint leans, double x, double y) noexcept
     cdef void roll(self, double wx, double wy, double wz) noexcept
     cdef (double, double, double) rubs(
         self,

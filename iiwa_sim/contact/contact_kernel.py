@@ -33,6 +33,7 @@ if cython.compiled:
 else:
     from iiwa_sim.contact.entered_kernel import Entered
 
+_UP = cython.declare(cython.double, 1.0 - 1e-6)
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
 _SLIP_M = cython.declare(cython.double, 1e-12)
@@ -75,19 +76,25 @@ class Contact(Entered):
         self._lean_x = self._lean_y = 0.0
 
     @cython.cfunc
-    @cython.exceptval(check=True)
-    def lean(self, leans: cython.bint, x: cython.double, y: cython.double, z: cython.double) -> cython.void:
+    @cython.exceptval(check=False)
+    def lean(self, leans: cython.bint, x: cython.double, y: cython.double) -> cython.void:
         """The TCP presses at another place than where it is, of the same height, or does so no more: at these
-        x and y, without friction. What is in there at first has not come from above, and presses nothing."""
-        other: cython.bint = leans != self._leans
+        x and y (m, in the base), without friction."""
+        if leans != self._leans and self._came is None:
+            self._known, self._gap = False, 0.0  # no way leads from the one place to the other
         self._leans, self._lean_x, self._lean_y = leans, x, y
         if leans:
             self._anchored = False
-        if other and self._came is None:
-            self._known, self._gap = False, 0.0  # no way leads from the one place to the other
-            if leans:
-                self._find_depth(x, y, z, False)
-                self.unpressed = max(self.unpressed, self._depth)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def is_from_above(self) -> cython.bint:
+        """Whether the TCP has come in through a level face, from above."""
+        if self._came is None or len(self._came) != 2:
+            return False
+        axis, side = self._came
+        up: cython.double = (self._r6, self._r7, self._r8)[axis]
+        return up * side > _UP
 
     def move(self, surface: Surface) -> None:
         """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
@@ -161,14 +168,16 @@ class Contact(Entered):
         """All that the surface remembers, to be brought back."""
         held: Any = [bool(self.touched), bool(self._anchored), bool(self._known), self._came]
         held += [self._ax, self._ay, self._az, self._ux, self._uy, self._uz]
-        return [*held, self._wx, self._wy, self._wz, self.unpressed]
+        held += [self._wx, self._wy, self._wz, self.unpressed]
+        return [*held, bool(self._leans), self._lean_x, self._lean_y]
 
     def restore(self, kept: Any) -> None:
         """Remember that again."""
         self.touched, self._anchored, self._known, came = kept[:4]
         self._come(came)
         self._ax, self._ay, self._az, self._ux, self._uy, self._uz = kept[4:10]
-        self._wx, self._wy, self._wz, self.unpressed = kept[10:]
+        self._wx, self._wy, self._wz, self.unpressed = kept[10:14]
+        self._leans, self._lean_x, self._lean_y = kept[14:]
 
     @cython.cfunc
     @cython.exceptval(-1, check=True)

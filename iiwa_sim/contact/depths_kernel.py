@@ -31,6 +31,7 @@ _CYLINDER = cython.declare(cython.int, 3)
 _TALL = cython.declare(cython.double, 10.0)  # what stands has no upper nor lower end
 # What is farther from a body (m) is not looked for along its line.
 _CLOSE = cython.declare(cython.double, 1e-3)
+_OUT = cython.declare(cython.double, 0.5)  # part of a way along the way out
 # What is out by more (m) is so whatever the order in which ways of up to 1 m are added up.
 _SURELY = cython.declare(cython.double, 1e-9)
 
@@ -122,7 +123,10 @@ class Depths(Bodies):
         depth: cython.double = radius * level - distance
         if not moved:
             more: cython.double = depth - c[n, 31]
-            c[n, 32] = max(0.0, more - c[n, 38], min(c[n, 37], more))
+            brought: cython.double = c[n, 38]
+            if ux * c[n, 34] + uy * c[n, 35] + uz * c[n, 36] > _OUT * brought:
+                brought = 0.0  # what has gone out has been brought no deeper
+            c[n, 32] = max(0.0, more - brought, min(c[n, 37], depth))
             if self._k[n] == -2:  # what the arm itself is in is known elsewhere
                 c[n, 32] = c[n, 37]
         c[n, 30] = min(c[n, 32], max(0.0, depth))

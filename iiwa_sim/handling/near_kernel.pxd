@@ -34,3 +34,4 @@ cdef class Near:
     cdef object _see(self, object surfaces)
     cdef object _take_near(self, object near)
     cdef object _measure(self, double[::1] pose)
+    cdef object _stand(self)

@@ -16,10 +16,12 @@ from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.points import points_of
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import nearest
     from cython.cimports.iiwa_sim.contact.world_kernel import World
     from cython.cimports.iiwa_sim.handling.over_kernel import Over
 else:
+    from iiwa_sim.contact.contact_kernel import Contact
     from iiwa_sim.contact.ways_in_kernel import nearest
     from iiwa_sim.contact.world_kernel import World
     from iiwa_sim.handling.over_kernel import Over
@@ -157,6 +159,8 @@ class Near:
             others = 2.0 * _NEAR
         known: cython.double = _NEAR
         away = self._over.least_gap(p, self._shapes, self._kinds) if radius == 0.0 else 1e9
+        if self._is_over and away > 2.0 * _CLOSE:
+            self._stand()
         self._is_over = away <= 2.0 * _CLOSE
         known = min(known, _CLOSE if self._is_over else away - _CLOSE)
         for n in range(own.shape[0]):
@@ -179,6 +183,16 @@ class Near:
                 if world is None:
                     self.worlds[n] = World(self._near.values(), radius)
         self._known = known
+        return None
+
+    @cython.cfunc
+    def _stand(self) -> object:
+        """Have no point press beside where it is any more."""
+        world: World
+        contact: Contact
+        for world in self.worlds.values():
+            for contact in world._all:
+                contact.lean(False, 0.0, 0.0)
         return None
 
     @cython.cfunc

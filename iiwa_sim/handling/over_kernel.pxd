@@ -14,6 +14,7 @@ cdef class Over:
     cdef void face(self, double[::1] row, int kind) except *
     cdef bint is_over(self, Py_ssize_t n) noexcept
     cdef bint is_low(self, Py_ssize_t n) noexcept
+    cdef bint is_above(self, Py_ssize_t n) noexcept
     cdef double height(self, Py_ssize_t n) noexcept
     cdef double least_gap(self, double[::1] pose, double[:, ::1] shapes, int[::1] kinds) except? -1.0
 

@@ -96,6 +96,12 @@ class Over:
 
     @cython.cfunc
     @cython.exceptval(check=False)
+    def is_above(self, n: cython.Py_ssize_t) -> cython.bint:
+        """Whether a point is no lower than the face."""
+        return self._is_near and self.height(n) >= self._face[6]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
     def height(self, n: cython.Py_ssize_t) -> cython.double:
         """How high a point is (m, in the base)."""
         p, own = self._row, self._own

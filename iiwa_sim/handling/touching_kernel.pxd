@@ -21,4 +21,4 @@ cdef class Touching(Near):
     cdef object go_to(self, double[::1] pose, object surfaces, double tick_s)
     cdef double stored_at(self, double[::1] pose) except? -1.0
     cdef object _feel(self, double[::1] pose, double tick_s)
-    cdef object _lean(self, object name)
+    cdef object _lean(self, double[::1] pose, object name)

@@ -34,7 +34,6 @@ else:
     from iiwa_sim.handling.over_kernel import Over
 
 _NEAR = cython.declare(cython.double, NEAR_M)
-STILL: Vector = (0.0, 0.0, 0.0)
 
 
 @cython.cclass
@@ -85,50 +84,49 @@ class Touching(Near):
             self._free = 0.0
 
     def at(self, name: str, pose: Transform) -> dict[int, tuple[Vector, Any, Vector | None]]:
-        """The part is at a pose now, which is remembered: for each point that is close to a surface of this
-        name, by its number: where it touches that (m, in the base), by which contact, and how far it is from
+        """The part is at a pose now, which is remembered: by the number of each point that is close to a
+        surface of this name, where it touches that (m, in the base), by which contact, and how far it is from
         where friction has held it there, None where that has not."""
         take(pose, self._pose)
         p, own, found = self._pose, self._own, {}
-        if self._is_over:
-            self._over.put(p)
-            self._lean(name)
+        self._lean(p, name)
         n: cython.Py_ssize_t
         world: World
-        contact: Contact | None
+        contact: Contact
         for point, world in self.worlds.items():
-            contact = world._contacts.get(name)
-            if contact is None:
+            if name not in world._contacts:
                 continue
-            n = point
+            n, contact = point, world._contacts[name]
             x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
             y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
             z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
             if contact._leans:
                 x, y = contact._lean_x, contact._lean_y
-            place = (x, y, z)
-            found[point] = (place, *world.at(name, place))
+            found[point] = ((x, y, z), *world.at(name, (x, y, z)))
         return found
 
     @cython.cfunc
-    def _lean(self, name: Any) -> object:
-        """Have the points that are beside a surface of this name, or beside each, where it has none, but over
-        which the part is, press there."""
+    def _lean(self, pose: cython.double[::1], name: Any) -> object:
+        """Have points beside a surface of this name, or any for None, press where the part is over that."""
         s: cython.Py_ssize_t
         n: cython.Py_ssize_t
         world: World
         contact: Contact
         over: Over = self._over
-        for s, each in enumerate(self._near):
-            if name is not None and each != name:
+        if self._is_over:
+            over.put(pose)
+        for s, each in enumerate(self._near if self._is_over else ()):
+            if name not in (None, each):
                 continue
             over.face(self._shapes[s], self._kinds[s])
             for point, world in self.worlds.items():
                 n = point
                 contact = world._contacts[each]
-                leans: cython.bint = over.is_over(n)
+                # What comes in from beside presses only on its sides.
+                leans: cython.bint = contact._leans or over.is_above(n) or contact.is_from_above()
+                leans = leans and over.is_over(n)
                 if leans or contact._leans:
-                    contact.lean(leans, over.x, over.y, over.height(n))
+                    contact.lean(leans, over.x, over.y)
         return None
 
     def slides(self) -> None:
@@ -275,9 +273,7 @@ class Touching(Near):
             if point in self.worlds:
                 self.worlds[point].leave(name, deep)
         self._unpressed = []
-        if self._is_over:
-            self._over.put(pose)
-            self._lean(None)
+        self._lean(pose, None)
         p, own, was = pose, self._own, self._was
         for point, world in self.worlds.items():
             n = point

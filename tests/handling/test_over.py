@@ -15,7 +15,7 @@ from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.part import Part
 from tests.asked import lin_force_move, lin_move
-from tests.handling.scenes import TABLE, TABLE_MM, Scene, at, down
+from tests.handling.scenes import DOWN, TABLE, TABLE_MM, Scene, at, down
 from tests.samples import some
 
 HALF_MM = 15.0
@@ -128,4 +128,13 @@ def test_moved_along_what_it_presses_on_it_presses_as_long_as_it_is_over_it() ->
     scene.goes(down(620.0, -100.0, z_mm), 0.02)
     assert scene.controller.cartesian_force()[2] == pytest.approx(pressed_n, rel=0.05)
     scene.goes(down(640.0, -100.0, z_mm), 0.02)
+    assert scene.controller.cartesian_force()[2] == pytest.approx(2.943, abs=0.05)
+
+
+def test_tilted_it_does_not_press_there_any_more() -> None:
+    """What is not level meets others with its corners alone, also where it has been level before."""
+    scene = held_above(None, surfaces=(RAIL,))
+    felt_at_mm(scene)
+    frame = scene.controller.tool_frame()
+    scene.goes(Frame(frame.x_mm, frame.y_mm, frame.z_mm, DOWN[0], 0.02, DOWN[2]), 0.02)
     assert scene.controller.cartesian_force()[2] == pytest.approx(2.943, abs=0.05)
