@@ -33,6 +33,7 @@ _INNER = cython.declare(cython.double, 0.9)
 _AT_ONCE = cython.declare(cython.double, 0.25)  # part of the stiffness at each place: several meet at once
 _AT_CORNER = cython.declare(cython.double, 0.75)  # for three heights
 _MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
+_PLACES = cython.declare(cython.longlong, 36)  # of a body in another: corners of a box, at three heights
 _MOST_BODIES = cython.declare(cython.longlong, 1048576)
 
 
@@ -75,6 +76,7 @@ class Places(Depths):
             elif low <= high or y == self._held:
                 if y == self._held:  # it may press from above
                     if tall and not self._span[y, 0] < z < self._span[y, 1]:
+                        self._forget_pair(x, y)
                         return False
                     low = high = z
                 z = self._widest(x, y, low, high)
@@ -88,6 +90,8 @@ class Places(Depths):
                         number += 1
             return self._met > before
         if low > high:
+            if y == self._held:
+                self._forget_pair(x, y)
             return False
         heights: cython.int = 1 if tall else 3
         for level in range(heights):
@@ -122,6 +126,14 @@ class Places(Depths):
                 z = p[x, 6] * u + p[x, 7] * v + p[x, 8] * z
                 self._place(x, y, corner, lx, ly, z, 0.0, 0, False, _AT_ONCE * k, rubs, reach)
         return self._met > before
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _forget_pair(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t) -> cython.void:
+        """A body is above or below another: how deep its places pressed in there must not press again."""
+        first: cython.longlong = (self._id[x] * _MOST_BODIES + self._id[y]) * _MOST_PLACES
+        for number in range(_PLACES):
+            self._forget_place(first + number)
 
     @cython.cfunc
     def _place(
