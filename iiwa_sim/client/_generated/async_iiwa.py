@@ -462,8 +462,10 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Has the robot make a protective stop when a greater force or torque acts on the TCP from outside; 0
         switches one off.
 
-        max_force: greatest force from outside at the TCP, 0 for off (N), 0 <= max_force <= 100000
-        max_torque: greatest torque from outside at the TCP, 0 for off (Nm), 0 <= max_torque <= 100000
+        max_force: greatest force from outside at the TCP, 0 for off, else 0.001 or more (N), 0 <= max_force
+            <= 100000
+        max_torque: greatest torque from outside at the TCP, 0 for off, else 0.001 or more (Nm), 0 <=
+            max_torque <= 100000
         """
         await self._do(request(nothing("done"), "set collision detection", max_force, max_torque))
 
