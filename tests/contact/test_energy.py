@@ -284,8 +284,8 @@ class HeldScene:
         """Whether the surface is that, or has edges to the spheres of the part: where a point that is turned
         meets it is found on the straight line between two ticks."""
         self.leans = False
-        """Whether a point has pressed over a face that it is beside: it begins to when a tick ends, and what it
-        presses on the way there is not in the work that is found here."""
+        """Whether a point has pressed over a face that it is beside: it begins to when a tick ends, and what
+        it presses on the way there is not in the work that is found here."""
         self.ledger = Ledger()
         self._turns = float(rng.choice([0.0, 0.002, 0.02]))
 
