@@ -31,7 +31,7 @@ def passes(robot: SteppedRobot, ticks: int = 5) -> None:
 
 
 def stopped_by(torques: tuple[float, ...]) -> SteppedRobot:
-    """That stands there pushed like that, after the reset."""
+    """The robot stands there, pushed like that, after the reset."""
     robot = SteppedRobot()
     robot.controller.load.joint_push = torques
     passes(robot)

@@ -58,7 +58,7 @@ def test_parts_far_away_are_not_asked_for_while_one_is_pushed() -> None:
 
 
 def tower(height: int) -> tuple[Scene, Counting]:
-    """So many plates, one on the other, and closed jaws beside them; with a count of what is asked for."""
+    """A tower of plates, and closed jaws beside it; with a count of the parts that are asked for."""
     plates = (
         (PLATE._replace(name=f"plate {k}"), at(600.0, 100.0, TABLE_MM + PLATE_MM * (k + 0.5)))
         for k in range(height)
