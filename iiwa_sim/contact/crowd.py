@@ -31,6 +31,17 @@ class LyingPart(NamedTuple):
     carries_kgm2: float
 
 
+class Spring(NamedTuple):
+    """A place at which something presses on what is held."""
+
+    stiffness: float
+    """N/m, of both in a row."""
+    depth: float
+    """By how much it is pressed in (m)."""
+    into: Vector
+    """The direction in which what is held would press it in further, in the base."""
+
+
 class PressingBall(NamedTuple):
     """A ball that presses on a part: of the arm, or of what it holds."""
 

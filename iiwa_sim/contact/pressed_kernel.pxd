@@ -5,6 +5,7 @@ cdef class Pressed(Stored):
     cdef readonly object unpressed     # how deep (m) the held part is in others without pressing, by part and place
     cdef readonly object left          # and links, tool or jaws, from now on: part, link, depth
     cdef readonly object on_held       # force (N) and torque (Nm) on its middle, by the part in which it is, or itself
+    cdef readonly object springs       # `Spring`s of that, by the same
     cdef readonly object pressed       # the numbers of parts on which links, tool or jaws press
     cdef char[::1] _lies
     cdef object _balls                 # by the parts on which they press

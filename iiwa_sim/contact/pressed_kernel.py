@@ -10,7 +10,7 @@ from typing import Any
 import cython
 import numpy as np
 
-from iiwa_sim.contact.crowd import PressingBall
+from iiwa_sim.contact.crowd import PressingBall, Spring
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Vector
 
@@ -35,6 +35,7 @@ class Pressed(Stored):
         self._lies = np.zeros(max(count, 1), dtype=np.int8)
         self._balls: Any = {}
         self.on_held: Any = {}
+        self.springs: Any = {}
         self.unpressed: Any = {}
         self.left: Any = []
         self.pressed: Any = set()
@@ -51,7 +52,7 @@ class Pressed(Stored):
         if solid is not None:
             self._put_body(part, solid)
         self._balls, self.unpressed, self.pressed, self.left = {}, {}, set(), []
-        self.on_held = {}
+        self.on_held, self.springs = {}, {}
         for n in range(self._parts):
             self._deep[n] = 0.0
 
@@ -143,13 +144,17 @@ class Pressed(Stored):
             return None
         nx, ny, nz = c[m, 45], c[m, 46], c[m, 47]
         x, y, z = c[m, 25], c[m, 26], c[m, 27]
+        way: cython.double = 1.0
         if part == h:
             fx, fy, fz = -f * nx, -f * ny, -f * nz
         else:
+            way = -1.0
             rx, ry, rz = self._held_by_friction(m)
             fx, fy, fz = f * nx - c[m, 6] * rx, f * ny - c[m, 6] * ry, f * nz - c[m, 6] * rz
             x, y, z = c[m, 0] - p[h, 9], c[m, 1] - p[h, 10], c[m, 2] - p[h, 11]
             x, y, z = x - c[m, 3] * nx, y - c[m, 3] * ny, z - c[m, 3] * nz
         acts = np.array((fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx))
         self.on_held[part] = self.on_held.get(part, 0.0) + acts
+        into = (way * nx, way * ny, way * nz)
+        self.springs.setdefault(part, []).append(Spring(c[m, 4], c[m, 28], into))
         return None

@@ -217,9 +217,10 @@ class Aside(TakenAlong):
         if held is not None:
             # Where it is in parts that lie it feels these itself.
             bodies, names = self._pieces.bodies, known.names
-            acting = [each for part, each in crowd.on_held.items() if bodies[names[part]].state != LIES]
-            total = sum(acting).tolist() if acting else None
-            held.touching.besides = None if total is None else (tuple(total[:3]), tuple(total[3:]))
+            acting = [part for part in crowd.on_held if bodies[names[part]].state != LIES]
+            total = sum([crowd.on_held[part] for part in acting]).tolist() if acting else None
+            springs = [each for part in acting for each in crowd.springs[part]]
+            held.touching.besides = None if total is None else (tuple(total[:3]), tuple(total[3:]), springs)
             held.touching.leave(crowd.unpressed, known.names)
             held.quiet = held.quiet and total is None and not crowd.unpressed
         return None

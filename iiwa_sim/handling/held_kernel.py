@@ -217,7 +217,7 @@ class Held(Gripped):
         along x and z of the TCP: into surfaces no deeper, and then no faster, than there is energy for."""
         x, z, bu, bw = self._in[9], self._in[11], self._u, self._w
         touching, pull = self.touching, (pull_x, pull_z)
-        close: cython.bint = len(touching.worlds) > 0
+        close: cython.bint = len(touching.worlds) > 0 or touching.besides is not None
         touching.slides()
         stored_j: cython.double = 0.0
         if close:

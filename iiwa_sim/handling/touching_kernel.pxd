@@ -1,13 +1,11 @@
 # For the kernel of what is held.
-from iiwa_sim.handling.near_kernel cimport Near
+from iiwa_sim.handling.springs_kernel cimport Springs
 
-cdef class Touching(Near):
-    cdef public object besides         # what else pushes in this tick, at other places: force and torque, or None
+cdef class Touching(Springs):
+    cdef public object besides         # what else pushes in this tick, at other places: force, torque and `Spring`s, or None
     cdef double _free                  # so far they may go from where they are, and touch nothing for sure (m)
     cdef list _unpressed               # of points and surfaces, how deep: to be told the worlds
     cdef double[:, ::1] _was           # where the points that are close were in the tick before (m)
-    cdef object _least_of              # surfaces, and the least stiffness of them (N/m)
-    cdef double _least
     cdef double[::1] _pose             # for who has no array
     # What acts on it: force (N), torque (Nm) about its middle, in base axes.
     cdef double fx
@@ -19,6 +17,5 @@ cdef class Touching(Near):
     cdef bint is_pushed(self) noexcept
     cdef bint passes(self, double way_m) noexcept
     cdef object go_to(self, double[::1] pose, object surfaces, double tick_s)
-    cdef double stored_at(self, double[::1] pose) except? -1.0
     cdef object _feel(self, double[::1] pose, double tick_s)
     cdef object _lean(self, double[::1] pose, object name)

@@ -15,6 +15,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import sqrt
 
+from iiwa_sim.contact.crowd import Spring
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.handling.near_kernel import NEAR_M
@@ -24,31 +25,29 @@ if cython.compiled:
     from cython.cimports.iiwa_sim.contact.at_tcp_kernel import farthest, take
     from cython.cimports.iiwa_sim.contact.contact_kernel import Contact
     from cython.cimports.iiwa_sim.contact.world_kernel import World
-    from cython.cimports.iiwa_sim.handling.near_kernel import Near
     from cython.cimports.iiwa_sim.handling.over_kernel import Over
+    from cython.cimports.iiwa_sim.handling.springs_kernel import Springs
 else:
     from iiwa_sim.contact.at_tcp_kernel import farthest, take
     from iiwa_sim.contact.contact_kernel import Contact
     from iiwa_sim.contact.world_kernel import World
-    from iiwa_sim.handling.near_kernel import Near
     from iiwa_sim.handling.over_kernel import Over
+    from iiwa_sim.handling.springs_kernel import Springs
 
 _NEAR = cython.declare(cython.double, NEAR_M)
 
 
 @cython.cclass
-class Touching(Near):
+class Touching(Springs):
     """What acts on one part, tick by tick; the attributes are declared in the .pxd."""
 
     def __init__(self, part: Part, upright: bool) -> None:
         """Begin with a part that has touched nothing; a cylinder that is `upright` touches with its rims."""
-        Near.__init__(self, part, upright)
+        Springs.__init__(self, part, upright)
         self._pose = np.zeros(12)
         self._was = np.zeros((len(self._own), 3))
-        self.besides: tuple[Vector, Vector] | None = None
+        self.besides: tuple[Vector, Vector, list[Spring]] | None = None
         self._unpressed: list[tuple[int, str, float]] = []
-        self._least_of: Any = None
-        self._least = 1.0
         self.forget()
 
     @property
@@ -147,28 +146,6 @@ class Touching(Near):
         worlds = [each for each in self.worlds.values() if name in each.surfaces]
         return any(each.touched(name) and each.outward(name)[2] > 1.0 - LEVEL for each in worlds)
 
-    @cython.cfunc
-    @cython.exceptval(-1.0, check=True)
-    def stored_at(self, pose: cython.double[::1]) -> cython.double:
-        """What would be in its springs (J) at a pose close to the last one; nothing remembers that."""
-        soft: cython.double = 0.0
-        n: cython.Py_ssize_t
-        world: World
-        p, own = pose, self._own
-        if self._least_of is not self._near:
-            self._least_of = self._near
-            self._least = min([each.stiffness for each in self._near.values()], default=1.0)
-        for point, world in self.worlds.items():
-            n = point
-            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
-            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
-            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
-            if world.feel_at(x, y, z, 0.0, 0.0, 0.0, False):
-                fx, fy, fz = world.fx, world.fy, world.fz
-                if fx != 0.0 or fy != 0.0 or fz != 0.0:
-                    soft += (fx * fx + fy * fy + fz * fz) / self._least
-        return 0.5 * soft
-
     def memory(self) -> object:
         """What surfaces remember of it, to be compared."""
         return [world.memory() for world in self.worlds.values()]
@@ -248,6 +225,7 @@ class Touching(Near):
             self._measure(pose)
             turned = 0.0
         self._free = 0.0
+        self._press(pose, () if self.besides is None else self.besides[2])
         if not self.worlds and self.besides is None:
             self.fx = self.fy = self.fz = self.tx = self.ty = self.tz = 0.0
             self._free = min(_NEAR - gone, self._known - turned)
@@ -264,7 +242,7 @@ class Touching(Near):
         ty: cython.double = 0.0
         tz: cython.double = 0.0
         if self.besides is not None:
-            force, torque = self.besides
+            force, torque, _ = self.besides
             fx, fy, fz = force
             tx, ty, tz = torque
         n: cython.Py_ssize_t

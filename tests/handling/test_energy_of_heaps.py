@@ -287,6 +287,14 @@ def test_what_is_put_down_gives_what_is_below_no_more_than_the_arm_does(seed: in
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seed", [9400210, 9400225, 9400283])
+def test_what_others_press_up_by_their_corners_slides_in_the_jaws(seed: int) -> None:
+    """Once 5 % of the arm's work and more came from nowhere: it stayed where it was in the jaws, which held
+    less than the parts below pressed."""
+    put_down(seed)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1610104, 1620115])
 def test_parts_get_the_friction_and_the_depth_that_what_is_held_feels(seed: int) -> None:
     """Once 0.1 % of the arm's work came from nowhere: two kernels found how deep places are, and by which way

@@ -9,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.backdoor.states import States
-from iiwa_sim.contact.shapes import Box, Cylinder, Shape
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.part import Part
 from tests.asked import lin_force_move, lin_move
-from tests.handling.scenes import DOWN, TABLE, TABLE_MM, Scene, at, down
+from tests.handling.books import G
+from tests.handling.scenes import DOWN, JAWS, TABLE, TABLE_MM, Scene, at, down
 from tests.samples import some
 
 HALF_MM = 15.0
@@ -129,6 +130,20 @@ def test_moved_along_what_it_presses_on_it_presses_as_long_as_it_is_over_it() ->
     assert scene.controller.cartesian_force()[2] == pytest.approx(pressed_n, rel=0.05)
     scene.goes(down(640.0, -100.0, z_mm), 0.02)
     assert scene.controller.cartesian_force()[2] == pytest.approx(2.943, abs=0.05)
+
+
+def test_pressed_by_what_is_round_it_slides_where_the_jaws_hold_no_more() -> None:
+    """Once it stayed where it was in the jaws: these felt what they hold at most, and what lies below three
+    times that."""
+    ball = Part("low", Sphere(0.02), 0.5, 0.5, 5e4), at(600.0, -100.0, TABLE_MM + 20.0)
+    scene = held_above(ball)
+    most_n = 2.0 * WIDE.friction * JAWS.force_n
+    scene.goes(down(600.0, -100.0, TABLE_MM + 40.0 + HALF_MM - 6.0), 0.02)
+    scene.rests()
+    held = scene.handling.workpieces.in_jaws  # type: ignore[union-attr]
+    assert held is not None
+    assert 1e3 * held.in_tcp.translation[2] < -0.5
+    assert held.touching.force[2] == pytest.approx(most_n + WIDE.mass_kg * G, rel=0.01)
 
 
 def test_tilted_it_does_not_press_there_any_more() -> None:
