@@ -60,8 +60,11 @@ class World(Feeling):
 
     def move(self, name: str, pose: Transform) -> None:
         """Move a surface, which must be there; a TCP that touches it goes on doing so if it still can."""
-        contact = self._contacts[name]
-        contact.move(contact.surface._replace(pose=pose))
+        self.take(self._contacts[name].surface._replace(pose=pose))
+
+    def take(self, surface: Surface) -> None:
+        """Move a surface, which must be there, to where it is now."""
+        self._contacts[surface.name].move(surface)
         self.changes += 1
 
     def touched(self, name: str) -> bool:

@@ -112,7 +112,7 @@ class Near:
                 if new:
                     world.put(now)
                 else:
-                    world.move(name, now.pose)
+                    world.take(now)
         for name in gone:
             for world in self.worlds.values():
                 world.remove(name)

@@ -42,7 +42,7 @@ class Over:
         self._own = own
         self._row = np.array([*(0.0,) * 12, *sizes, 0.0, 0.0, 0.0][:15])
         self._kind = kind
-        self._is_level = self._is_near = False
+        self._is_level = self._is_near = self._is_apart = False
         self._under, self._face = np.zeros((2, 7))
         self.x = self.y = 0.0
 
@@ -74,6 +74,13 @@ class Over:
     def face(self, row: cython.double[::1], kind: cython.int) -> cython.void:
         """From now on it is asked for places over the face of such a shape."""
         self._is_near = self.gap(row, kind) < _ABOVE
+        self._is_apart = not self._is_near or beside(self._under, self._face) > _TOUCHES
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def is_apart(self) -> cython.bint:
+        """Whether no point of the part can be over that face, nor press on it."""
+        return self._is_apart
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -81,7 +88,7 @@ class Over:
         """Whether a point of the part, by its number, is beside the face and presses on it: it does so at x
         and y (m, in the base)."""
         p, own = self._row, self._own
-        if not self._is_near or not self.is_low(n):
+        if self._is_apart or not self.is_low(n):
             return False
         x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
         y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
@@ -154,6 +161,39 @@ def footprint(
     length: cython.double = sqrt(row[i] * row[i] + row[3 + i] * row[3 + i])
     found[4], found[5] = row[i] / length, row[3 + i] / length
     return True
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def beside(under: cython.double[::1], face: cython.double[::1]) -> cython.double:
+    """How far (m) one footprint is at least beside the other: by how much the directions of their edges, and
+    that between their middles, part them."""
+    x, y = face[2] - under[2], face[3] - under[3]
+    far: cython.double = sqrt(x * x + y * y)
+    most: cython.double = -1e9
+    for one in range(5):
+        cx, cy = under[4], under[5]
+        if one >= 2:
+            cx, cy = face[4], face[5]
+        if one % 2:
+            cx, cy = -cy, cx
+        if one == 4:
+            if far == 0.0:
+                continue
+            cx, cy = x / far, y / far
+        apart: cython.double = fabs(x * cx + y * cy) - along(under, cx, cy) - along(face, cx, cy)
+        most = max(most, apart)
+    return most
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def along(face: cython.double[::1], cx: cython.double, cy: cython.double) -> cython.double:
+    """How far (m) a footprint reaches from its middle in a direction."""
+    if face[1] < 0.0:  # a disc
+        return face[0]
+    across: cython.double = fabs(cy * face[4] - cx * face[5])
+    return face[0] * fabs(cx * face[4] + cy * face[5]) + face[1] * across
 
 
 @cython.cfunc

@@ -4,6 +4,7 @@ from iiwa_sim.handling.springs_kernel cimport Springs
 cdef class Touching(Springs):
     cdef public object besides         # what else pushes in this tick, at other places: force, torque and `Spring`s, or None
     cdef double _free                  # so far they may go from where they are, and touch nothing for sure (m)
+    cdef object _leaning               # the names of surfaces on which a point may have pressed beside where it is
     cdef list _unpressed               # of points and surfaces, how deep: to be told the worlds
     cdef double[:, ::1] _was           # where the points that are close were in the tick before (m)
     cdef double[::1] _pose             # for who has no array

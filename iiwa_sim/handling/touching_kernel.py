@@ -47,6 +47,7 @@ class Touching(Springs):
         self._pose = np.zeros(12)
         self._was = np.zeros((len(self._own), 3))
         self.besides: tuple[Vector, Vector, list[Spring]] | None = None
+        self._leaning: Any = set()
         self._unpressed: list[tuple[int, str, float]] = []
         self.forget()
 
@@ -115,9 +116,11 @@ class Touching(Springs):
         if self._is_over:
             over.put(pose)
         for s, each in enumerate(self._near if self._is_over else ()):
-            if name not in (None, each):
+            if name is not None and name != each:
                 continue
             over.face(self._shapes[s], self._kinds[s])
+            if over.is_apart() and each not in self._leaning:
+                continue
             for point, world in self.worlds.items():
                 n = point
                 contact = world._contacts[each]
@@ -126,6 +129,7 @@ class Touching(Springs):
                 leans = leans and over.is_over(n)
                 if leans or contact._leans:
                     contact.lean(leans, over.x, over.y)
+                    self._leaning.add(each)
         return None
 
     def slides(self) -> None:
@@ -172,6 +176,7 @@ class Touching(Springs):
         if measured is not None:
             self._measured = np.array(measured)
         self._take_near(dict(near))
+        self._leaning = set(near)
         self.worlds, self._free = {}, 0.0
         for point, memory in worlds.items():
             world = self.worlds[point] = World(self._near.values(), self._radius)

@@ -219,6 +219,9 @@ class EvenMotions:
                 if self.drive.step_evenly():
                     self.joints = self.drive.joints
                     return
+                if self._next is None and self._nominal._pursuit is None and not self.drive.moving:
+                    self.joints = self.drive.joints  # it may have been put elsewhere
+                    return
             elif active.moving:
                 try:
                     active.step()
