@@ -12,7 +12,7 @@ from tests.interpreted import interpreted
 from tests.samples import some
 
 PLAIN = interpreted("iiwa_sim.handling.over_kernel")
-TOUCHES_M, ROUNDING_M = 1e-9, 1e-15
+TOUCHES_M, ROUNDING_M = 1e-9, 1e-14
 size = st.floats(0.002, 0.05)
 angle = st.floats(-3.0, 3.0)
 
