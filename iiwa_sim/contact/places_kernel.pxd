@@ -5,6 +5,7 @@ cdef class Places(Depths):
     cdef bint _meet(
         self, Py_ssize_t x, Py_ssize_t y, double low, double high, double share, bint rubs, double reach
     ) except *
+    cdef bint _is_met(self, Py_ssize_t x, Py_ssize_t y) noexcept
     cdef void _forget_pair(self, Py_ssize_t x, Py_ssize_t y) noexcept
     cdef object _place(
         self, Py_ssize_t x, Py_ssize_t y, long long number, double lx, double ly, double lz, double radius,

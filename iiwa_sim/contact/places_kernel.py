@@ -89,7 +89,7 @@ class Places(Depths):
                             self._place(x, y, number, lx, ly, z, 0.0, 0, tall, _AT_ONCE * k, rubs, reach)
                         number += 1
             return self._met > before
-        if low > high:
+        if low > high and not (low <= high + _STEP and self._is_met(x, y)):
             if y == self._held:
                 self._forget_pair(x, y)
             return False
@@ -126,6 +126,19 @@ class Places(Depths):
                 z = p[x, 6] * u + p[x, 7] * v + p[x, 8] * z
                 self._place(x, y, corner, lx, ly, z, 0.0, 0, False, _AT_ONCE * k, rubs, reach)
         return self._met > before
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_met(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t) -> cython.bint:
+        """Whether a body has places in the held one: these press as long as that is beside it, by however
+        little, and do not come and go as it is pressed down."""
+        if y != self._held:
+            return False
+        first: cython.longlong = (self._id[x] * _MOST_BODIES + self._id[y]) * _MOST_PLACES
+        for number in range(_PLACES):
+            if self._has_come_in(first + number):
+                return True
+        return False
 
     @cython.cfunc
     @cython.exceptval(check=False)
