@@ -135,10 +135,10 @@ class Places(Depths):
         if y != self._held:
             return False
         first: cython.longlong = (self._id[x] * _MOST_BODIES + self._id[y]) * _MOST_PLACES
+        met: cython.bint = False
         for number in range(_PLACES):
-            if self._has_come_in(first + number):
-                return True
-        return False
+            met = met or self._has_come_in(first + number)
+        return met
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -10,6 +10,7 @@ cdef class Pressed(Stored):
     cdef char[::1] _lies
     cdef object _balls                 # by the parts on which they press
     cdef object _of_the_arm(self, Py_ssize_t n)
+    cdef bint _is_on(self, Py_ssize_t n) noexcept
     cdef object _tell_the_arm(self)
     cdef object _leave_at(self, Py_ssize_t m)
     cdef object _acts(self, Py_ssize_t m, Py_ssize_t part)

@@ -22,6 +22,7 @@ else:
     from iiwa_sim.contact.stored_kernel import Stored
 
 _STEP = cython.declare(cython.double, 1e-3)
+_UP = cython.declare(cython.double, 0.9)  # of a direction: what pushes like that is below
 
 
 @cython.cclass
@@ -110,8 +111,21 @@ class Pressed(Stored):
             high = min(self._span[n, 1], self._span[self._held, 1]) - _STEP
             if self._upright[self._held] < 0:
                 low, high = self._span[n, 0], self._span[n, 1] - _STEP
+            elif self._upright[n] >= 0 and self._is_on(n) and not self._is_met(n, self._held):
+                self._forget_pair(n, self._held)
+                return None
             self._meet(n, self._held, low, high, 1.0, False, 0.05)
         return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_on(self, n: cython.Py_ssize_t) -> cython.bint:
+        """Whether the held part presses on a part from above: so it is not beside that, however deep."""
+        is_on: cython.bint = False
+        for m in range(self._met):
+            its: cython.bint = self._i[m, 1] == n and self._i[m, 0] < 0 and self._k[m] != -2
+            is_on = is_on or (its and self._c[m, 13] > 0.0 and self._c[m, 16] > _UP)
+        return is_on
 
     @cython.cfunc
     def _tell_the_arm(self) -> object:

@@ -295,6 +295,12 @@ def test_what_others_press_up_by_their_corners_slides_in_the_jaws(seed: int) -> 
 
 
 @pytest.mark.slow
+def test_what_is_beside_a_held_part_presses_on_when_that_is_pressed_down_past_it() -> None:
+    """Once 4 mJ were lost and came back: it did so only where the part was over it by more than 1 mm."""
+    put_down(9400446)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1610104, 1620115])
 def test_parts_get_the_friction_and_the_depth_that_what_is_held_feels(seed: int) -> None:
     """Once 0.1 % of the arm's work came from nowhere: two kernels found how deep places are, and by which way

@@ -132,6 +132,19 @@ def test_moved_along_what_it_presses_on_it_presses_as_long_as_it_is_over_it() ->
     assert scene.controller.cartesian_force()[2] == pytest.approx(2.943, abs=0.05)
 
 
+def test_pressed_deep_into_what_is_below_it_takes_that_nowhere() -> None:
+    """There is no friction where its corners are beside that. Once, pressed in by more than
+    1 mm, it pushed that like a wall, against the post behind it, with 180 N."""
+    post = Surface("post", Box(0.02, 0.005, 0.015), at(600.0, -85.0, TABLE_MM + 15.0), 2e5, 0.0, 0.0)
+    scene = held_above(lying(Box(0.01, 0.01, 0.02), 40.0), surfaces=(post,))
+    z_mm = TABLE_MM + 40.0 + HALF_MM
+    scene.goes(down(600.0, -100.0, z_mm - 3.5), 0.02)
+    deep_mm = 1e3 * (scene.body("low").pose.translation[2] - scene.body("wide").bottom) + 20.0
+    assert deep_mm > 1.0
+    scene.goes(down(600.0, -93.0, z_mm - 3.5), 0.02)
+    assert abs(scene.controller.cartesian_force()[1]) < 1.0
+
+
 def test_pressed_by_what_is_round_it_slides_where_the_jaws_hold_no_more() -> None:
     """Once it stayed where it was in the jaws: these felt what they hold at most, and what lies below three
     times that."""
