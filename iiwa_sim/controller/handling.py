@@ -152,7 +152,8 @@ class Handling(HandlingTicks):
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
 
     def kept(self) -> HandlingState:
-        """What a named state keeps."""
+        """What a named state keeps: parts know of surfaces that have moved since the last tick."""
+        self.look_at_surfaces()
         return HandlingState(
             self.gripper.opening_m, Parts() if self.workpieces is None else self.workpieces.kept()
         )

@@ -61,6 +61,13 @@ class HandlingTicks:
         """Whether a part is held."""
         return self.workpieces is not None and self.workpieces._held is not None
 
+    def look_at_surfaces(self) -> None:
+        """Tell the parts where surfaces are now, if these have come, gone or moved."""
+        world = self._load.world
+        if self.workpieces is not None and self._changes != world.changes:
+            self._changes = world.changes
+            self.workpieces.surfaces_are(list(world.surfaces.values()))
+
     def step(self, joints: Joints, contact: Reached | None, coming: Transform | None = None) -> None:
         """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
         where the next tick brings the TCP, if that is known."""
@@ -75,10 +82,8 @@ class HandlingTicks:
                 self._move_jaws(None)
                 self._tell()
             return
-        world = load.world
-        if self._changes != world.changes:
-            self._changes = world.changes
-            pieces.surfaces_are(list(world.surfaces.values()))
+        if self._changes != load.world.changes:
+            self.look_at_surfaces()
         tcp = load.tcp(joints) if contact is None else contact.pose
         if not rest:
             self._move_jaws(tcp)

@@ -83,6 +83,18 @@ def test_jaws_that_have_been_closed_and_are_open_again() -> None:
     assert saved[0][2][0].frame.y_mm > 90.5, "the block has been pushed"
 
 
+def test_a_part_from_below_which_the_table_has_just_gone() -> None:
+    """The parts see that in the next tick. Once the restored one stayed in the air for good."""
+    scene = Scene((BLOCK, at(600.0, 0.0, 330.0)))
+    before = [each.frame.z_mm for each in scene.handling.parts]
+    scene.controller.load.world.move("table", at(600.0, 0.0, TABLE_MM - 60.0))
+    saved, restored = as_saved_and_as_restored(scene, lambda: None, ticks=500)
+    assert saved == restored
+    assert [each.frame.z_mm for each in saved[-1][2]] == pytest.approx(
+        [each - 40.0 for each in before], abs=1.0
+    )
+
+
 def test_a_part_that_has_slid_a_little_and_is_held_now() -> None:
     """By what it weighs it began to slide; what has slid is held against more."""
     most_n = 2.0 * BLOCK.friction * JAWS.force_n
