@@ -171,6 +171,7 @@ class Handling(HandlingTicks):
             self._changes = self._load.world.changes
             self.workpieces.restore(kept.parts, tcp, list(self._load.world.surfaces.values()))
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
+        self._told = ()  # inputs are as they were saved, when sensors may have told something else
         self._tell()
 
     @property

@@ -55,6 +55,9 @@ class Aside(TakenAlong):
     _seen: Any  # the number of changes of parts when they were looked for
     _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
     _solid: Any  # what is held, as a surface in this tick, once that is asked for
+    _brought_up: (
+        Any  # the names of parts that are elsewhere than the arm knew, to be looked at in the next tick
+    )
     _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
     _changes: Any  # of the parts, when the last tick ended
 
@@ -63,7 +66,7 @@ class Aside(TakenAlong):
         TakenAlong.__init__(self, pieces, load, tick_s, stroke_m)
         self._seen = self._changes = -1
         self._known = {}
-        self._solid, self._calm = None, False
+        self._solid, self._calm, self._brought_up = None, False, []
 
     @property
     def settled(self) -> bool:
@@ -74,7 +77,7 @@ class Aside(TakenAlong):
 
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
-        self._is_known, self._seen, self._calm = False, -1, False
+        self._is_known, self._seen, self._calm, self._brought_up = False, -1, False, []
         self._poses: Any = {}
         self._load.lay({})
         self._watch([])
@@ -108,6 +111,10 @@ class Aside(TakenAlong):
         if moving:
             self._way += self._tick * max([fastest(pieces.bodies[name]) for name in moving])
         looks = looks or self._way >= self.look_at_m
+        for name in self._brought_up:
+            if name in self._rows:
+                self._due[cython.cast(cython.Py_ssize_t, self._rows[name])] = self.next_m = -_FAR
+        self._brought_up = []
         if not (looks or moving or self._way >= self.next_m):
             self._calm, self._changes = stays, changes
             return
@@ -118,7 +125,8 @@ class Aside(TakenAlong):
         if near:
             self._push(near, held, tcp, joints)
         self._find_next()
-        self._calm, self._changes = stays and changes == pieces.changes, pieces.changes
+        self._calm = stays and changes == pieces.changes and not self._brought_up
+        self._changes = pieces.changes
 
     @cython.cfunc
     def _near_ones(self, held: Held | None, tcp: Any, joints: Any, moving: Any) -> object:
@@ -192,7 +200,10 @@ class Aside(TakenAlong):
             else:
                 next_m = min(next_m, until)
         self.look_at_m: Any = next_m
-        self._poses = {name: pieces.bodies[name].pose for name in near}
+        poses = {name: pieces.bodies[name].pose for name in near}
+        # What a surface has brought here the arm feels first, as it does what it presses itself.
+        self._brought_up = [name for name in near if self._poses.get(name, poses[name]) is not poses[name]]
+        self._poses = poses
         self._watch(list(near))
         self._load.lay(near)
         return None

@@ -11,7 +11,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.handling.falling import FALLS, LIES
 from iiwa_sim.handling.part import Part
 from tests.handling.heaps import above
-from tests.handling.scenes import BLOCK, TABLE, TABLE_MM, Scene, at
+from tests.handling.scenes import BLOCK, TABLE, TABLE_MM, Scene, at, down
 
 MIDDLE_MM = TABLE_MM - 20.0
 """Of the table."""
@@ -92,3 +92,23 @@ def test_a_part_that_was_in_it_or_is_beside_is_left(below_mm: float, y_mm: float
     surfaces.move(scene.controller, "shelf", pose)
     scene.robot.step(1)
     assert scene.body("block").state == FALLS
+
+
+def test_what_comes_up_against_closed_jaws_is_pressed_as_if_these_had_come_down() -> None:
+    """Once the arm felt it as deep in the jaws as the table had gone, with seven times the force, until it
+    was moved."""
+    forces, heights = [], []
+    for table_up_mm, arm_down_mm in ((6.0, 0.0), (0.0, 6.0)):
+        scene = Scene((BLOCK, at(600.0, 0.0, TABLE_MM + 30.0)), cell=above())
+        scene.closes()
+        scene.goes(down(600.0, 0.0, TABLE_MM + 65.0))
+        scene.rests()
+        moves_table(scene, table_up_mm)
+        scene.goes(down(600.0, 0.0, TABLE_MM + 65.0 - arm_down_mm), 0.1)
+        scene.robot.step(200)
+        forces.append(scene.controller.cartesian_force()[2])
+        heights.append(1e3 * scene.body("block").pose.translation[2] - table_up_mm)
+        assert scene.controller.resting
+    assert forces[0] == pytest.approx(forces[1], abs=0.1)
+    assert heights[0] == pytest.approx(heights[1], abs=0.01)
+    assert forces[0] < -5.0
