@@ -25,6 +25,9 @@ from tests.samples import some
 BENT = 0.02
 """Part of the arm's work on what it carries, which is found by the forces at the beginning and end of each
 tick."""
+TURNED = 1e-6
+"""Part of the arm's work: where what is held rubs on what is round and turns below it, a tick's way along
+that is known so well; 1e-7 J at most, in few scenes."""
 OFF = 0.02
 """Part of an impulse: many parts in a row may not be in balance yet when a tick ends, and the arm does not
 feel what is taken from the parts' speed, so that they gain no energy."""
@@ -109,7 +112,7 @@ def put_down(seed: int) -> dict[str, float]:
     x_mm, y_mm = x_mm + float(rng.uniform(-20.0, 20.0)), y_mm + float(rng.uniform(-20.0, 20.0))
     scene.goes_down(x_mm, y_mm, top_mm, float(rng.uniform(0.1, 3.0)))
     scene.rests()
-    return check_carried(scene)
+    return check_carried(scene, TURNED)
 
 
 def impulses(seed: int) -> dict[str, float]:
@@ -160,11 +163,14 @@ def check(scene: HeapScene) -> dict[str, float]:
     return {"returned, J": books.returned_j, "fastest, m/s": scene.fastest}
 
 
-def check_carried(scene: HeapScene) -> dict[str, float]:
-    """All others get no more than what is held gives, and all together no more than the arm does."""
+def check_carried(scene: HeapScene, part: float = 0.0) -> dict[str, float]:
+    """All others get no more than what is held gives, but for that part of the arm's work, and all together
+    no more than the arm does."""
     books = scene.books
     returned_j = books.but_held.returned_j
-    assert returned_j <= ROUNDING_J, f"{returned_j:.3g} J of the arm's {books.arm_j:.3g} J"
+    assert returned_j <= ROUNDING_J + part * books.arm_j, (
+        f"{returned_j:.3g} J of the arm's {books.arm_j:.3g} J"
+    )
     assert books.returned_j <= ROUNDING_J + BENT * books.arm_j, (
         f"{books.returned_j:.3g} J of the arm's {books.arm_j:.3g} J, first in {books.told}"
     )
