@@ -124,8 +124,11 @@ class Depths(Bodies):
         if not moved:
             more: cython.double = depth - c[n, 31]
             brought: cython.double = c[n, 38]
-            if ux * c[n, 34] + uy * c[n, 35] + uz * c[n, 36] > _OUT * brought:
+            out: cython.double = ux * c[n, 34] + uy * c[n, 35] + uz * c[n, 36]
+            if out > _OUT * brought:
                 brought = 0.0  # what has gone out has been brought no deeper
+            elif contact is not None and contact._leans:
+                brought = min(brought, max(0.0, -out))  # nor what presses elsewhere now, over the edge
             c[n, 32] = max(0.0, more - brought, min(c[n, 37], depth))
             if self._k[n] == -2:  # what the arm itself is in is known elsewhere
                 c[n, 32] = c[n, 37]

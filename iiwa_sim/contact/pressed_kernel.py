@@ -22,6 +22,7 @@ else:
     from iiwa_sim.contact.stored_kernel import Stored
 
 _STEP = cython.declare(cython.double, 1e-3)
+_ALL = cython.declare(cython.double, 1.0)  # deeper (m) than anything presses
 _UP = cython.declare(cython.double, 0.9)  # of a direction: what pushes like that is below
 
 
@@ -144,8 +145,13 @@ class Pressed(Stored):
     def _leave_at(self, m: cython.Py_ssize_t) -> object:
         """Note how deep a place of the held part is in another without pressing."""
         contact: Contact | None = self._contacts[m]
-        if self._c[m, 32] > 1e-9 or (contact is not None and contact.unpressed > 0.0):
-            self.unpressed[self._i[m, 1], self._i[m, 6]] = self._c[m, 32]
+        deep: cython.double = self._c[m, 32]
+        if contact is not None and contact._leans and self._c[m, 28] <= 0.0:
+            deep = (
+                _ALL  # the edge has passed it: wherever it presses from now on, it has pressed nothing there
+            )
+        if deep > 1e-9 or (contact is not None and contact.unpressed > 0.0):
+            self.unpressed[self._i[m, 1], self._i[m, 6]] = deep
         return None
 
     @cython.cfunc

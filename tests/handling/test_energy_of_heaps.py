@@ -301,6 +301,12 @@ def test_what_is_beside_a_held_part_presses_on_when_that_is_pressed_down_past_it
 
 
 @pytest.mark.slow
+def test_what_goes_past_an_edge_is_not_felt_until_it_presses_anew() -> None:
+    """Once 5 mJ came from nowhere: the held part felt there what the part below had not been pressed by."""
+    put_down(9600200)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1610104, 1620115])
 def test_parts_get_the_friction_and_the_depth_that_what_is_held_feels(seed: int) -> None:
     """Once 0.1 % of the arm's work came from nowhere: two kernels found how deep places are, and by which way
