@@ -147,9 +147,7 @@ class Pressed(Stored):
         contact: Contact | None = self._contacts[m]
         deep: cython.double = self._c[m, 32]
         if contact is not None and contact._leans and self._c[m, 28] <= 0.0:
-            deep = (
-                _ALL  # the edge has passed it: wherever it presses from now on, it has pressed nothing there
-            )
+            deep = _ALL  # past the edge: where it presses from now on, it has pressed nothing before
         if deep > 1e-9 or (contact is not None and contact.unpressed > 0.0):
             self.unpressed[self._i[m, 1], self._i[m, 6]] = deep
         return None

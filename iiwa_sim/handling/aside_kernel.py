@@ -55,9 +55,7 @@ class Aside(TakenAlong):
     _seen: Any  # the number of changes of parts when they were looked for
     _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
     _solid: Any  # what is held, as a surface in this tick, once that is asked for
-    _brought_up: (
-        Any  # the names of parts that are elsewhere than the arm knew, to be looked at in the next tick
-    )
+    _brought_up: Any  # parts that are elsewhere than the arm knew: looked at in the next tick
     _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
     _changes: Any  # of the parts, when the last tick ended
 
