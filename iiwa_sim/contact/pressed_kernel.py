@@ -146,7 +146,7 @@ class Pressed(Stored):
         """Note how deep a place of the held part is in another without pressing."""
         contact: Contact | None = self._contacts[m]
         deep: cython.double = self._c[m, 32]
-        if contact is not None and contact._leans and self._c[m, 28] <= 0.0:
+        if contact is not None and self._c[m, 28] <= 0.0 and (contact._leans or contact.is_from_above()):
             deep = _ALL  # past the edge: where it presses from now on, it has pressed nothing before
         if deep > 1e-9 or (contact is not None and contact.unpressed > 0.0):
             self.unpressed[self._i[m, 1], self._i[m, 6]] = deep
