@@ -70,7 +70,7 @@ class PressingBall(NamedTuple):
     unpressed: float = 0.0
     """How deep (m) it is in without pressing."""
     contact: Contact | None = None
-    """That of the held part's place with the part, by which that is pressed."""
+    """How a place of the held part touches the part on which it presses; None for a ball of the arm itself."""
     turned: Vector = (0.0, 0.0, 0.0)
     """How it has turned in the tick (rad, in the base): it rolls on the part."""
 

@@ -199,8 +199,9 @@ class Depths(Bodies):
     @cython.cfunc
     @cython.exceptval(check=False)
     def _depth_with(self, q: cython.Py_ssize_t) -> cython.double:
-        """The same depth as `_depth` says, to the last bit, of a place that is in; else any that is less than
-        0. Only the part of this row of `_of` has tried another way since that was noted last."""
+        """Depth (m) of a place when parts have gone the ways that are tried, to the last bit where the place
+        is in a body; where it is out, any number below 0. Only the part of this row of `_of` may have tried
+        another way since the sum was noted last."""
         c, t, moved, m = self._c, self._t, self._moved, self._of[q, 1]
         k: cython.Py_ssize_t = self._of[q, 0]
         out: cython.double = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2]
