@@ -70,7 +70,7 @@ class PressingBall(NamedTuple):
     unpressed: float = 0.0
     """How deep (m) it is in without pressing."""
     contact: Contact | None = None
-    """How a place of the held part touches the part on which it presses; None for a ball of the arm itself."""
+    """How a place of the held part touches the part that it presses; None for a ball of the arm itself."""
     turned: Vector = (0.0, 0.0, 0.0)
     """How it has turned in the tick (rad, in the base): it rolls on the part."""
 
