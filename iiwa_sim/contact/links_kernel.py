@@ -37,6 +37,7 @@ else:
 
 _NEAR_M = cython.declare(cython.double, NEAR_M)
 _PARTS = cython.declare(cython.int, PARTS)
+_SOON_M = cython.declare(cython.double, 0.02)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
 _STANDS_M = cython.declare(cython.double, STANDS_M)
@@ -213,14 +214,9 @@ class Links(LinksBeside):
     def _look(self, joints: Any, tick_s: cython.double) -> object:
         """Find what touches; the time is 0 where the robot has not moved here."""
         self.go_to(joints)
-        speeds = self._speeds(joints, tick_s)
-        for k in range(self._count):
-            self._before[k] = joints[k]
         least: cython.double = 1e9
-        felt = []
-        torques = [0.0] * self._count
-        pushing = [0.0] * self._count
-        worn = [0.0] * 6
+        felt: list[object] = []
+        made: Any = None  # speeds of joints, torques on them, those that a yielding arm feels, wrench on tools
         on_links: cython.bint = False
         on_worn: cython.bint = False
         gone = self._since(self._ends_looked)
@@ -231,7 +227,12 @@ class Links(LinksBeside):
         is_part: cython.bint
         for s in range(self._shape_count):
             self._away[s] -= gone
-            if self._away[s] > 0.0:
+            least = min(least, self._away[s])
+        # Of what is looked at soon as much as pays is looked at now: a look costs more than a surface.
+        looks: cython.double = 0.0 if least > 0.0 else _SOON_M
+        least = 1e9
+        for s in range(self._shape_count):
+            if self._away[s] > looks or looks == 0.0:
                 least = min(least, self._away[s])
                 continue
             if self._muted[s]:
@@ -274,6 +275,10 @@ class Links(LinksBeside):
                     self._unpressed[link, s] = min(self._unpressed[link, s], max(0.0, -nearest))
                     pressed: cython.double = -nearest - self._unpressed[link, s]
                     if pressed > 0.0 or self._pushing[link, s] > 0.0:
+                        if made is None:
+                            none = [0.0] * self._count
+                            made = self._speeds(joints, tick_s), none, none.copy(), [0.0] * 6
+                        speeds, torques, pushing, worn = made
                         contact = self._press(
                             which, s, where, pressed, speeds, tick_s, torques, pushing, worn
                         )
@@ -292,9 +297,13 @@ class Links(LinksBeside):
             least = min(least, away)
             for k in range(4):
                 self._shifted[s, k] = 0.0
-        self._free = least
-        self.torques = tuple(torques) if on_links else None
-        self.worn = tuple(worn) if on_worn else None
-        self.contacts = tuple(felt)
-        self.yielding_to = tuple(pushing) if any(pushing) else None
+        for k in range(self._count):
+            self._before[k] = joints[k]
+        self._free, self.contacts = least, tuple(felt)
+        self.torques = self.worn = self.yielding_to = None
+        if made is not None:
+            _, torques, pushing, worn = made
+            self.torques = tuple(torques) if on_links else None
+            self.worn = tuple(worn) if on_worn else None
+            self.yielding_to = tuple(pushing) if any(pushing) else None
         return None
