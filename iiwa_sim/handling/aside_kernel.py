@@ -43,6 +43,8 @@ _GONE = cython.declare(cython.double, 0.4)
 _LOOK_AGAIN = cython.declare(cython.double, 0.05)
 # What is to be looked for within this way (m) is looked for with what is to be now.
 _SOON = cython.declare(cython.double, 0.03)
+# Parts that are due within this way (m) are looked at with one that is.
+_TOGETHER = cython.declare(cython.double, 5e-3)
 # What is farther from a part (m), and not on its way in a tick, does not touch it.
 _CLOSE = cython.declare(cython.double, 5e-4)
 _FAR = cython.declare(cython.double, FAR_M)
@@ -96,23 +98,25 @@ class Aside(TakenAlong):
         stays: cython.bint = not self._turns(joints) and self._changes == changes and opening == self._opening
         if stays and self._calm:
             return
-        held: Held | None = pieces.in_jaws
+        held: Held | None = pieces._held
         if held is not None:
             held.touching.besides = None
-        if not pieces.lying:
-            if self.watched:
-                self.forget()
-            return
-        moving = pieces.moving
+        if pieces._lying is None or not pieces._lying:
+            if not pieces.lying:
+                if self.watched:
+                    self.forget()
+                return
+        moving = pieces.moving if pieces._lively else ()
         looks: cython.bint = self._seen != pieces.lying_changes
         self._goes(held, tcp, joints, opening, looks or len(moving) > 0)
         if moving:
             self._way += self._tick * max([fastest(pieces.bodies[name]) for name in moving])
         looks = looks or self._way >= self.look_at_m
-        for name in self._brought_up:
-            if name in self._rows:
-                self._due[cython.cast(cython.Py_ssize_t, self._rows[name])] = self.next_m = -_FAR
-        self._brought_up = []
+        if self._brought_up:
+            for name in self._brought_up:
+                if name in self._rows:
+                    self._due[cython.cast(cython.Py_ssize_t, self._rows[name])] = self.next_m = -_FAR
+            self._brought_up = []
         if not (looks or moving or self._way >= self.next_m):
             self._calm, self._changes = stays, changes
             return
@@ -137,8 +141,13 @@ class Aside(TakenAlong):
             near |= piles.all_above([piles.numbers[name] for name in moving])
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
+        least: cython.double = _FAR
         for row in range(self._due.shape[0]):
-            due: cython.bint = self._due[row] <= self._way and self.watched[row] not in near
+            least = min(least, self._due[row])
+        # With the first that is due as many are looked at as will be soon.
+        until: cython.double = self._way + _TOGETHER if least <= self._way else -_FAR
+        for row in range(self._due.shape[0]):
+            due: cython.bint = self._due[row] <= until and self.watched[row] not in near
             if due and self._gap(row, links, held, tcp) <= _CLOSE:
                 near.add(self.watched[row])
         return sorted(near, key=self._parts.numbers.get) if near else ()

@@ -36,7 +36,6 @@ class Lying(Pieces):
         self._lie: list[Outline | None] = [None] * len(self._bodies)  # parts that lie from above, by number
         self._unseen: set[str] = set()  # those of which that may be another now
         self._bears: Counter[str] = Counter()  # how many parts lie right on each
-        self._lying: list[str] | None = None
         self._piles = Piles(self._bodies)
         self._note_all()
 

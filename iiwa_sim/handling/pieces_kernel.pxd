@@ -5,6 +5,7 @@ cdef class Pieces:
     cdef public long changes           # how many times a part has been put somewhere
     cdef public set pushed             # the names of those that something else moves in this tick
     cdef public long lying_changes     # how many times a part has come to lie, or has ceased to
+    cdef public list _lying            # the names of parts that lie; None until somebody asks for them
     cdef public object _gripper
     cdef public Held _held             # the part between the jaws, or None
     cdef public set _lively            # the names of parts that do not rest

@@ -34,6 +34,7 @@ class Pieces:
         self.changes = self.lying_changes = 0
         self.pushed: set[str] = set()
         self._lively: set[str] = set()
+        self._lying: list[str] | None = None
         self._held: Held | None = None
         self._tcp: Transform | None = None
         self._lost = ""

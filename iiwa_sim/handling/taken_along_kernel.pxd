@@ -1,8 +1,9 @@
 # For the kernel that pushes parts aside.
 from iiwa_sim.handling.arm_way_kernel cimport ArmWay
+from iiwa_sim.handling.pieces_kernel cimport Pieces
 
 cdef class TakenAlong(ArmWay):
-    cdef object _pieces
+    cdef Pieces _pieces
     cdef object _parts                 # what the crowd knows of them
     cdef dict _poses                   # where the arm has been told that these parts are
     # Of parts that go along with others in this tick, by their numbers: whether they do, whether the arm is to
