@@ -22,3 +22,8 @@ cdef class Acting:
     cdef object _links                 # once there has been a surface
     cdef readonly object pushes        # what a robot that yields gives way to, besides surfaces at the TCP
     cdef readonly bint judged          # whether all that acts has been judged by `surely_within` since it was set
+    cpdef object tcp(self, object joints)
+    cpdef object hand(self, object wrench, object weight)
+    cpdef bint surely_within(self, double part_per_n, double least_nm, double most_n, double most_nm) except? -1
+    cdef bint _acts(self) noexcept
+    cdef object _sum(self)

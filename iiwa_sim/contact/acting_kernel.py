@@ -94,6 +94,7 @@ class Acting:
         pose: Transform = self._tcp.tool_in_flange
         return pose
 
+    @cython.ccall
     def tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base, at joint positions (rad)."""
         pose: Transform = self._tcp.pose(joints)
@@ -122,9 +123,11 @@ class Acting:
         self._at_tcp = moments.seen_from(unknown, inverse(self._tcp.tool_in_flange))
         self._carried = self._motion.wrench(self._at_tcp)
 
-    def hand(self, wrench: Wrench, weight: Wrench) -> None:
+    @cython.ccall
+    def hand(self, wrench: Wrench, weight: Wrench) -> object:
         """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
         self._handed, self._handed_weight, self.judged = wrench, weight, False
+        return None
 
     @property
     def tcp_push(self) -> Wrench:
@@ -167,7 +170,7 @@ class Acting:
 
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
-        if self._noise is None and not self.acts:  # as in most ticks of a robot that is recorded
+        if self._noise is None and not self._acts():  # as in most ticks of a robot that is recorded
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
@@ -189,6 +192,11 @@ class Acting:
     @property
     def acts(self) -> bool:
         """Whether anything pushes the robot: exactly nothing does in free space."""
+        return bool(self._acts())
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _acts(self) -> cython.bint:
         return (
             self._pushed
             or self._touch is not NO_WRENCH
@@ -199,7 +207,15 @@ class Acting:
             or self._handed is not NO_WRENCH
         )
 
-    def surely_within(self, part_per_n: float, least_nm: float, most_n: float, most_nm: float) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def surely_within(
+        self,
+        part_per_n: cython.double,
+        least_nm: cython.double,
+        most_n: cython.double,
+        most_nm: cython.double,
+    ) -> cython.bint:
         """Whether it is sure that no joint feels more than its limit, and the TCP neither more force (N) nor
         more torque (Nm) than so.
 
@@ -213,7 +229,7 @@ class Acting:
         b: cython.double
         c: cython.double
         self.judged = True
-        x, y, z, a, b, c = self.acting
+        x, y, z, a, b, c = self._sum()
         force: cython.double = sqrt(x * x + y * y + z * z)
         torque: cython.double = sqrt(a * a + b * b + c * c)
         if not (force < _NEARLY * most_n and torque < _NEARLY * most_nm):
@@ -223,12 +239,16 @@ class Acting:
             pushed += _greatest(self._link_torques)
         if self._folded is not None:
             pushed += _greatest(self._folded)
-        within: bool = force * part_per_n + (torque + pushed) / least_nm < _NEARLY
-        return within
+        return force * part_per_n + (torque + pushed) / least_nm < _NEARLY
 
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
+        wrench: Wrench = self._sum()
+        return wrench
+
+    @cython.cfunc
+    def _sum(self) -> object:
         wrench = self._wrench
         if self._touch is not NO_WRENCH:
             wrench = self._touch if wrench is NO_WRENCH else _sum_of(self._touch, wrench)

@@ -216,7 +216,7 @@ class Links(LinksBeside):
         self.go_to(joints)
         least: cython.double = 1e9
         felt: list[object] = []
-        made: Any = None  # speeds of joints, torques on them, those that a yielding arm feels, wrench on tools
+        made: Any = None  # joints' speeds, torques on them, those a yielding arm feels, wrench on tools
         on_links: cython.bint = False
         on_worn: cython.bint = False
         gone = self._since(self._ends_looked)

@@ -44,27 +44,8 @@ class ExternalLoad(Acting):
     """The external load, found tick by tick; exactly 0 in free space.
 
     Surfaces are evaluated once per tick, at the TCP and at the links, and so is what is carried without that
-    the controller knows.
+    the controller knows. The attributes are declared in the .pxd.
     """
-
-    world: World = cython.declare(World, visibility="readonly")
-    """The surfaces; changes are felt from the next tick on."""
-    looks_at_itself: int = cython.declare(cython.long, visibility="readonly")
-    """The tick in which links could meet each other at the earliest."""
-    itself: Itself = cython.declare(object, visibility="readonly")
-    """The links of the arm, as they meet each other."""
-    levers_m: tuple[float, ...] = cython.declare(object, visibility="readonly")
-    """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
-    _model: Any
-    _coming_tcp: Tcp  # each remembers one pose
-    _coming_joints: Any  # where it was asked for; None where it is that of this tick
-    _tool: Any  # what is worn
-    _jaws: Any
-    _parts: Any  # that lie near, by name
-    _surrounded: cython.int  # the number of changes of the world that the links know of
-    _settled: cython.int  # and when a tick left all contacts unchanged
-    _at_world: TcpTouch  # the TCP
-    _joints: Any  # at the last tick
 
     def __init__(
         self,
@@ -82,7 +63,8 @@ class ExternalLoad(Acting):
         self._coming_tcp = Tcp(model.fixed_poses, tool_in_flange)
         self.world = World((), 0.0) if world is None else world
         self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
-        self._jaws, self._parts = (), {}
+        self._jaws: tuple[Worn, ...] = ()
+        self._parts: dict[str, Surface] = {}
         fixed, at = model.tcp_of_flange.fixed, model.description
         self.itself = Itself(
             fixed, capsules_of(at), [each.capsule for each in self._tool], at.home, at.velocity
@@ -90,21 +72,25 @@ class ExternalLoad(Acting):
         self.looks_at_itself = 0
         self._surrounded = self._settled = NEVER
         self._at_world = TcpTouch(self.world)
-        self._joints, self._coming_joints = (), None
+        self._joints: Sequence[float] = ()
+        self._coming_joints: Sequence[float] | None = None
         self.levers_m = self._tcp.longest_levers()
         self._put(joints)
 
+    @cython.ccall
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base in the next tick, at joint positions (rad)."""
         self._coming_joints = joints
         pose: Transform = self._coming_tcp.pose(joints)
         return pose
 
+    @cython.ccall
     def tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base, at joint positions (rad)."""
         if joints == self._coming_joints:  # it has come there: the pose is known
             self._tcp, self._coming_tcp, self._coming_joints = self._coming_tcp, self._tcp, None
-        return Acting.tcp(self, joints)
+        pose: Transform = self._tcp.pose(joints)
+        return pose
 
     @property
     def arm_links(self) -> frozenset[str]:
@@ -144,6 +130,7 @@ class ExternalLoad(Acting):
         if self._surrounded == self.world.changes:
             self.links.shift(name, part, way)
 
+    @cython.ccall
     def surround(self, joints: Sequence[float]) -> Links:
         """The links, as they know what surrounds them, with the robot at joint positions (rad)."""
         links = self.links
@@ -166,9 +153,11 @@ class ExternalLoad(Acting):
         touches = self._at_world.known or not self.world.empty
         return bool(touches) or self._noise is not None or self._motion is not None
 
-    def is_idle(self, tick: cython.long) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def is_idle(self, tick: cython.long) -> cython.bint:
         """Whether nothing acts in the tick of this number, and nothing can begin to."""
-        return tick < self.looks_at_itself and not self.acts and not self.changes
+        return tick < self.looks_at_itself and not self._acts() and not self.changes
 
     @property
     def settled(self) -> bool:
@@ -177,6 +166,7 @@ class ExternalLoad(Acting):
             return False
         return bool(not self._at_world.known if self.world.empty else self._settled == self.world.changes)
 
+    @cython.ccall
     def step(
         self,
         joints: Sequence[float],
@@ -184,7 +174,7 @@ class ExternalLoad(Acting):
         tick_s: cython.double,
         contact: Reached | None = None,
         coming: Transform | None = None,
-    ) -> None:
+    ) -> object:
         """The tick of this number has moved the robot to `joints` (rad): find what acts there, and take new
         noise.
 
@@ -203,10 +193,10 @@ class ExternalLoad(Acting):
             if touch.known:
                 self._touch, touch.known = NO_WRENCH, False
                 self._part_links()
-            return
+            return None
         stands = contact is None and joints == self._joints
         if stands and self._settled == self.world.changes:
-            return
+            return None
         self._joints, self._settled = joints, NEVER
         self._touch_links(joints, tick_s)
         if contact is None:
@@ -224,6 +214,7 @@ class ExternalLoad(Acting):
             self._settled = self.world.changes if self.world.memory() == before else NEVER
         else:
             self._touch = touch.feel(tick_s)
+        return None
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""

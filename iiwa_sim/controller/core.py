@@ -124,7 +124,8 @@ class Core(CoreTicks):
 
     def cartesian_force(self) -> Wrench:
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
-        return self.load.cartesian_force()
+        force: Wrench = self.load.cartesian_force()
+        return force
 
     def halt(self, code: int, reason: str) -> None:
         """Stop; moves that run or wait end with this code, for this reason."""

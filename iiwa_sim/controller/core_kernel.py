@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import cython
 from cython.cimports.libc.math import fabs
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.force_guard import ForceGuard
 from iiwa_sim.controller.handling import Handling
@@ -18,6 +17,15 @@ from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.protection import Protection
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.wrench import Wrench
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.load_kernel import ExternalLoad
+    from cython.cimports.iiwa_sim.controller.handling_kernel import HandlingTicks
+    from cython.cimports.iiwa_sim.controller.tolerance_kernel import Tolerance
+else:
+    from iiwa_sim.contact.load_kernel import ExternalLoad
+    from iiwa_sim.controller.handling_kernel import HandlingTicks
+    from iiwa_sim.controller.tolerance_kernel import Tolerance
 
 
 @cython.cclass
@@ -28,10 +36,10 @@ class CoreTicks:
     """The number of ticks so far."""
     tick_s: float = cython.declare(cython.double, visibility="public")
     motions: Motions = cython.declare(object, visibility="public")
-    load: ExternalLoad = cython.declare(object, visibility="public")
-    handling: Handling | None = cython.declare(object, visibility="public")
+    load: ExternalLoad = cython.declare(ExternalLoad, visibility="public")
+    handling: Handling | None = cython.declare(HandlingTicks, visibility="public")
     """The gripper and the parts, if there are any."""
-    protection: Protection = cython.declare(object, visibility="public")
+    protection: Protection = cython.declare(Tolerance, visibility="public")
     endings: Endings = cython.declare(object, visibility="public")
     joints_before: Joints = cython.declare(object, visibility="public")
     """Joint positions (rad) at the end of the tick before the last one."""
@@ -89,7 +97,7 @@ class CoreTicks:
             endings.after_tick()
         if self.handling is not None or not load.is_idle(self.tick):
             self._feel()
-            acts = load.acts
+            acts = load._acts()
         if endings.pending:
             guard = endings.pending[0].guard
             if guard is not None and self._passes(guard):
@@ -124,7 +132,10 @@ class CoreTicks:
         """Find what pushes the robot where a tick has brought it."""
         motions, load, handling, coming = self.motions, self.load, self.handling, None
         joints, contact = motions.joints, motions.tcp_contact
-        if load.carries or (handling is not None and handling.holds):
+        if load._motion is not None or (
+            handling is not None and handling.workpieces is not None and handling.workpieces._held is not None
+        ):
+            load.tcp(joints)  # where it has come to was found a tick ago
             next_joints = motions.coming
             coming = None if next_joints is None else load.coming_tcp(next_joints)
         if handling is not None:

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import cython
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Transform
-from iiwa_sim.handling.aside_kernel import Aside
 from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.robot.feeling_kernel import Reached
+from iiwa_sim.wrench import NO_WRENCH
 
 if TYPE_CHECKING:
     from iiwa_sim.handling.workpieces import Workpieces
@@ -24,25 +22,29 @@ else:
     from iiwa_sim.handling.pieces_kernel import Pieces as Workpieces
 
 
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.load_kernel import ExternalLoad
+    from cython.cimports.iiwa_sim.handling.aside_kernel import Aside
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Reached
+else:
+    from iiwa_sim.contact.load_kernel import ExternalLoad
+    from iiwa_sim.handling.aside_kernel import Aside
+    from iiwa_sim.robot.feeling_kernel import Reached
+
+
 @cython.cclass
 class HandlingTicks:
-    """The gripper of one robot and the parts in its cell, tick by tick; what the jaws do is up to heirs."""
+    """The gripper of one robot and the parts in its cell, tick by tick; what the jaws do is up to heirs.
 
-    gripper: Gripper = cython.declare(object, visibility="public")
-    """It may be asked for its state, and told to open or close by its outputs only."""
-    workpieces: Workpieces | None = cython.declare(Workpieces, visibility="public")
-    """The parts, if there are any."""
-    _aside: Aside | None = cython.declare(object, visibility="public")  # what pushes these
-    _load: ExternalLoad = cython.declare(object, visibility="public")
-    _io: Io = cython.declare(object, visibility="public")
-    _changes: int = cython.declare(cython.long, visibility="public")  # of surfaces that the parts know of
-    _rest: Any = cython.declare(object, visibility="public")
-    # outputs, part in the jaws and opening with which these stay as they are; None where that is not known
+    The attributes are declared in the .pxd.
+    """
 
     def __init__(self, gripper: Gripper, io: Io, load: ExternalLoad) -> None:
-        """There are no parts yet."""
+        """There are no parts yet; what the attributes are is said in the .pxd."""
         self.gripper, self._io, self._load = gripper, io, load
-        self.workpieces = self._aside = self._rest = None
+        self.workpieces: Workpieces | None = None
+        self._aside: Aside | None = None
+        self._rest: Any = None
         self._changes = load.world.changes
 
     if TYPE_CHECKING:
@@ -68,7 +70,8 @@ class HandlingTicks:
             self._changes = world.changes
             self.workpieces.surfaces_are(list(world.surfaces.values()))
 
-    def step(self, joints: Joints, contact: Reached | None, coming: Transform | None = None) -> None:
+    @cython.cfunc
+    def step(self, joints: Joints, contact: Reached | None, coming: Transform | None) -> object:
         """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
         where the next tick brings the TCP, if that is known."""
         pieces, load, opening, known = self.workpieces, self._load, self.gripper.opening_m, self._rest
@@ -81,7 +84,7 @@ class HandlingTicks:
             if not rest:
                 self._move_jaws(None)
                 self._tell()
-            return
+            return None
         if self._changes != load.world.changes:
             self.look_at_surfaces()
         tcp = load.tcp(joints) if contact is None else contact.pose
@@ -94,6 +97,11 @@ class HandlingTicks:
         pieces.step(tcp, coming)
         if lively and self._aside is not None:
             self._aside.follow()
-        load.hand(pieces.wrench, pieces.weight)
+        held = pieces._held
+        if held is None:
+            load.hand(NO_WRENCH, NO_WRENCH)
+        else:
+            load.hand(held.wrench, held.weight)
         if not rest:
             self._tell()
+        return None

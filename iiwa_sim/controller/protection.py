@@ -6,11 +6,11 @@ A model of what such a robot does, and no safety device.
 from collections.abc import Sequence
 from itertools import compress
 from math import dist, hypot, inf
-from operator import truediv
 from typing import NamedTuple
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.tolerance_kernel import Tolerance
 from iiwa_sim.frames import Vector
 
 EASE = 1.02
@@ -59,25 +59,23 @@ class _Watch:
         return False
 
 
-class Protection:
+class Protection(Tolerance):
     """What one robot watches. All of it is exact: without the noise of the readings."""
 
     def __init__(self, joints: Sequence[str], torque_limits: Sequence[float], safety: Safety) -> None:
         """Joints by name and with their torque limits (Nm), base first."""
+        super().__init__(torque_limits)
         self._joints = tuple(joints)
-        self._torque_limits = tuple(torque_limits)
-        self._least_limit = min(torque_limits)
-        self._levers_m: tuple[float, ...] = ()
-        self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
-        self._allows = False  # what pushes is allowed beyond a limit
-        self.safety = safety
+        self._watch(safety)
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
         self.looks_always = self.watches_tcp
-        """Whether there is something to watch in a tick in which nothing pushes, too."""
         self._torques = tuple(_Watch() for _ in joints)
         self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(4))
-        self._judged = False  # by the present limits
+
+    def _watch(self, safety: Safety) -> None:
+        self.safety = safety
+        self._most_n, self._most_nm = safety.force_n or inf, safety.torque_nm or inf
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
@@ -88,24 +86,13 @@ class Protection:
             if value != 0.0 and not LEAST <= value <= GREATEST:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
-        self.safety = self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None)
+        self._watch(self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None))
         self._force, self._moment = _Watch(), _Watch()  # what was allowed was so beyond the limits before
         self._judged = False
 
     def knows(self, load: ExternalLoad) -> bool:
         """Whether another look at what is applied now would change nothing."""
         return (self._judged and load.judged) or not (load.acts or self._allows)
-
-    def tolerates(self, load: ExternalLoad) -> bool:
-        """Whether the load is surely within all limits: so in most ticks, also of a robot in contact."""
-        self._judged, safety = True, self.safety
-        if load.levers_m is not self._levers_m:
-            self._levers_m = load.levers_m
-            self._part_per_n = max(map(truediv, load.levers_m, self._torque_limits))
-        within = load.surely_within(
-            self._part_per_n, self._least_limit, safety.force_n or inf, safety.torque_nm or inf
-        )
-        return within and not self._allows
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
         """Why the load at joint positions (rad) stops the robot; None if it does not."""

@@ -1,4 +1,5 @@
 # For the kernel that pushes parts aside.
+from iiwa_sim.contact.load_kernel cimport ExternalLoad
 from iiwa_sim.handling.held_kernel cimport Held
 
 cdef class ArmWay:
@@ -9,7 +10,7 @@ cdef class ArmWay:
     cdef double[::1] _due              # where on the way each is looked at
     cdef object _watch(self, object names)
     cdef void _find_next(self) noexcept
-    cdef object _load
+    cdef ExternalLoad _load
     cdef double _tick
     cdef double _stroke
     # In the last tick: joint positions (rad), whether they are known, how far apart the jaws were (m), what

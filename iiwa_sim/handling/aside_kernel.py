@@ -52,21 +52,20 @@ _FAR = cython.declare(cython.double, FAR_M)
 
 @cython.cclass
 class Aside(TakenAlong):
-    """The parts that lie, as the arm and what it holds push them, tick by tick."""
+    """The parts that lie, as the arm and what it holds push them, tick by tick.
 
-    _seen: Any  # the number of changes of parts when they were looked for
-    _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
-    _solid: Any  # what is held, as a surface in this tick, once that is asked for
-    _brought_up: Any  # parts that are elsewhere than the arm knew: looked at in the next tick
-    _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
-    _changes: Any  # of the parts, when the last tick ended
+    The attributes are declared in the .pxd.
+    """
 
     def __init__(self, pieces: Workpieces, load: ExternalLoad, tick_s: float, stroke_m: float) -> None:
         """What is pushed is put into `pieces`, and told to `load`, which feels it; the jaws open so far."""
         TakenAlong.__init__(self, pieces, load, tick_s, stroke_m)
-        self._seen = self._changes = -1
-        self._known = {}
-        self._solid, self._calm, self._brought_up = None, False, []
+        self._seen: Any = -1
+        self._changes: Any = -1
+        self._known: dict[str, tuple[bool, float]] = {}
+        self._solid: Any = None
+        self._calm = False
+        self._brought_up: list[str] = []
 
     @property
     def settled(self) -> bool:
@@ -90,22 +89,21 @@ class Aside(TakenAlong):
             if body.pose is not pose:
                 self._tell(body, body._replace(pose=pose))
 
-    def step(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
-        """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
+    @cython.cfunc
+    def step(self, tcp: Transform, joints: Joints, opening: cython.double) -> object:
+        """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart (m)."""
         pieces, changes = self._pieces, self._pieces.changes
-        opening: cython.double = opening_m
         pieces.pushed.clear()
         stays: cython.bint = not self._turns(joints) and self._changes == changes and opening == self._opening
         if stays and self._calm:
-            return
+            return None
         held: Held | None = pieces._held
         if held is not None:
             held.touching.besides = None
-        if pieces._lying is None or not pieces._lying:
-            if not pieces.lying:
-                if self.watched:
-                    self.forget()
-                return
+        if not pieces._lying and not pieces.lying:  # found anew where it is None
+            if self.watched:
+                self.forget()
+            return None
         moving = pieces.moving if pieces._lively else ()
         looks: cython.bint = self._seen != pieces.lying_changes
         self._goes(held, tcp, joints, opening, looks or len(moving) > 0)
@@ -119,7 +117,7 @@ class Aside(TakenAlong):
             self._brought_up = []
         if not (looks or moving or self._way >= self.next_m):
             self._calm, self._changes = stays, changes
-            return
+            return None
         self._solid = None
         if looks:
             self._look(held, tcp, joints)
@@ -129,6 +127,7 @@ class Aside(TakenAlong):
         self._find_next()
         self._calm = stays and changes == pieces.changes and not self._brought_up
         self._changes = pieces.changes
+        return None
 
     @cython.cfunc
     def _near_ones(self, held: Held | None, tcp: Any, joints: Any, moving: Any) -> object:
@@ -244,6 +243,7 @@ class Aside(TakenAlong):
         return None
 
     @cython.cfunc
+    @cython.exceptval(-1, check=True)
     def _is_pushed(self, name: str, held: Held | None, tcp: Any, joints: Any) -> cython.bint:
         """Whether a part that is near moves, or arm or held part press on it; what may press on it is told to
         the crowd."""
