@@ -26,7 +26,7 @@ import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Vector, apply, inverse, rotate, transpose
+from iiwa_sim.frames import Vector
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.entered_kernel import Entered
@@ -103,13 +103,31 @@ class Contact(Entered):
         if not self._anchored:
             self._put(surface)
             return
-        self._ax, self._ay, self._az = apply(after, apply(inverse(before), (self._ax, self._ay, self._az)))
-        up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
-        self._ux, self._uy, self._uz = rotate(after.rotation, up)
+        x, y, z = self._ax, self._ay, self._az
+        ox, oy, oz = self._ox, self._oy, self._oz
+        ax: cython.double = (self._r0 * x + self._r3 * y + self._r6 * z) - (
+            self._r0 * ox + self._r3 * oy + self._r6 * oz
+        )
+        ay: cython.double = (self._r1 * x + self._r4 * y + self._r7 * z) - (
+            self._r1 * ox + self._r4 * oy + self._r7 * oz
+        )
+        az: cython.double = (self._r2 * x + self._r5 * y + self._r8 * z) - (
+            self._r2 * ox + self._r5 * oy + self._r8 * oz
+        )
+        x, y, z = self._ux, self._uy, self._uz
+        ux: cython.double = self._r0 * x + self._r3 * y + self._r6 * z
+        uy: cython.double = self._r1 * x + self._r4 * y + self._r7 * z
+        uz: cython.double = self._r2 * x + self._r5 * y + self._r8 * z
         self._put(surface)
+        self._ax = self._r0 * ax + self._r1 * ay + self._r2 * az + self._ox
+        self._ay = self._r3 * ax + self._r4 * ay + self._r5 * az + self._oy
+        self._az = self._r6 * ax + self._r7 * ay + self._r8 * az + self._oz
+        self._ux = self._r0 * ux + self._r1 * uy + self._r2 * uz
+        self._uy = self._r3 * ux + self._r4 * uy + self._r5 * uz
+        self._uz = self._r6 * ux + self._r7 * uy + self._r8 * uz
         if self._radius > 0.0:
-            x, y, z = turn_between(np.array(before.rotation), np.array(after.rotation))
-            self.roll(-x, -y, -z)
+            wx, wy, wz = turn_between(np.array(before.rotation), np.array(after.rotation))
+            self.roll(-wx, -wy, -wz)
 
     @cython.cfunc
     @cython.exceptval(check=False)

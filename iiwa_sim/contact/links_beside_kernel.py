@@ -182,12 +182,23 @@ class LinksBeside(LinkForces):
         less than 0 in it; at most 0 where it stands in that without being pushed out, until it has been
         out."""
         least: cython.double = 1e9
+        enough: cython.double
         if self._muted[s]:
             return 0.0
+        e, m = self._ends, self._came
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
+                enough = min(least, _TOUCHES_M)
+                if m[c, s, 0] == 0.0 and m[c, s, 1] == 0.0 and m[c, s, 2] == 0.0:  # as most are: first
+                    ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
+                    dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
+                    square = dx * dx + dy * dy + dz * dz
+                    gap = self._at_least(s, ax, ay, az, dx, dy, dz, square) - self._radius[c]
+                    if gap > enough:
+                        least = min(least, gap)
+                        continue
                 self._recall(c, s)
-                gap, _part = self.gap(c, s, min(least, _TOUCHES_M))
+                gap, _part = self.gap(c, s, enough)
                 least = min(least, gap)
         return least
 

@@ -21,8 +21,8 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import LIES
-from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
-from iiwa_sim.handling.pushed import fastest
+from iiwa_sim.handling.pressing_kernel import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
+from iiwa_sim.handling.pushed_kernel import fastest
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -254,11 +254,14 @@ class Aside(TakenAlong):
         still: cython.bint = body.settled and not body.wound
         row: cython.Py_ssize_t = self._rows.get(name, -1)
         links: LinksBeside = self._load.surround(joints)
-        pressing: list[PressingBall] = by_the_arm(body.part, links, joints, self._tick) if row >= 0 else []
+        near_m: cython.double = SEEN_M if still else SEEN_M + 2.0 * self._tick * fastest(body)
+        pressing: list[PressingBall] = []
+        if row >= 0:
+            pressing = by_the_arm(body.part, links, joints, self._tick, near_m)
         stands_in: cython.bint = row >= 0 and links._muted[links._shape_count - links._part_count + row] != 0
         if held is not None:
             number = parts.numbers[held.part.name]
-            pressing += by_what_is_held(held, number, self._held_there(held, tcp), body)
+            pressing += by_what_is_held(held, number, self._held_there(held, tcp), body, near_m)
         deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing)
         deepest = max(deepest, -SEEN_M)
         if row >= 0:

@@ -40,7 +40,7 @@ def _reach(shape: Any, rotation: Any, axis: cython.Py_ssize_t) -> cython.double:
     z: cython.double
     if type(shape) is Box:
         a, b, c = rotation[3 * axis], rotation[3 * axis + 1], rotation[3 * axis + 2]
-        x, y, z = shape[0], shape[1], shape[2]
+        x, y, z = shape
         return fabs(a) * x + fabs(b) * y + fabs(c) * z
     x = shape[0]
     if type(shape) is Cylinder:

@@ -14,8 +14,10 @@ from typing import Any
 import cython
 import numpy as np
 
-from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.contact.shapes import Box, Cylinder
+from iiwa_sim.frames import Rotation
 from iiwa_sim.handling.falling import Body
+from iiwa_sim.handling.part import Part
 
 
 @cython.cclass
@@ -121,8 +123,7 @@ class Piles:
         part, (rotation, place) = body.part, body.pose
         if self._turned[n] is not rotation:
             self._turned[n] = rotation
-            moments = part.moments(Transform(rotation, IDENTITY.translation))
-            self._mass[n, 0], self._mass[n, 1] = part.mass_kg, moments.xx + moments.yy
+            self._mass[n, 0], self._mass[n, 1] = part.mass_kg, _about_the_vertical(part, rotation)
         self._mass[n, 2], self._mass[n, 3] = place[0], place[1]
 
     def carried(self, number: int) -> tuple[float, float]:
@@ -140,3 +141,32 @@ class Piles:
             mass += m[k, 0]
             about += m[k, 1] + m[k, 0] * (x * x + y * y)
         return mass, about
+
+
+@cython.cfunc
+@cython.exceptval(-1.0, check=True)
+def _about_the_vertical(part: Part, rotation: Rotation) -> cython.double:
+    """Moment of inertia (kg m^2) of a part turned like that, about the vertical through its middle: as
+    `Part.moments`, of which it takes two sums."""
+    shape = part.shape
+    x: cython.double
+    y: cython.double
+    z: cython.double
+    a: cython.double
+    b: cython.double
+    c: cython.double
+    # The integral of the square of the place along each axis of the part, over its mass.
+    if isinstance(shape, Box):
+        x, y, z = shape
+        x, y, z = x * x / 3.0, y * y / 3.0, z * z / 3.0
+    elif isinstance(shape, Cylinder):
+        x, z = shape
+        x, z = x * x / 4.0, z * z / 3.0
+        y = x
+    else:
+        x = shape[0]
+        x = y = z = 0.2 * x * x
+    # Of what is along the vertical nothing counts.
+    a, b, c = rotation[6], rotation[7], rotation[8]
+    mass: cython.double = part.mass_kg
+    return mass * ((1.0 - a * a) * x + (1.0 - b * b) * y + (1.0 - c * c) * z)

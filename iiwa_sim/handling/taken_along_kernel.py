@@ -17,8 +17,8 @@ import numpy as np
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Transform
 from iiwa_sim.handling.falling import LIES
-from iiwa_sim.handling.pressing import solid_of
-from iiwa_sim.handling.pushed import Known, Way, ended, gone_by, offset, turned
+from iiwa_sim.handling.pressing_kernel import solid_of
+from iiwa_sim.handling.pushed_kernel import Known, Way, ended, gone_by, offset, turned
 from iiwa_sim.handling.workpieces import Workpieces
 
 if cython.compiled:

@@ -11,7 +11,7 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.pushed import gone_by
+from iiwa_sim.handling.pushed_kernel import gone_by
 
 G = 9.81
 TICK_S = 0.002

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from iiwa_sim.contact.shapes import Box, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame
-from iiwa_sim.handling.pushed import gone_by
+from iiwa_sim.handling.pushed_kernel import gone_by
 from tests.contact.floor import BELOW, CUBE, FRICTION, SHAPES, TICK_S, Floor, G
 from tests.samples import some
 

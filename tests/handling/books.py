@@ -11,8 +11,8 @@ from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.frames import IDENTITY, Transform, compose, multiply, rotate, transpose
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, Body
-from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
-from iiwa_sim.handling.pushed import Known
+from iiwa_sim.handling.pressing_kernel import by_the_arm, by_what_is_held, solid_held
+from iiwa_sim.handling.pushed_kernel import Known
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import capsules_of

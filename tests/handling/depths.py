@@ -9,7 +9,7 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import apply
 from iiwa_sim.handling.falling import sag
-from iiwa_sim.handling.pressing import solid_of
+from iiwa_sim.handling.pressing_kernel import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 
 

@@ -10,7 +10,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.pressing import solid_of
+from iiwa_sim.handling.pressing_kernel import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
