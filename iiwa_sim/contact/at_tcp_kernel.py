@@ -11,7 +11,10 @@ from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.frames import Transform, Vector
 
-_new = tuple.__new__  # calling the class costs twice as much
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.record_kernel import record
+else:
+    from iiwa_sim.robot.record_kernel import record
 
 
 def velocity_between(before: Vector, after: Vector, time_s: float) -> Vector:
@@ -66,4 +69,4 @@ def as_transform(pose: cython.double[::1]) -> object:
     """The pose of that array."""
     p = pose
     rotation = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8])
-    return _new(Transform, (rotation, (p[9], p[10], p[11])))
+    return record(Transform, (rotation, (p[9], p[10], p[11])))

@@ -19,6 +19,7 @@ cdef class Capsules:
     cdef double[:, ::1] _shapes        # rotation, place, three sizes
     cdef int[::1] _kind
     cdef double[::1] _extent           # no point of a shape is farther from its place (m)
+    cdef dict _extents                 # the same of the shapes that there are
     cdef double _nx                    # which way is out, after `distance`
     cdef double _ny
     cdef double _nz

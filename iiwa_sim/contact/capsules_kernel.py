@@ -14,6 +14,7 @@ import numpy as np
 from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
 
+from iiwa_sim.contact.shapes import Shape
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.ways_in_kernel import KINDS
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
@@ -76,14 +77,32 @@ class Capsules:
         self._mx = self._my = self._mz = self._around = 0.0
         self._ox = self._oy = self._oz = 0.0
         self._shape_count = 0
+        self._extents: dict[Shape, float] = {}
 
     def stand(self, surfaces: Sequence[Surface]) -> None:
         """Set the surfaces, whose shapes are then known by their places in this sequence."""
-        rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
-        self._shape_count = len(rows)
-        self._shapes = np.array(rows).reshape(len(rows), 15)
-        self._kind = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
-        self._extent = np.array([each.shape.extent for each in surfaces], dtype=np.float64)
+        count = len(surfaces)
+        s: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        self._shape_count = count
+        self._shapes, self._extent = np.zeros((count, 15)), np.empty(count)
+        self._kind = np.empty(count, dtype=np.intc)
+        r, known = self._shapes, self._extents
+        self._extents = {}
+        for s in range(count):
+            each = surfaces[s]
+            shape, (rotation, place) = each.shape, each.pose
+            for k in range(9):
+                r[s, k] = rotation[k]
+            for k in range(3):
+                r[s, 9 + k] = place[k]
+            for k in range(len(shape)):
+                r[s, 12 + k] = shape[k]
+            extent = known.get(shape)
+            if extent is None:
+                extent = shape.extent
+            self._extents[shape] = self._extent[s] = extent
+            self._kind[s] = KINDS[type(shape)]
 
     @cython.cfunc
     def go_to(self, joints: Any) -> object:

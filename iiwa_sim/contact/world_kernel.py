@@ -20,12 +20,13 @@ from iiwa_sim.wrench import NO_TOUCH, Touch
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.contact_kernel import Contact, turn_between
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
+    from cython.cimports.iiwa_sim.robot.record_kernel import record
 else:
     from iiwa_sim.contact.contact_kernel import Contact, turn_between
     from iiwa_sim.robot.feeling_kernel import Feeling
+    from iiwa_sim.robot.record_kernel import record
 
 AT_REST: Vector = (0.0, 0.0, 0.0)
-_new = tuple.__new__  # calling the class costs twice as much
 
 
 @cython.cclass
@@ -176,7 +177,8 @@ class World(Feeling):
         vx, vy, vz = velocity
         if not self.feel_at(px, py, pz, vx, vy, vz, dt_s > 0.0):
             return NO_TOUCH
-        return _new(Touch, ((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz)))
+        felt: Touch = record(Touch, ((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz)))
+        return felt
 
     @cython.ccall
     @cython.exceptval(-1, check=True)

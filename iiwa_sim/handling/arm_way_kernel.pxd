@@ -24,6 +24,7 @@ cdef class ArmWay:
     # No point of the arm, or of what it holds, has gone farther (m) up to when that was found, and since.
     cdef double _way
     cdef double _loose
+    cdef double _soon                  # and in a few ticks like the last one
     cdef double _brought               # how far what it holds has gone (m) up to when the way was found
     cdef double[::1] _by               # and its middle, in the base
     # Where the TCP was then, and what it holds in that.

@@ -28,6 +28,8 @@ else:
 FAR_M = 1e300
 """Farther than anything; less than nothing with a minus."""
 _FAR = cython.declare(cython.double, FAR_M)
+# Who is to look within so many ticks does so now: to find the way in each of them costs more.
+_FEW = cython.declare(cython.double, 2.0)
 
 
 @cython.cclass
@@ -44,7 +46,7 @@ class ArmWay:
         self._in_jaws: Any = None
         self._begun = 0
         self._by = np.zeros(3)
-        self._opening = self._way = self._loose = self._brought = self._in_x = self._in_z = 0.0
+        self._opening = self._way = self._loose = self._soon = self._brought = self._in_x = self._in_z = 0.0
         self.look_at_m = 0.0
         self.next_m = -_FAR
         self._rows: Any = {}
@@ -93,6 +95,7 @@ class ArmWay:
                 way += self._levers[k] * fabs(q - self._q[k])
                 self._q[k] = q
         self._loose += way
+        self._soon = _FEW * way
         return way > 0.0 or not self._is_known
 
     @cython.cfunc

@@ -115,7 +115,7 @@ class Aside(TakenAlong):
                 if name in self._rows:
                     self._due[cython.cast(cython.Py_ssize_t, self._rows[name])] = self.next_m = -_FAR
             self._brought_up = []
-        if not (looks or moving or self._way >= self.next_m):
+        if not (looks or moving or self._way + self._soon >= self.next_m):
             self._calm, self._changes = stays, changes
             return None
         self._solid = None
@@ -144,7 +144,8 @@ class Aside(TakenAlong):
         for row in range(self._due.shape[0]):
             least = min(least, self._due[row])
         # With the first that is due as many are looked at as will be soon.
-        until: cython.double = self._way + _TOGETHER if least <= self._way else -_FAR
+        until: cython.double = self._way + max(_TOGETHER, self._soon)
+        until = until if least <= self._way + self._soon else -_FAR
         for row in range(self._due.shape[0]):
             due: cython.bint = self._due[row] <= until and self.watched[row] not in near
             if due and self._gap(row, links, held, tcp) <= _CLOSE:

@@ -15,13 +15,17 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.robot.capsules import Capsule
 
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.record_kernel import record
+else:
+    from iiwa_sim.robot.record_kernel import record
+
 MOST = 8
 """Capsules in a jaw."""
 NAMES = ("jaw 1", "jaw 2")
 """As contacts are told: the jaw on the side of y of the TCP, and the other."""
 TIP = "tip"
 """The sphere round the TCP, as parts meet it."""
-_new = tuple.__new__  # calling the class costs twice as much
 
 
 @cython.cclass
@@ -63,8 +67,8 @@ class Fingers:
             for x, off in self._offs:
                 y = middle + off
                 ends = self._end(x, y, self._top), self._end(x, y, self._tip)
-                capsule = _new(Capsule, (NAMES[side], 0, *ends, self._radius))
-                found.append(_new(Worn, (capsule, SURFACES + PARTS, self._share)))
+                capsule = record(Capsule, (NAMES[side], 0, *ends, self._radius))
+                found.append(record(Worn, (capsule, SURFACES + PARTS, self._share)))
         if self._ball > 0.0:
             feels = PARTS if opening < 2.0 * self._ball else 0
             tip = self._end(0.0, 0.0, 0.0)

@@ -96,6 +96,9 @@ def _between(part: Part, in_tcp: Transform) -> Between:
 
 def room_of(between: Sequence[Between]) -> dict[str, Room]:
     """What each part between the pads takes, by its name."""
+    if len(between) == 1:
+        half_m = 0.5 * between[0].width_m
+        return {between[0].name: Room(half_m, half_m)}
     ordered = sorted(between, key=_place)
     below, above = _stacked(ordered), _stacked(ordered[::-1])
     return {each.name: Room(below[each.name], above[each.name]) for each in between}

@@ -21,38 +21,39 @@ if cython.compiled:
     from cython.cimports.iiwa_sim.contact.links_beside_kernel import LinksBeside
     from cython.cimports.iiwa_sim.handling.held_kernel import Held
     from cython.cimports.iiwa_sim.handling.touching_kernel import Touching
+    from cython.cimports.iiwa_sim.robot.record_kernel import record
 else:
     from iiwa_sim.contact.links_beside_kernel import LinksBeside
     from iiwa_sim.handling.held_kernel import Held
     from iiwa_sim.handling.touching_kernel import Touching
+    from iiwa_sim.robot.record_kernel import record
 
 SEEN_M = 0.02
-"""Distance of a part that rests up to which it is found exactly; of one that moves it is more by twice the way of
-a tick."""
+"""Distance of a part that rests up to which it is found exactly; of one that moves it is more by twice the
+way of a tick."""
 NO_WAY = (0.0, 0.0, 0.0)
-_new = tuple.__new__  # calling the class costs twice as much
 
 
 def by_the_arm(
     part: Part, links: LinksBeside, joints: Joints, tick_s: float, near_m: float = SEEN_M
 ) -> list[PressingBall]:
-    """What of the arm, at joint positions (rad), may press on a part that its `links` know: what is no farther
-    from it than so (m)."""
+    """What of the arm, at joint positions (rad), may press on a part that its `links` know: what is no
+    farther from it than so (m)."""
     found = []
     for ball in links.balls(part.name, joints, tick_s, near_m):
         middle, radius, rubbed, share, came, was_deep, went, link, unpressed, rubs, start, line = ball
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
         law = share * part.stiffness, part.friction if rubs else 0.0, holding
         place = rubbed, came, -1, link, was_deep, went, start, line, unpressed, None, NO_WAY
-        found.append(_new(PressingBall, (middle, radius, *law, *place)))
+        found.append(record(PressingBall, (middle, radius, *law, *place)))
     return found
 
 
 def by_what_is_held(
     held: Held, number: int, solid: Surface, body: Body, near_m: float = SEEN_M
 ) -> list[PressingBall]:
-    """What of the held part, which is `solid` there, may press on a part: none where they are farther apart than
-    so (m)."""
+    """What of the held part, which is `solid` there, may press on a part: nothing where they are farther
+    apart than so (m)."""
     part, found = held.part, []
     far = part.shape.extent + body.part.shape.extent + near_m
     if dist(solid.pose.translation, body.pose.translation) > far:
@@ -73,7 +74,7 @@ def by_what_is_held(
         rolls = rubbed is not None and radius_m > 0.0
         turned = touching.worlds[place].turned(solid.pose.rotation) if rolls else NO_WAY
         which = rubbed or NO_WAY, NOT_IN, number, place, *others, contact, turned
-        found.append(_new(PressingBall, (middle, radius_m, *law, *which)))
+        found.append(record(PressingBall, (middle, radius_m, *law, *which)))
     return found
 
 

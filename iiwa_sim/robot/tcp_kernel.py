@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform, compose, inverse
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.record_kernel import record
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import sines_and_cosines
 else:
+    from iiwa_sim.robot.record_kernel import record
     from iiwa_sim.robot.trigonometry_kernel import sines_and_cosines
-
-_new = tuple.__new__  # a call of the class costs twice as much
 
 
 @cython.cclass
@@ -62,7 +62,7 @@ class Tcp:
         if not self.go_to(joints) or self._pose is None:
             r, p = self.turned, self.place
             rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
-            self._pose = _new(Transform, (rotation, (p[0], p[1], p[2])))
+            self._pose = record(Transform, (rotation, (p[0], p[1], p[2])))
         pose: Transform = self._pose
         return pose
 
@@ -80,7 +80,7 @@ class Tcp:
             at = tcp[1][row]
             turned += [a * t[k] + b * t[3 + k] + c * t[6 + k] for k in range(3)]
             place.append(a * t[9] + b * t[10] + c * t[11] + at)
-        pose: Transform = _new(Transform, (tuple(turned), tuple(place)))
+        pose: Transform = record(Transform, (tuple(turned), tuple(place)))
         return pose
 
     def jacobian(self, joints: Sequence[float]) -> NDArray[np.float64]:
