@@ -16,13 +16,14 @@ from iiwa_sim.contact import moments
 from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.frames import Transform, inverse
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.tcp_motion_kernel import TcpMotion
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
 else:
+    from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
     from iiwa_sim.robot.tcp_kernel import Tcp
 
 _NEARLY = cython.declare(cython.double, 0.999)

@@ -25,6 +25,8 @@ cdef class TcpMotion:
     cdef double ty
     cdef double tz
     cdef object go_to(self, object pose, double tick_s, object coming)
+    cpdef object weight(self, object moments)
+    cpdef object wrench(self, object moments)
     cdef object _take_moments(self, object moments)
     cdef void weigh(self, double[::1] moments) noexcept
     cdef void act(self, double[::1] moments) noexcept

@@ -95,12 +95,14 @@ class TcpMotion:
                     total += middle[3 * k + i] * ((last[at] - middle[at]) - (middle[at] - first[at]))
                 self._turning[3 * i + j] = scale * total
 
+    @cython.ccall
     def weight(self, moments: Moments) -> Wrench:
         """What a body does at rest; its moments are in the frame of the TCP, the wrench along its axes."""
         self._take_moments(moments)
         self.weigh(self._of)
         return (self.gx, self.gy, self.gz, self.hx, self.hy, self.hz)
 
+    @cython.ccall
     def wrench(self, moments: Moments) -> Wrench:
         """What a body does, by its weight and its inertia, as in `weight`."""
         weight = self.weight(moments)
