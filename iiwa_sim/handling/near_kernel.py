@@ -26,7 +26,7 @@ else:
     from iiwa_sim.contact.world_kernel import World
     from iiwa_sim.handling.over_kernel import Over
 
-NEAR_M = 0.05
+NEAR_M = 0.02
 """Surfaces farther away are not looked at until the part has come so far."""
 _NEAR = cython.declare(cython.double, NEAR_M)
 # Of surfaces farther away than this (m) it is not asked how far which point is.
