@@ -255,7 +255,7 @@ class Aside(TakenAlong):
         still: cython.bint = body.settled and not body.wound
         row: cython.Py_ssize_t = self._rows.get(name, -1)
         links: LinksBeside = self._load.surround(joints)
-        near_m: cython.double = SEEN_M if still else SEEN_M + 2.0 * self._tick * fastest(body)
+        near_m: cython.double = SEEN_M + self._soon + (0.0 if still else 2.0 * self._tick * fastest(body))
         pressing: list[PressingBall] = []
         if row >= 0:
             pressing = by_the_arm(body.part, links, joints, self._tick, near_m)

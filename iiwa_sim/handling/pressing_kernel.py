@@ -28,9 +28,9 @@ else:
     from iiwa_sim.handling.touching_kernel import Touching
     from iiwa_sim.robot.record_kernel import record
 
-SEEN_M = 0.02
-"""Distance of a part that rests up to which it is found exactly; of one that moves it is more by twice the
-way of a tick."""
+SEEN_M = 0.005
+"""Distance of a part up to which it is found exactly, where neither it nor the arm moves; else it is more by
+twice what they go in a tick."""
 NO_WAY = (0.0, 0.0, 0.0)
 
 
