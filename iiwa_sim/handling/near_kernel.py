@@ -156,7 +156,7 @@ class Near:
             else:
                 others = min(others, least)
         if len(close) == count:
-            others = 2.0 * _NEAR
+            others = radius + 2.0 * _NEAR
         known: cython.double = _NEAR
         away = self._over.least_gap(p, self._shapes, self._kinds) if radius == 0.0 else 1e9
         if self._is_over and away > 2.0 * _CLOSE:
