@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from iiwa_sim.contact.shapes import Box
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.frames import IDENTITY, Transform, transform_from_euler
 from iiwa_sim.handling import piles_kernel
 from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body
 from iiwa_sim.handling.part import Part
@@ -76,3 +77,24 @@ def test_parts_that_come_to_lie_on_others_are_noticed() -> None:
     piles.change()
     piles.look(alone, list(alone))
     assert not any(piles.above(number) for number in range(len(alone)))
+
+
+@pytest.mark.parametrize("shape", [Box(0.02, 0.01, 0.03), Cylinder(0.02, 0.05), Sphere(0.03)])
+def test_inertia_about_the_vertical_is_that_of_the_moments(shape: Box | Cylinder | Sphere) -> None:
+    rng = np.random.default_rng(4)
+    lower, upper = Part("lower", shape, 0.3, 0.5, 5e4), Part("upper", shape, 0.7, 0.5, 5e4)
+    for _ in range(100):
+        turned = transform_from_euler(0.0, 0.0, 0.0, *rng.uniform(-3.0, 3.0, 3).tolist()).rotation
+        pose = Transform(turned, IDENTITY.translation)
+        moments = upper.moments(pose)
+        bodies = {
+            "lower": Body(lower, IDENTITY, STILL, LIES, "table"),
+            "upper": Body(upper, pose, STILL, LIES, "lower"),
+        }
+        piles = piles_kernel.Piles(bodies)
+        piles.look(bodies, list(bodies))
+        for number, each in enumerate(bodies.values()):
+            piles.weigh(number, each)
+        mass, about = piles.carried(0)
+        assert mass == 0.7
+        assert isclose(about, moments.xx + moments.yy, rel_tol=1e-12)
