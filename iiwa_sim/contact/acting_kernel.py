@@ -107,11 +107,6 @@ class Acting:
         contacts: tuple[LinkContact, ...] = () if self._links is None else self._links.contacts
         return contacts
 
-    @property
-    def carries(self) -> bool:
-        """Whether the arm carries what the controller does not know of."""
-        return self._motion is not None
-
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """The arm, at `joints` (rad), carries this from now on, seen from the flange, besides what the
         controller knows of: None for nothing, and less than nothing where that is less."""

@@ -37,6 +37,7 @@ else:
 
 _NEAR_M = cython.declare(cython.double, NEAR_M)
 _PARTS = cython.declare(cython.int, PARTS)
+# With a surface that links could touch those are looked at that are no farther from them than this (m).
 _SOON_M = cython.declare(cython.double, 0.02)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
