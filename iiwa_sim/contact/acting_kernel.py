@@ -193,6 +193,7 @@ class Acting:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _acts(self) -> cython.bint:
+        """`acts` for kernels."""
         return (
             self._pushed
             or self._touch is not NO_WRENCH
@@ -245,6 +246,7 @@ class Acting:
 
     @cython.cfunc
     def _sum(self) -> object:
+        """`acting` for kernels."""
         wrench = self._wrench
         if self._touch is not NO_WRENCH:
             wrench = self._touch if wrench is NO_WRENCH else _sum_of(self._touch, wrench)

@@ -37,7 +37,7 @@ else:
 
 _NEAR_M = cython.declare(cython.double, NEAR_M)
 _PARTS = cython.declare(cython.int, PARTS)
-# With a surface that links could touch those are looked at that are no farther from them than this (m).
+# When one surface could be touched, all that are no farther from the links than this (m) are looked at.
 _SOON_M = cython.declare(cython.double, 0.02)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
@@ -229,7 +229,7 @@ class Links(LinksBeside):
         for s in range(self._shape_count):
             self._away[s] -= gone
             least = min(least, self._away[s])
-        # Of what is looked at soon as much as pays is looked at now: a look costs more than a surface.
+        # Surfaces that are due soon are looked at with the first: a look costs more than a surface in it.
         looks: cython.double = 0.0 if least > 0.0 else _SOON_M
         least = 1e9
         for s in range(self._shape_count):

@@ -28,7 +28,7 @@ else:
 FAR_M = 1e300
 """Farther than anything; less than nothing with a minus."""
 _FAR = cython.declare(cython.double, FAR_M)
-# Who is to look within so many ticks does so now: to find the way in each of them costs more.
+# Parts that are due within so many ticks like this one are looked at now: to find the way in each costs more.
 _FEW = cython.declare(cython.double, 2.0)
 
 

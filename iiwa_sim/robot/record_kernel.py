@@ -1,4 +1,4 @@
-"""Named tuples made by kernels: a call of the class costs ten times as much."""
+"""Named tuples made by kernels, at once: a call of their class makes several tuples on the way."""
 
 # mypy: allow-untyped-decorators
 
