@@ -83,22 +83,6 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
     assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
 
 
-def test_a_bridge_is_asked_by_rosbridge(capsys: pytest.CaptureFixture[str]) -> None:
-    (port,) = free_ports(1)
-    with Simulator() as simulator:
-        command = (*IIWA_SIM, "bridge", f"127.0.0.1:{simulator.port}", "--rosbridge-port", str(port))
-        with started(*command) as bridge:
-            assert bridge.line() == f"rosbridge on 127.0.0.1:{port}\n"
-            assert main(["health", str(bridge.process.pid)]) == 0
-    for given, told in (
-        (str(port), f"rosbridge on 127.0.0.1:{port}: [Errno 111] Connection refused"),
-        ("0", "was told to pick a port for rosbridge: only its first line tells which"),
-    ):
-        with started_as("iiwa-sim", "bridge", "robot:30000", "--rosbridge-port", given) as nobody:
-            assert main(["health", str(nobody)]) == 1
-        assert capsys.readouterr().err.endswith(f"{told}\n")
-
-
 def test_nothing_of_the_robot_is_loaded_for_it() -> None:
     loaded = "import sys, iiwa_sim.cli, iiwa_sim.cli.health; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True)

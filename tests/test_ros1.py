@@ -470,26 +470,6 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.nodes_at("/joint_states") == []
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("alone")
-def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
-    with running() as server:
-        command = (*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0")
-        with started(*command) as bridge:
-            assert bridge.line().startswith("rosbridge on 127.0.0.1:")
-            assert bridge.line() == f"ROS node at {terminal.master_uri}\n"
-            said = terminal.python(
-                "import rospy, rosservice\n"
-                "from sensor_msgs.msg import JointState\n"
-                "rosservice.call_service('/scale_speed', [{'value': 0.25}])\n"
-                "print(*rospy.wait_for_message('/joint_states', JointState).name)\n"
-            )
-            assert said == "A1 A2 A3 A4 A5 A6 A7\n"
-            with Iiwa("127.0.0.1", server.port) as telnet:
-                assert telnet.get_override() == 0.25
-            assert bridge.ends(signal.SIGTERM)[0] == 0
-
-
 @pytest.mark.usefixtures("alone")
 def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Terminal) -> None:
     script = (

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from iiwa_sim.cli.early import end_while_loading, one_thread
-from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS, module_of
+from iiwa_sim.cli.names import SERVE, SUBCOMMANDS, module_of
 from iiwa_sim.wording import Unusable
 
 WITHOUT_WHEELS = {
@@ -31,9 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     name = given.pop(0) if given and given[0] in SUBCOMMANDS else SERVE
     if arguments is None:
         one_thread()
-        if name in (SERVE, BRIDGE):
-            end_while_loading()
         if name == SERVE:
+            end_while_loading()
             gc.disable()  # objects made during the start are long-lived; enabled when the robots listen
     try:
         # Only the subcommand is imported: others may need an extra, and importing all takes time.

@@ -7,18 +7,12 @@ from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS, MAX_PORT
 from iiwa_sim.wording import shortened
 
 MOST_ROBOTS = 10_000
-ROSBRIDGE_PORT = 9090
-"""The usual one, and that of a bridge."""
-
-
-def add_host(parser: Parser) -> None:
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
-    )
 
 
 def add_addresses(parser: Parser) -> None:
-    add_host(parser)
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
+    )
     parser.add_argument(
         "--dialect",
         type=_dialects,

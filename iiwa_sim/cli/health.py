@@ -2,8 +2,7 @@
 dialects.
 
 Its command line and environment tell the dialects and ports. Each port is asked as by any client; of several
-robots the first and the last are asked, of a bridge its rosbridge. Exit code 0 if all answer, 1 with one line
-otherwise.
+robots the first and the last are asked. Exit code 0 if all answer, 1 with one line otherwise.
 
 A container is checked every few seconds, so nothing is imported but the standard library and a few small
 modules.
@@ -15,9 +14,9 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from iiwa_sim.cli.addresses import ROSBRIDGE_PORT, add_addresses, add_host, reached_at, settle_ports
+from iiwa_sim.cli.addresses import add_addresses, reached_at, settle_ports
 from iiwa_sim.cli.environment import read_environment
-from iiwa_sim.cli.names import BRIDGE, HEALTH
+from iiwa_sim.cli.names import HEALTH
 from iiwa_sim.cli.parsing import Parser, whole
 from iiwa_sim.dialect.ports import IIWA, KRC4
 
@@ -32,15 +31,6 @@ _ASK = {
     KRC4: (b'<Cmd I0="1" I1="100"/>', b"<Res", b"</Res>"),  # FIN
 }
 """What is sent, and how the answer begins and ends."""
-_ASK_ROSBRIDGE = (
-    (
-        b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: aWl3YS1zaW0gaGVhbHRoIQ==\r\n\r\n"
-    ),
-    b"HTTP/1.1 101 ",
-    b"\r\n\r\n",
-)
-
 
 def run(given: Sequence[str]) -> int:
     process = _parser().parse_args(given).process
@@ -61,8 +51,6 @@ def _fault(process: int) -> str:
     if place is None:
         return f"process {process} is no iiwa-sim"
     given = words[place + 1 :]
-    if given[:1] == [BRIDGE]:
-        return _fault_of_bridge(process, given[1:])
     variables = (variable.partition("=") for variable in environment)
     for robot, options in _robots(given, {name: value for name, _, value in variables}):
         for dialect, port in zip(options.dialect, options.port, strict=True):
@@ -75,19 +63,6 @@ def _fault(process: int) -> str:
             if unanswered:
                 return f"{what} on {_shown(host, port)}: {unanswered}"
     return ""
-
-
-def _fault_of_bridge(process: int, given: Sequence[str]) -> str:
-    """What is wrong with rosbridge, as its clients would find it; a node of ROS 1 cannot be asked."""
-    parser = Parser(prog="iiwa-sim")
-    add_host(parser)
-    parser.add_argument("--rosbridge-port", type=int, default=ROSBRIDGE_PORT)
-    options, _ = parser.parse_known_args(given)
-    if options.rosbridge_port == 0:
-        return f"process {process} was told to pick a port for rosbridge: only its first line tells which"
-    host = reached_at(options.host)
-    unanswered = _unanswered(host, options.rosbridge_port, *_ASK_ROSBRIDGE)
-    return f"rosbridge on {_shown(host, options.rosbridge_port)}: {unanswered}" if unanswered else ""
 
 
 def _robots(given: Sequence[str], environment: dict[str, str]) -> Iterator[tuple[str, argparse.Namespace]]:

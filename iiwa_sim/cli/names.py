@@ -8,7 +8,6 @@ REPLAY = "replay"
 EXPORT = "export"
 SHOW = "show"
 CHECK = "check"
-BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 ROS2_ENV = "ros2-env"
@@ -16,7 +15,7 @@ MOVEIT_CONFIG = "moveit-config"
 COMPLETION = "completion"
 VIEW = "view"
 SUBCOMMANDS = (
-    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),
+    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),
     MOVEIT_CONFIG,
     COMPLETION,
 )

@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Callable
 
 from iiwa_sim import log
-from iiwa_sim.cli.addresses import ROSBRIDGE_PORT
 from iiwa_sim.cli.names import ROS2_ENV, ROS_PACKAGE_PATH
 from iiwa_sim.cli.parsing import Error, Parser, path, whole
 from iiwa_sim.cli.reach import secret_in
@@ -78,14 +77,13 @@ def add_log(parser: Parser) -> None:
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
 
 
-def add_rosbridge(parser: Parser, port: int | None = None) -> None:
+def add_rosbridge(parser: Parser) -> None:
     parser.add_argument(
         "--rosbridge-port",
         type=whole(0, MAX_PORT),
         metavar="PORT",
-        default=port,
-        help="offer drag&bot's topics and services on this port, by rosbridge; 0 picks a port, "
-        f"{ROSBRIDGE_PORT} is usual (default: {'no such port' if port is None else port})",
+        help="offer drag&bot's topics and services on this port, by rosbridge; 0 picks a port, 9090 is usual "
+        "(default: no such port)",
     )
     parser.add_argument(
         "--rosbridge-secret",
@@ -180,11 +178,11 @@ def add_ros_stamps(parser: Parser) -> None:
 
 
 def ros_options(options: argparse.Namespace) -> RosOptions:
-    """What the options say of a robot on ROS; those of stamps are there only where they were added."""
+    """The options of a robot on ROS."""
     conventions = Conventions(
         RESULT_TYPES[options.ros_result or max(RESULT_TYPES)],
         Reference(options.ros_reference or TODAYS.reference),
-        Stamps(getattr(options, "ros_stamps", None) or TODAYS.stamps),
+        Stamps(options.ros_stamps or TODAYS.stamps),
         options.ros_rate or TODAYS.rate_hz,
     )
     return RosOptions(

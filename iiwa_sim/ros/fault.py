@@ -6,7 +6,3 @@ from iiwa_sim.wording import Unusable
 class RosFault(Unusable):
     """A library or service that the ROS side needs is missing, or there can be no node. The message is one
     line."""
-
-
-class BridgeFault(Unusable):
-    """The robot of a bridge cannot be reached. The message is one line."""

@@ -1,1 +1,0 @@
-"""Puts any robot that speaks the iiwa's line protocol, simulated or real, on ROS, through our client."""
