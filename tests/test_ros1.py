@@ -21,7 +21,6 @@ from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message,
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
 from tests.processes import (
-    IIWA_SIM,
     Process,
     ended,
     fails,
@@ -29,7 +28,6 @@ from tests.processes import (
     next_line,
     refused,
     running,
-    started,
 )
 from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
 from tests.talking import DEADLINE_S

@@ -32,6 +32,7 @@ _ASK = {
 }
 """What is sent, and how the answer begins and ends."""
 
+
 def run(given: Sequence[str]) -> int:
     process = _parser().parse_args(given).process
     fault = _fault(process)

@@ -12,12 +12,10 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.arm import Arm
-from iiwa_sim.ros.arm.contents import STATES, TOOL, Contents, Message
+from iiwa_sim.ros.arm.contents import STATES, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
 from iiwa_sim.ros.arm.interfaces import type_of
 from iiwa_sim.ros.arm.links import Links
-from iiwa_sim.ros.arm.twist import RATE_HZ as TWIST_HZ
-from iiwa_sim.ros.arm.twist import TwistServo
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.message_text import converted
 from iiwa_sim.ros.rmi.rates import Rates
@@ -32,8 +30,6 @@ ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = f"{CONTROLLER}/joint_trajectory"
 COMMANDS = "/robot_joint_commands"
 """Where joint_state_topic_hardware_interface publishes, with which ros2_control drives a robot."""
-TWIST = "/servo_node/delta_twist_cmds"
-"""Where programs publish that move a robot by MoveIt Servo."""
 SPEED_SCALE = "/set_speed_scale"
 OUTPUT = "/set_output_"
 """A service for each output, by its number from 1."""
@@ -53,7 +49,6 @@ once."""
 SUBSCRIBED: Mapping[str, str] = {
     TRAJECTORY: "trajectory_msgs/msg/JointTrajectory",
     COMMANDS: "sensor_msgs/msg/JointState",
-    TWIST: "geometry_msgs/msg/TwistStamped",
     SPEED_SCALE: "std_msgs/msg/Float64",
 }
 SERVICES: Mapping[str, str] = {
@@ -82,7 +77,6 @@ class JointLevel:
         description = arm.description
         self._names = description.joints
         links = Links(description.urdf, self._names)
-        self._twist = TwistServo(arm, links.base, TOOL)
         unknown = {"/clock": arm.time_s, "/wrench": arm.wrench}
         self.published = {topic: of for topic, of in PUBLISHED.items() if unknown.get(topic, ()) is not None}
         """Type and rate of each topic of `PUBLISHED` that this robot publishes."""
@@ -91,7 +85,7 @@ class JointLevel:
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
         self.rates = Rates(conventions.rates(usual), tick_rate_hz)
         """The rates of the topics that recur."""
-        self._own = Rates({FEEDBACK: FEEDBACK_HZ, TWIST: TWIST_HZ}, tick_rate_hz)
+        self._own = Rates({FEEDBACK: FEEDBACK_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one
 
@@ -104,11 +98,7 @@ class JointLevel:
     @property
     def watching(self) -> bool:
         """Whether a tick may tell somebody something."""
-        return (
-            self._twist.active
-            or bool(self._feedback)
-            or any(self._listeners[each] for each in self.rates.rates_hz)
-        )
+        return bool(self._feedback) or any(self._listeners[each] for each in self.rates.rates_hz)
 
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
@@ -129,8 +119,6 @@ class JointLevel:
         told = converted(content, type_of(SUBSCRIBED[topic]))
         if topic == COMMANDS:
             self._head_for(told)
-        elif topic == TWIST:
-            self._twist.take(told, self.now_ns())
         elif topic == SPEED_SCALE:
             self._set_speed_scale(told.data)
         else:
@@ -201,22 +189,13 @@ class JointLevel:
         """Notice that a tick has been made."""
         for topic in self.rates.due():
             self._publish(topic)
-        for own in self._own.due():
-            if own == FEEDBACK:
-                self._tell_feedback()
-            else:
-                self._follow_twist()
+        if self._own.due():
+            self._tell_feedback()
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks at once, while nobody was told anything."""
         self.rates.skip(ticks)
         self._own.skip(ticks)
-
-    def _follow_twist(self) -> None:
-        try:
-            self._twist.step(self.now_ns())
-        except Refused as refused:
-            self._log.refused("ros", TWIST, refused.code, refused.reason)
 
     def _noted(self, taken: tuple[int, str], who: str, where: str) -> int:
         number, remark = taken

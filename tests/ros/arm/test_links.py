@@ -41,9 +41,8 @@ def test_the_chain_of_links_ends_in_the_flange(name: str, seed: int) -> None:
     joints = random.uniform(description.position_min, description.position_max).tolist()
     links = Links(description.urdf, description.joints)
     told = {each["child_frame_id"]: each for each in (*links.moving(joints), *links.fixed())}
-    assert links.base not in told
     pose, link = np.eye(4), description.flange
-    while link != links.base:
+    while link in told:
         pose = matrix(told[link]) @ pose
         link = told[link]["header"]["frame_id"]
     flange = Model(description).flange(joints)

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY, TWIST
+from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY
 from iiwa_sim.simulator import Simulator
 from tests.ros.ros2.users import AWAY, HERE, NAMES, User, duration, trajectory, user
 from tests.samples import some
@@ -143,7 +143,6 @@ def test_what_is_bad_comes_to_nothing_however_much_of_it_there_is(
     flood = {
         (TRAJECTORY, POINTS): bad_points * some(200),
         (COMMANDS, JOINT_STATE): [{"name": NAMES, "position": [nan] * 7}] * some(250),
-        (TWIST, "geometry_msgs/msg/TwistStamped"): [{"twist": {"linear": {"x": nan}}}] * some(250),
     }
     with Iiwa("127.0.0.1", robot.port) as telnet:
         for (topic, kind), messages in flood.items():
