@@ -105,7 +105,7 @@ def test_a_command_is_fully_described(command):
     ("parameter", "written"),
     [
         ("speed", "1e-06 <= speed <= 1"),
-        ("v6", "1e-06 <= v6 <= 1"),
+        ("v6", "0 <= v6 <= 1"),
         ("blending", "0 <= blending"),
         ("thresholdX", "0 < thresholdX"),
         ("stiffness", "0 <= stiffness <= 5000"),

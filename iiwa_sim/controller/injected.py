@@ -52,7 +52,7 @@ class Injected:
     def check_place(self, joints: Sequence[float]) -> Joints:
         """Raises `Refused` where `place` would; changes nothing."""
         self._check_rest()
-        return self._core.planner.joint_target(joints, [1.0] * len(joints))
+        return self._core.planner.checked_joints(joints)
 
     def set_tool(self, tool_in_flange: Transform) -> None:
         """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.

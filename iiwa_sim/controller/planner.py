@@ -8,7 +8,7 @@ import numpy as np
 
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.lin_planner import LinPlanner
+from iiwa_sim.controller.lin_planner import ROUNDING_RAD, LinPlanner
 from iiwa_sim.controller.requests import Kind, MoveRequest, RelativeTarget
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
@@ -24,6 +24,8 @@ from iiwa_sim.robot.tcp_kernel import Tcp
 
 LEAST_SPEED_REL = 1e-6
 """Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
+NEAR_RAD = 1e-3
+"""A joint this close to its target accepts any speed: drivers send 0 for a joint that stays."""
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
 SAME_M = 1e-7
@@ -90,15 +92,15 @@ class Planner:
 
     def _ptp_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float]) -> Plan:
         """Plan PTP to joint positions (rad), at a relative speed of each joint."""
-        end = self.joint_target(target, request.speeds)
+        end, speeds = self.joint_target(start, target, request.speeds)
         if not 0.0 <= request.blending <= 1.0:
             raise Refused(EXECUTION, f"blending over {request.blending:g} of the way: expected 0 to 1")
         zone = joint_ball(request.blending, start, end) if request.blending else None
-        return self._plan(ptp(start, end), request.speeds, zone)
+        return self._plan(ptp(start, end), speeds, zone)
 
     def _lin_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float], tcp: Tcp) -> Plan:
         """Plan LIN to where the TCP is at joint positions (rad), ending in these."""
-        self._check_joints(target)
+        self.checked_joints(target)
         _check_speed(request.speed)
         line = self._lin.to_joints(start, tuple(target), tcp.tool_in_flange)
         return self._plan(line, request.speed, _sphere(line.end, request.blending, tcp))
@@ -117,14 +119,33 @@ class Planner:
             raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected {slowest:g} m/s or more")
         return speed_rel
 
-    def joint_target(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> Joints:
-        """Checked joint positions (rad), to be reached at checked relative speeds."""
-        self._check_joints(joints)
-        if len(speeds_rel) != len(joints):
-            raise Refused(EXECUTION, f"{len(joints)} speeds are needed")
-        for speed_rel in speeds_rel:
-            _check_speed(speed_rel)
-        return tuple(map(float, joints))
+    def joint_target(
+        self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]
+    ) -> tuple[Joints, list[float]]:
+        """Return the checked target (rad) of a move from `start` (rad), and the relative speed of each joint.
+
+        A joint within `NEAR_RAD` of its target gets full speed in place of one below `LEAST_SPEED_REL`: the
+        other joints do not wait for it.
+        """
+        target = self.checked_joints(joints)
+        if len(speeds_rel) != len(target):
+            raise Refused(EXECUTION, f"{len(target)} speeds are needed")
+        speeds: list[float] = []
+        for name, q, goal, speed in zip(self._description.joints, start, target, speeds_rel, strict=True):
+            if not 0.0 <= speed <= 1.0:
+                raise Refused(EXECUTION, f"speed {speed:g} of {name}: expected 0 to 1")
+            distance = abs(goal - q)
+            if speed >= LEAST_SPEED_REL:
+                speeds.append(speed)
+            elif distance <= NEAR_RAD + ROUNDING_RAD:
+                speeds.append(1.0)
+            else:
+                raise Refused(
+                    EXECUTION,
+                    f"{name} is {distance:.7g} rad from its target, at speed {speed:g}: expected "
+                    f"{LEAST_SPEED_REL:g} to 1, or a target within {NEAR_RAD:g} rad",
+                )
+        return target, speeds
 
     def flange_target(self, present: Joints, flange: Frame, speed_rel: float) -> Joints:
         """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
@@ -154,7 +175,8 @@ class Planner:
             reason += how_far(self._inverse.beyond_reach(flange))
         return Refused(unreachable.code, reason)
 
-    def _check_joints(self, joints: Sequence[float]) -> None:
+    def checked_joints(self, joints: Sequence[float]) -> Joints:
+        """Return joint positions (rad) that are within their limits."""
         d = self._description
         if len(joints) != len(d.joints):
             raise Refused(EXECUTION, f"{len(d.joints)} joint positions are needed")
@@ -162,6 +184,7 @@ class Planner:
         for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
             if not lower <= q <= upper:
                 raise outside(name, q, lower, upper)
+        return tuple(map(float, joints))
 
 
 def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:

@@ -65,7 +65,8 @@ class MoveRequest(NamedTuple):
     move; for PTP to joint positions the part (0..1) of the largest way to go that each joint may have left.
     With 0 the robot stops at the target."""
     speeds: Sequence[float] = ()
-    """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions."""
+    """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions. A joint within
+    0.001 rad of its target accepts 0, too."""
     shift: RelativeTarget | None = None
     """Instead of a target."""
     redundancy: float | None = None

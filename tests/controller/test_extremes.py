@@ -10,7 +10,7 @@ import random
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from math import nextafter, pi
+from math import nan, nextafter, pi
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ from tests.asked import (
 )
 from tests.dialect.fake_robot import Conversation
 from tests.samples import some
-from tests.stepped import ALL_ROBOTS, ROBOTS, SteppedRobot
+from tests.stepped import ALL_ROBOTS, ROBOTS, SteppedRobot, assert_within_limits
 
 TICKS = (0, 1, 2, 5, 30)
 LEAST = (5e-324, 1e-310, 2.2e-308, 1e-200, 1e-20, 1e-9, nextafter(1e-6, 0.0), 1e-6, nextafter(1e-6, 1.0))
@@ -151,16 +151,65 @@ def test_extreme_numbers_are_refused_or_moved_to_and_raise_nothing(robot: str, s
 @pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-200, 1e-20, nextafter(1e-6, 0.0)])
 def test_speeds_below_a_millionth_are_refused(speed: float) -> None:
     controller: Controller = SteppedRobot().controller
-    frame, joints = controller.tool_frame(), controller.joints
+    frame, joints = controller.tool_frame(), [*controller.joints[:6], controller.joints[6] + 0.002]
     for ask in (
         lambda: controller.move(joint_move(joints, [1.0] * 6 + [speed])),
         lambda: controller.move(lin_move(frame, speed, 0.0)),
         lambda: controller.move(ptp_move(frame, speed, 0.0)),
         lambda: controller.move(ptp_stiff_move(frame, speed, 100.0, [0.0] * 6)),
         lambda: controller.move(smart_joint_move(joints, [1.0] * 6 + [speed])),
+        lambda: controller.move(direct_joint_move(joints, [1.0] * 6 + [speed])),
     ):
         with pytest.raises(Refused, match="1e-06"):
             ask()
+
+
+JOINT_MOVES = {"joint": joint_move, "smart": smart_joint_move, "direct": direct_joint_move}
+
+
+@pytest.mark.requirement("FRC004", "FRC010")
+@pytest.mark.parametrize("kind", JOINT_MOVES)
+@pytest.mark.parametrize("robot", ALL_ROBOTS)
+@pytest.mark.parametrize("speed", [0.0, 5e-324, 1e-9, nextafter(1e-6, 0.0)])
+def test_a_joint_near_its_target_accepts_any_speed(kind: str, robot: str, speed: float) -> None:
+    """It slows no other, also where the robot was on its way."""
+    slow, fast = SteppedRobot(robot), SteppedRobot(robot)
+    for stepped, speeds in ((slow, speed), (fast, 1.0)):
+        joints = list(stepped.controller.joints)
+        first = [joints[0] + 0.07, *joints[1:]]
+        then = [joints[0], joints[1] + 1e-3, joints[2] - 5e-4, *joints[3:]]
+        rest = [speeds] * (len(joints) - 1)
+        stepped.controller.move(JOINT_MOVES[kind](first, [0.5, *rest]))
+        stepped.step(50)
+        stepped.controller.move(JOINT_MOVES[kind](then, [0.5, *rest]))
+    assert slow.runs_until_stopped() == fast.runs_until_stopped()
+    assert slow.controller.joints == fast.controller.joints == tuple(then)
+    assert_within_limits(slow)
+
+
+@pytest.mark.parametrize("kind", JOINT_MOVES)
+def test_the_reason_names_the_joint_its_distance_and_its_speed(kind: str) -> None:
+    controller = SteppedRobot().controller
+    target = [q + way for q, way in zip(controller.joints, (0, 0, -0.0011, 0, 0, 0, 0), strict=True)]
+    with pytest.raises(Refused, match=r"A3 is 0\.0011 rad from its target, at speed 1e-07: "):
+        controller.move(JOINT_MOVES[kind](target, [1.0, 1.0, 1e-7, 0.0, 0.0, 0.0, 0.0]))
+    for speed in (-1e-9, 1.5, nan):
+        with pytest.raises(Refused, match=r"speed .* of A2: expected 0 to 1"):
+            controller.move(JOINT_MOVES[kind](controller.joints, [1.0, speed, 1.0, 1.0, 1.0, 1.0, 1.0]))
+
+
+@pytest.mark.parametrize("kind", ["smart", "direct"])
+def test_a_joint_in_motion_accepts_a_low_speed_near_its_target(kind: str) -> None:
+    """It may have to come back there, and then does so at once."""
+    robot = SteppedRobot()
+    joints = list(robot.controller.joints)
+    robot.controller.move(JOINT_MOVES[kind]([joints[0] + 0.08, *joints[1:]], [1.0] * 7))
+    robot.step(30)
+    here = [robot.controller.joints[0] + 5e-4, *joints[1:]]
+    robot.controller.move(JOINT_MOVES[kind](here, [1e-5] * 7))
+    robot.runs_until_stopped(limit_s=2.0)
+    assert robot.controller.joints == tuple(here)
+    assert_within_limits(robot)
 
 
 @pytest.mark.parametrize("override", [5e-324, 1e-307, 1e-12, nextafter(1e-6, 0.0)])

@@ -483,7 +483,7 @@ def test_a_cartesian_target_is_the_flanges_with_branch_and_redundancy_kept(servo
 
 def test_a_target_that_takes_more_than_an_hour_is_refused_also_when_it_is_only_to_come_back_to() -> None:
     robot = in_mid_motion("smart joint")
-    for target in (AWAY, robot.controller.joints):
+    for target in (AWAY, [q + 0.002 for q in robot.controller.joints]):
         with pytest.raises(Refused, match="more than 3600 s") as refused:
             robot.controller.move(smart_joint_move(target, [1e-5] * 7))
         assert refused.value.code == EXECUTION

@@ -103,7 +103,7 @@ def _speeds(
     on_each_joint = on_joints and kind is not Kind.LIN
     _one_or_each("velocity", values, joint_count if on_each_joint else 1)
     if word in _SHARES:
-        return _shares("velocity", word, values), SpeedUnit.RELATIVE
+        return _shares("velocity", word, values, zero=on_each_joint), SpeedUnit.RELATIVE
     if word not in _SPEED_UNITS:
         raise _unknown("velocity_type", word, (*_SHARES, *_SPEED_UNITS))
     unit = _SPEED_UNITS[word]
@@ -111,8 +111,10 @@ def _speeds(
         raise Refused(EXECUTION, "velocity_type M/S: only for LIN and LINFORCE to a Cartesian pose")
     if unit is SpeedUnit.RAD_S and not on_each_joint:
         raise Refused(EXECUTION, f"velocity_type RAD/S: only for PTP, SMART and DIRECT to {JOINTS}")
-    if not all(value > 0.0 for value in values):
-        raise Refused(EXECUTION, f"velocity in {word}: expected above 0")
+    if unit is SpeedUnit.M_S and not values[0] > 0.0:
+        raise Refused(EXECUTION, "velocity in M/S: expected above 0")
+    if min(values) < 0.0:
+        raise Refused(EXECUTION, f"velocity in {word}: expected 0 or more")
     return tuple(values), unit
 
 
@@ -135,11 +137,11 @@ def _acceleration(command: Any, kind: Kind, on_joints: bool, joint_count: int) -
     return AccelerationCap(tuple(values), unit)
 
 
-def _shares(name: str, word: str, values: list[float]) -> tuple[float, ...]:
+def _shares(name: str, word: str, values: list[float], *, zero: bool = False) -> tuple[float, ...]:
     shares = tuple(_SHARES[word] * value for value in values)
-    if not all(0.0 < share <= 1.0 for share in shares):
-        most = "1" if word == "%" else "100"
-        raise Refused(EXECUTION, f"{name} in {word}: expected above 0 and up to {most}")
+    if min(shares) < 0.0 or max(shares) > 1.0 or (0.0 in shares and not zero):
+        least, most = "0 or more" if zero else "above 0", "1" if word == "%" else "100"
+        raise Refused(EXECUTION, f"{name} in {word}: expected {least} and up to {most}")
     return shares
 
 

@@ -17,7 +17,7 @@ Joints = tuple[float, ...]
 class SpeedUnit(Enum):
     """Unit of a speed."""
 
-    RELATIVE = "relative"  # of the limits, above 0 up to 1
+    RELATIVE = "relative"  # of the limits, 0 to 1
     RAD_S = "rad/s"
     M_S = "m/s"
 
@@ -49,7 +49,7 @@ class Move(NamedTuple):
     """A remark for its result on how the command was understood."""
 
     def joint_speeds_rel(self, robot: RobotDescription) -> tuple[float, ...]:
-        """The speeds (0..1] of all joints, for joint positions; one speed is that of each of them.
+        """The speeds (0..1) of all joints, for joint positions; one speed is that of each of them.
 
         Raises `Refused` where one is above its limit.
         """

@@ -140,7 +140,7 @@ def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 0", "v6 = 0: expected at least 1e-06 and up to 1"),
+        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 -1", "v6 = -1: expected at least 0 and up to 1"),
         (
             "lin move : 450,0 0 500 3 0 3 0.5 0",
             "x = 450,0: expected a number; no commas: blanks between values, a point in a decimal",
@@ -315,5 +315,5 @@ def test_usage_tells_units_and_ranges():
     assert "x[mm]" in TABLE.commands["lin move"].usage()
     assert "blending[mm, 0 <= blending]" in TABLE.commands["lin move"].usage()
     usage = TABLE.commands["joint move"].usage()
-    assert usage == "joint move : j0..j6[rad] v0..v6[1e-06 <= v0..v6 <= 1] -> done"
+    assert usage == "joint move : j0..j6[rad] v0..v6[0 <= v0..v6 <= 1] -> done"
     assert TABLE.commands["get status"].usage() == "get status -> moving / stopped"

@@ -112,6 +112,8 @@ def test_what_became_of_a_named_frame_is_said_in_the_result() -> None:
         ({"velocity_type": "M/S", "velocity": [2]}, (2.0,), SpeedUnit.M_S),
         ({**ON_JOINTS, "velocity": [0.25] * 7}, (0.25,) * 7, SpeedUnit.RELATIVE),
         ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [1.5]}, (1.5,), SpeedUnit.RAD_S),
+        ({**ON_JOINTS, "velocity": [0.5] + [0.0] * 6}, (0.5, *[0.0] * 6), SpeedUnit.RELATIVE),
+        ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [0.0] * 7}, (0.0,) * 7, SpeedUnit.RAD_S),
     ],
 )
 def test_speeds(fields: dict[str, Any], speeds: tuple[float, ...], unit: SpeedUnit) -> None:
@@ -161,6 +163,8 @@ def test_force_moves_have_three_thresholds(kind: str, plain: Kind) -> None:
         ({**ON_JOINTS, "velocity": [0.5] * 6}, "expected 1 or 7 values, got 6"),
         ({"velocity": [0.0]}, "above 0 and up to 1"),
         ({"velocity": [50.0]}, "above 0 and up to 1"),
+        ({**ON_JOINTS, "velocity": [0.5] * 6 + [-0.1]}, "0 or more and up to 1"),
+        ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [-0.1]}, "0 or more"),
         ({"velocity_type": "PERCENT", "velocity": [101.0]}, "up to 100"),
         ({"velocity_type": "MM/S"}, "velocity_type 'MM/S'"),
         ({"velocity_type": ""}, "velocity_type ''"),

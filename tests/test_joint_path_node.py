@@ -1,0 +1,136 @@
+"""Streams of joint targets as Fraunhofer IPA's joint path node sends them: speed 0 for a joint that stays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from math import cos, pi
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.errors import EXECUTION
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.simulator import Simulator
+from tests.dialect.fake_robot import Conversation
+from tests.ros_robot import command
+from tests.samples import some
+from tests.stepped import SteppedRobot, assert_within_limits
+from tests.talking import Client
+from tests.test_rosbridge import client_of
+
+IIWA = load_robot("lbr_iiwa_7_r800")
+PERIOD_S = 0.02
+NEXT_RAD = 0.02
+"""The node sends its next target when no joint is farther than that from the one before."""
+
+Joints = Sequence[float]
+
+
+def path(ends: dict[int, float], seconds: float) -> list[list[float]]:
+    """Targets 50 times a second, by which some joints go that far (rad) from home, and the others stay."""
+    count = round(seconds / PERIOD_S)
+    parts = [0.5 - 0.5 * cos(pi * k / count) for k in range(1, count + 1)]
+    return [[q + part * ends.get(joint, 0.0) for joint, q in enumerate(IIWA.home)] for part in parts]
+
+
+def speeds(present: Joints, target: Joints, left_s: float) -> list[float]:
+    """Relative speeds by which each joint is there in the time that is left; full ones where none is."""
+    if left_s <= 0.0:
+        return [1.0] * len(target)
+    ways = [abs(b - a) for a, b in zip(present, target, strict=True)]
+    return [min(way / left_s / limit, 1.0) for way, limit in zip(ways, IIWA.velocity, strict=True)]
+
+
+def line(kind: str, target: Joints, at: Joints) -> str:
+    return f"{kind} joint move : {' '.join(map(str, [*target, *at]))}"
+
+
+class Node:
+    """Gives the targets of a path one by one, with the speeds that the node computes."""
+
+    def __init__(self, targets: list[list[float]]) -> None:
+        self._due = [(PERIOD_S * (k + 1), target) for k, target in enumerate(targets)]
+        self._active: Joints | None = None
+
+    @property
+    def done(self) -> bool:
+        return not self._due
+
+    def next(self, now_s: float, present: Joints) -> tuple[Joints, list[float]] | None:
+        if self._active and max(abs(b - a) for a, b in zip(present, self._active, strict=True)) >= NEXT_RAD:
+            return None
+        due_s, self._active = self._due.pop(0)
+        return self._active, speeds(present, self._active, due_s - now_s)
+
+
+PATH = path({0: 0.25, 5: -0.2}, 0.5)
+
+
+@pytest.mark.requirement("FRA104", "FRC004")
+@settings(max_examples=some(40), deadline=None)
+@given(
+    st.sampled_from(["direct", "smart"]),
+    st.sampled_from(list(combinations(range(7), 2))),
+    st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
+    st.floats(0.3, 1.0),
+    st.lists(st.sampled_from([0.0, 1e-9]), min_size=7, max_size=7),
+)
+def test_a_stream_of_targets_ends_at_the_last_one(
+    kind: str, joints: tuple[int, int], ways: tuple[float, float], seconds: float, off: list[float]
+) -> None:
+    robot = SteppedRobot()
+    conversation = Conversation(robot.controller)
+    targets = path(dict(zip(joints, ways, strict=True)), seconds)
+    for target in targets:
+        present = robot.controller.joints
+        at = [
+            speed if joint in joints else still
+            for joint, (speed, still) in enumerate(zip(speeds(present, target, PERIOD_S), off, strict=True))
+        ]
+        assert conversation.ask(line(kind, [q + o for q, o in zip(target, off, strict=True)], at)) == "done"
+        robot.step(10)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(q + o for q, o in zip(targets[-1], off, strict=True))
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRA104", "FRC004")
+async def test_the_node_moves_the_robot_through_the_socket() -> None:
+    node = Node(PATH)
+    async with Simulator(clock="stepped") as simulator:
+        driver = await Client.connect(simulator.port)
+        for k in range(500):
+            present = list(map(float, (await driver.ask("get joint position")).split()))
+            if asked := node.next(k * PERIOD_S, present):
+                assert await driver.ask(line("direct", *asked)) == "done"
+            await simulator.clock.advance(PERIOD_S)
+            if node.done:
+                break
+        await simulator.clock.run_until_stopped(10.0)
+        assert simulator.controller.joints == tuple(PATH[-1])
+        await driver.leaves()
+
+
+@pytest.mark.requirement("FRA104", "FRC004")
+async def test_the_node_moves_the_robot_by_rosbridge() -> None:
+    node, results = Node(PATH), []
+    async with Simulator(clock="stepped", rosbridge_port=0) as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        for k in range(500):
+            if asked := node.next(k * PERIOD_S, simulator.controller.joints):
+                direct = command(k, "DIRECT", "JOINTS", asked[0], velocity=asked[1])
+                msg = {"commands": [direct], "replace_previous_commands": True}
+                await ros.says("publish", topic="/command_list", msg=msg)
+                assert (await ros.calls("/rosapi/nodes"))["result"] is True
+            await simulator.clock.advance(PERIOD_S)
+            if node.done:
+                break
+        await simulator.clock.run_until_stopped(10.0)
+        await simulator.clock.advance(PERIOD_S)
+        assert simulator.controller.joints == pytest.approx(PATH[-1], abs=1e-7), "of 32 bits"
+        while not results or results[-1]["command_id"] != k:
+            results.append((await ros.hears())["msg"])
+    assert results[-1]["result_code"] == 0
+    assert EXECUTION not in [result["result_code"] for result in results]
