@@ -194,7 +194,6 @@ class Simulator(OpenPorts, RobotInTime):
         self._ros: RosSide | None = None
         if rosbridge_port is not None or ros or ros2:
             from iiwa_sim.ros import side
-            from iiwa_sim.ros.arm.arm import LocalArm
 
             options = RosOptions(
                 host=host,
@@ -208,8 +207,8 @@ class Simulator(OpenPorts, RobotInTime):
                 ros_namespace=ros_namespace,
                 ros_conventions=ros_conventions,
             )
-            arm, heard = LocalArm(self._controller), self.clock.commanded
-            self._ros = side.RosSide(arm, rate_hz, self._log, options, on_heard=heard, budget=budget)
+            controller, heard = self._controller, self.clock.commanded
+            self._ros = side.RosSide(controller, rate_hz, self._log, options, on_heard=heard, budget=budget)
 
     async def __aenter__(self) -> Self:
         if self._runs:

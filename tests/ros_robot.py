@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
 
-from iiwa_sim.ros.arm.arm import LocalArm
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.node import Node
@@ -22,13 +21,13 @@ class RosRobot(SteppedRobot):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.log = Journal(fails=True)
-        self.node = Node(LocalArm(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+        self.node = Node(self.controller, lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.hears("/command_result")
 
     @cached_property
     def level(self) -> JointLevel:
-        return JointLevel(LocalArm(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+        return JointLevel(self.controller, lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
 
     @cached_property
     def graph(self) -> Graph:
@@ -50,11 +49,8 @@ class RosRobot(SteppedRobot):
         self._stop_ticks = self._longest_stop if replace else self._stop_ticks
 
     def calls(self, service: str, **request: Any) -> Any:
-        """The response, or the reason why there is none."""
-        answers: list[Any] = []
-        self.node.call(service, request, answers.append, answers.append)
-        assert len(answers) == 1
-        return answers[0]
+        """The response."""
+        return self.node.call(service, request)
 
     @property
     def results(self) -> list[tuple[int, int]]:

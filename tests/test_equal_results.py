@@ -214,9 +214,7 @@ class Ros1Bytes:
     def calls(self, name: str, request: dict[str, Any]) -> Any:
         kind = service(self.robot.node.services[name])
         there = _read(kind.request, serialized(kind.request, _whole(kind.request, request)))
-        answers: list[Any] = []
-        self.robot.node.call(name, there, answers.append, answers.append)
-        (answer,) = answers
+        answer = self.robot.node.call(name, there)
         back = _read(kind.response, serialized(kind.response, answer))
         for each in back.get("ios", []):
             each["stamp"] = list(each["stamp"].values())

@@ -17,8 +17,7 @@ from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Message, Node
 from iiwa_sim.ros.rmi.rates import Rates
 
-Answer = Callable[[Message], None]
-Fail = Callable[[str], None]
+Listener = Callable[[Message], None]
 
 RATES = "rates."
 """What the names of parameters begin with; a topic follows."""
@@ -30,9 +29,12 @@ class Graph:
     def __init__(self, node: Node, arm: JointLevel) -> None:
         self.node = node
         self.arm = arm
+        of_node = {name: _ros2_name(kind, "srv") for name, kind in node.services.items()}
+        self.services: dict[str, str] = {**of_node, **arm.services}
+        """Type of each service."""
         self.published: dict[str, tuple[str, bool]] = {
             **{topic: (_ros2_name(kind, "msg"), False) for topic, (kind, _) in PUBLISHED.items()},
-            **{topic: (kind, rate_hz == 0) for topic, (kind, rate_hz) in arm.published.items()},
+            **{topic: (kind, rate_hz == 0) for topic, (kind, rate_hz) in OF_ARM.items()},
         }
         """Type of each topic, and whether a subscriber that comes later gets the last message."""
         self.recurring = {topic for topic, (_, rate_hz) in {**OF_ARM, **PUBLISHED}.items() if rate_hz}
@@ -44,12 +46,6 @@ class Graph:
         """Type of each topic that the robot listens to."""
         self.actions: Mapping[str, str] = {ACTION: ACTION_TYPE}
         """Type of each action."""
-
-    @property
-    def services(self) -> dict[str, str]:
-        """Type of each service."""
-        of_node = {name: _ros2_name(kind, "srv") for name, kind in self.node.services.items()}
-        return {**of_node, **self.arm.services}
 
     @property
     def parameters(self) -> list[tuple[str, int, int, int]]:
@@ -69,7 +65,7 @@ class Graph:
     def _rates(self) -> tuple[Rates, Rates]:
         return self.node.rates, self.arm.rates
 
-    def listen(self, topic: str, hear: Answer) -> Callable[[], None]:
+    def listen(self, topic: str, hear: Listener) -> Callable[[], None]:
         """Have the messages of a topic heard, to be told `in_ros2`; gives what ends that."""
         of = self.node if topic in PUBLISHED else self.arm
         of.listen(topic, hear)
@@ -91,23 +87,14 @@ class Graph:
         except Refused as refused:
             raise BadMessage(refused.reason) from None
 
-    def call(self, name: str, request: Any, answer: Answer, fail: Fail) -> None:
-        """Call a service of `services`; either `answer` or `fail` is called once, now or later."""
-        try:
-            if name in self.arm.services:
-                self.arm.call(name, request, answer)
-                return
-            both = service(self.node.services[name])
-            respond = _in_ros2(both.response, answer)
-            self.node.call(name, in_ros1(both.request, request), respond, fail)
-        except BadMessage as fault:
-            fail(str(fault))
+    def call(self, name: str, request: Any) -> Message:
+        """Call a service of `services`; gives the response. Raises BadMessage."""
+        if name in self.arm.services:
+            return self.arm.call(name, request)
+        both = service(self.node.services[name])
+        return in_ros2(both.response, self.node.call(name, in_ros1(both.request, request)))
 
 
 def _ros2_name(kind: str, of: str) -> str:
     """package/msg/Type or package/srv/Type of package/Type."""
     return kind.replace("/", f"/{of}/")
-
-
-def _in_ros2(definition: Any, answer: Answer) -> Answer:
-    return lambda response: answer(in_ros2(definition, response))

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.conventions import RosOptions, Stamps
 from iiwa_sim.ros.fault import RosFault
@@ -40,7 +40,7 @@ class RosSide:
 
     def __init__(
         self,
-        robot: Arm,
+        controller: Controller,
         tick_rate_hz: int,
         log: DialectLog,
         options: RosOptions,
@@ -56,10 +56,10 @@ class RosSide:
         if conventions.stamps is Stamps.SIMULATED:
 
             def now_ns() -> int:
-                return round(1e9 * (robot.time_s or 0.0))
+                return round(1e9 * controller.tick * controller.tick_s)
 
-        self._node = Node(robot, now_ns, tick_rate_hz, log, conventions)
-        self._arm = JointLevel(robot, now_ns, tick_rate_hz, log, conventions)
+        self._node = Node(controller, now_ns, tick_rate_hz, log, conventions)
+        self._arm = JointLevel(controller, now_ns, tick_rate_hz, log, conventions)
         graph = Graph(self._node, self._arm)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None

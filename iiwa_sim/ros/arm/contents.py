@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from iiwa_sim.ros.arm.arm import Arm
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.ros.arm.links import Links, tool_transform
 from iiwa_sim.ros.arm.messages import time_of
 
@@ -19,58 +19,55 @@ _OK, _ERROR = 0, 2  # of DiagnosticStatus
 class Contents:
     """The messages of one robot's topics."""
 
-    def __init__(self, arm: Arm, links: Links, now_ns: Callable[[], int]) -> None:
+    def __init__(self, controller: Controller, links: Links, now_ns: Callable[[], int]) -> None:
         """`now_ns` returns the time that goes into headers (ns)."""
-        self._arm = arm
+        self._controller = controller
         self._links = links
         self._now_ns = now_ns
 
-    def of(self, topic: str) -> Message | None:
-        """The message for a topic; None where the robot does not tell what is in it."""
-        arm = self._arm
+    def of(self, topic: str) -> Message:
+        """The message for a topic."""
+        controller, stamp = self._controller, time_of(self._now_ns())
         if topic == "/clock":
-            return None if arm.time_s is None else {"clock": time_of(round(1e9 * arm.time_s))}
+            return {"clock": time_of(round(1e9 * controller.tick * controller.tick_s))}
         if topic == "/robot_description":
-            return {"data": arm.description.urdf}
+            return {"data": controller.description.urdf}
         if topic == "/tf_static":
             return {"transforms": self._stamped(self._links.fixed())}
-        joints, stamp = arm.joints, time_of(self._now_ns())
         if topic == "/tf":
-            return None if joints is None else {"transforms": self._stamped(self._moving(joints))}
+            return {"transforms": self._stamped(self._moving())}
         if topic == STATES:
-            return None if joints is None else self._joint_state(joints, stamp)
+            return {
+                "header": {"stamp": stamp, "frame_id": ""},
+                "name": list(controller.description.joints),
+                "position": list(controller.joints),
+                "velocity": list(controller.joint_velocity()),
+                "effort": [],
+            }
         if topic == "/wrench":
-            if arm.wrench is None:
-                return None
-            force, torque = arm.wrench[:3], arm.wrench[3:]
+            wrench = controller.cartesian_force()
             parts = {
-                "force": dict(zip("xyz", force, strict=True)),
-                "torque": dict(zip("xyz", torque, strict=True)),
+                "force": dict(zip("xyz", wrench[:3], strict=True)),
+                "torque": dict(zip("xyz", wrench[3:], strict=True)),
             }
             return {"header": {"stamp": stamp, "frame_id": TOOL}, "wrench": parts}
-        fault = arm.fault
-        status = {
-            "level": _OK if fault is None else _ERROR,
-            "name": "iiwa_sim: robot",
-            "message": "ok" if fault is None else fault.reason,
-            "hardware_id": "iiwa_sim",
-            "values": [{"key": "error_code", "value": str(0 if fault is None else fault.code)}],
-        }
-        return {"header": {"stamp": stamp, "frame_id": ""}, "status": [status]}
+        return {"header": {"stamp": stamp, "frame_id": ""}, "status": [self._diagnosis()]}
 
-    def _moving(self, joints: tuple[float, ...]) -> list[Message]:
-        tool = self._arm.tool_in_flange
-        told = [] if tool is None else [tool_transform(self._arm.description.flange, TOOL, tool)]
-        return [*self._links.moving(joints), *told]
-
-    def _joint_state(self, joints: tuple[float, ...], stamp: Message) -> Message:
+    def _diagnosis(self) -> Message:
+        status, last = self._controller.status(), self._controller.last_error
+        reason = "" if last is None else last.reason
         return {
-            "header": {"stamp": stamp, "frame_id": ""},
-            "name": list(self._arm.description.joints),
-            "position": list(joints),
-            "velocity": list(self._arm.velocities or ()),
-            "effort": [],
+            "level": _ERROR if status.in_error else _OK,
+            "name": "iiwa_sim: robot",
+            "message": reason if status.in_error else "ok",
+            "hardware_id": "iiwa_sim",
+            "values": [{"key": "error_code", "value": str(status.error_code if status.in_error else 0)}],
         }
+
+    def _moving(self) -> list[Message]:
+        controller = self._controller
+        tool = tool_transform(controller.description.flange, TOOL, controller.tool_in_flange)
+        return [*self._links.moving(controller.joints), tool]
 
     def _stamped(self, transforms: list[Message]) -> list[Message]:
         stamp = time_of(self._now_ns())

@@ -5,13 +5,13 @@ Messages are in ROS 2's form. Rates count simulated time.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
-from iiwa_sim.controller.controller import LEAST_OVERRIDE
-from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
+from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.contents import STATES, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
 from iiwa_sim.ros.arm.interfaces import type_of
@@ -19,9 +19,9 @@ from iiwa_sim.ros.arm.links import Links
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.message_text import converted
 from iiwa_sim.ros.rmi.rates import Rates
-from iiwa_sim.ros.rmi.robot import Done, Failure
 
 Listener = Callable[[Message], None]
+T = TypeVar("T")
 
 CONTROLLER = "/joint_trajectory_controller"
 """The name of the controller that follows trajectories, as examples of ros2_control have it."""
@@ -64,36 +64,28 @@ class JointLevel:
 
     def __init__(
         self,
-        arm: Arm,
+        controller: Controller,
         now_ns: Callable[[], int],
         tick_rate_hz: int,
         log: DialectLog,
         conventions: Conventions = TODAYS,
     ) -> None:
         """`now_ns` returns the time that goes into headers, with which stamps are compared (ns)."""
-        self._arm = arm
+        self._controller = controller
         self.now_ns = now_ns
         self._log = log
-        description = arm.description
-        self._names = description.joints
-        links = Links(description.urdf, self._names)
-        unknown = {"/clock": arm.time_s, "/wrench": arm.wrench}
-        self.published = {topic: of for topic, of in PUBLISHED.items() if unknown.get(topic, ()) is not None}
-        """Type and rate of each topic of `PUBLISHED` that this robot publishes."""
+        self._names = controller.description.joints
+        outputs = [f"{OUTPUT}{number}" for number in range(1, len(controller.io.output_names) + 1)]
+        self.services: Mapping[str, str] = {**SERVICES, **dict.fromkeys(outputs, "std_srvs/srv/SetBool")}
+        """Type of each service, by name."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        self._contents = Contents(arm, links, now_ns)
+        self._contents = Contents(controller, Links(controller.description.urdf, self._names), now_ns)
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
         self.rates = Rates(conventions.rates(usual), tick_rate_hz)
         """The rates of the topics that recur."""
         self._own = Rates({FEEDBACK: FEEDBACK_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one
-
-    @property
-    def services(self) -> Mapping[str, str]:
-        """Type of each service, by name. A robot behind a connection has told of its outputs by then."""
-        outputs = [f"{OUTPUT}{number}" for number in range(1, self._arm.output_count + 1)]
-        return {**SERVICES, **dict.fromkeys(outputs, "std_srvs/srv/SetBool")}
 
     @property
     def watching(self) -> bool:
@@ -103,9 +95,8 @@ class JointLevel:
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
         self._listeners[topic].append(listener)
-        content = self._contents.of(topic) if PUBLISHED[topic][1] == 0 else None
-        if content is not None:
-            listener(content)
+        if PUBLISHED[topic][1] == 0:
+            listener(self._contents.of(topic))
 
     def unlisten(self, topic: str, listener: Listener) -> None:
         """Remove a listener."""
@@ -123,20 +114,22 @@ class JointLevel:
             self._set_speed_scale(told.data)
         else:
             request = read_trajectory(told, self.now_ns())._replace(may_end_fast=True)
-            self._noted(self._arm.follow(request, None), who, TRAJECTORY)
+            self._noted(self._recorded(lambda: self._controller.follow(request, None)), who, TRAJECTORY)
 
     def _head_for(self, wanted: Any) -> None:
         order = order_of(wanted.name, self._names)
         if len(wanted.position) != len(order):
             raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
-        self._arm.head_for([wanted.position[place] for place in order], [1.0] * len(order))
+        target = tuple(wanted.position[place] for place in order)
+        move = MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order))
+        self._recorded(lambda: self._controller.move(move))
 
     def _set_speed_scale(self, scale: float) -> None:
         if not 0.0 <= scale <= 1.0:
             raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0 to 1")
         if 0.0 < scale < LEAST_OVERRIDE:
             raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
-        self._arm.set_override(scale, _nobody)
+        self._controller.set_override(scale)
 
     def send_goal(self, args: Any, ended: Callable[[GoalEnd], None], hear: Listener | None, who: str) -> int:
         """Follow a trajectory; gives the number to cancel it by. Raises BadMessage and `Refused`.
@@ -150,7 +143,8 @@ class JointLevel:
             self._feedback.pop(number, None)
             ended(goal_end(end))
 
-        number = self._noted(self._arm.follow(request, tell), who, ACTION)
+        followed = self._recorded(lambda: self._controller.follow(request, tell))
+        number = self._noted(followed, who, ACTION)
         self._goal = number
         if hear is not None:
             self._feedback[number] = hear
@@ -162,28 +156,31 @@ class JointLevel:
 
     def cancel(self, number: int | None = None) -> None:
         """Cancel the goal of that number, or the one under way."""
-        self._arm.cancel(self._goal if number is None else number)
+        self._controller.cancel_trajectory(self._goal if number is None else number)
 
-    def call(self, name: str, request: Any, answer: Listener) -> None:
-        """Call a service of `services`; `answer` is given the response, now or later. Raises BadMessage."""
-
-        def done(failure: Failure | None) -> None:
-            answer({"success": failure is None, "message": "" if failure is None else failure.reason})
-
+    def call(self, name: str, request: Any) -> Message:
+        """Call a service of `services`; gives the response. Raises BadMessage."""
         kind = self.services[name]
         asked = converted(request, type_of(kind))
-        if kind == "std_srvs/srv/SetBool":
-            self._switch(name, asked.data, done)
-        elif name == "/stop":
-            self._arm.stop(done)
-        else:
-            self._arm.reset_error(done)
+        try:
+            if kind == "std_srvs/srv/SetBool":
+                self._switch(name, asked.data)
+            elif name == "/stop":
+                self._controller.stop()
+            else:
+                self._controller.reset_error()
+        except Refused as refused:
+            return {"success": False, "message": refused.reason}
+        return {"success": True, "message": ""}
 
-    def _switch(self, name: str, on: bool, done: Done) -> None:
-        if name == "/emergency_stop":
-            self._arm.emergency_stop(on, done)
-        else:
-            self._arm.set_output(int(name.removeprefix(OUTPUT)), on, done)
+    def _switch(self, name: str, on: bool) -> None:
+        controller = self._controller
+        if name != "/emergency_stop":
+            controller.io.set_output(int(name.removeprefix(OUTPUT)), on)
+        elif on:
+            controller.emergency_stop()
+        elif controller.status().error_code == EMERGENCY_STOP:
+            controller.release_emergency_stop()
 
     def step(self) -> None:
         """Notice that a tick has been made."""
@@ -197,6 +194,14 @@ class JointLevel:
         self.rates.skip(ticks)
         self._own.skip(ticks)
 
+    def _recorded(self, do: Callable[[], T]) -> T:
+        """Do it; a refusal is the robot's last error, too."""
+        try:
+            return do()
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            raise
+
     def _noted(self, taken: tuple[int, str], who: str, where: str) -> int:
         number, remark = taken
         if remark:
@@ -204,17 +209,13 @@ class JointLevel:
         return number
 
     def _tell_feedback(self) -> None:
-        progress = self._arm.progress if self._feedback else None
+        progress = self._controller.trajectory if self._feedback else None
         hear = None if progress is None else self._feedback.get(progress.number)
         if progress is not None and hear is not None:
             hear(feedback(progress, self._names, self.now_ns()))
 
     def _publish(self, topic: str) -> None:
-        content = self._contents.of(topic) if self._listeners[topic] else None
-        if content is not None:
+        if self._listeners[topic]:
+            content = self._contents.of(topic)
             for listener in list(self._listeners[topic]):
                 listener(content)
-
-
-def _nobody(_: Failure | None) -> None:
-    """Nobody asks how it went: a topic has no answer."""

@@ -14,7 +14,7 @@ from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.conventions import Reference
 from iiwa_sim.ros.rmi.commands import read_command
-from iiwa_sim.ros.rmi.robot import Done, Failure, Move, Robot
+from iiwa_sim.ros.rmi.robot import Move, Robot
 
 LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""
@@ -83,17 +83,17 @@ class CommandQueue:
             )
             self._end_all("replaced by a newer list of commands")
             if not follows:  # a servo takes a new target without stopping
-                self._stop(_nobody)
+                self._stop()
         room = max(0, LONGEST_QUEUE - len(self._begun) - len(self._waiting))
         self._waiting.extend(map(_Command, commands[:room]))
         for message in commands[room:]:
             reason = f"not taken: {LONGEST_QUEUE} commands have no result yet"
             self._publish(Result(message.command_id, EXECUTION, reason))
 
-    def cancel(self, reason: str, done: Done) -> None:
+    def cancel(self, reason: str) -> None:
         """Stop the robot and drop all commands."""
         self._end_all(reason)
-        self._stop(done)
+        self._stop()
 
     @property
     def is_active(self) -> bool:
@@ -165,11 +165,11 @@ class CommandQueue:
             and self._begun.index(failed) < self._begun.index(running[-1])
         )
         if goes_on or (self._servo is not None and not running):
-            self._stop(_nobody)
+            self._stop()
 
-    def _stop(self, done: Done) -> None:
+    def _stop(self) -> None:
         self._servo = None
-        self._robot.stop(done)
+        self._robot.stop()
 
     def _publish_ended(self) -> None:
         """Publish some of the results that are ready; a long list is spread over ticks."""
@@ -182,7 +182,3 @@ class CommandQueue:
 
 def _is_plain(move: Move) -> bool:
     return not move.kind.is_servo and move.thresholds_n is None
-
-
-def _nobody(_: Failure | None) -> None:
-    """A listener that ignores the outcome."""

@@ -7,6 +7,7 @@ slash.
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
@@ -14,8 +15,8 @@ from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, servic
 from iiwa_sim.ros.rmi.message_text import Definition, converted
 from iiwa_sim.ros.rmi.pins import Pins
 from iiwa_sim.ros.rmi.rates import Rates
-from iiwa_sim.ros.rmi.robot import Failure, Robot, State
-from iiwa_sim.ros.rmi.services import Answer, Fail, Services
+from iiwa_sim.ros.rmi.robot import Robot
+from iiwa_sim.ros.rmi.services import Services
 
 Message = dict[str, Any]
 Listener = Callable[[Message], None]
@@ -42,18 +43,18 @@ class Node:
 
     def __init__(
         self,
-        robot: Robot,
+        controller: Controller,
         now_ns: Callable[[], int],
         tick_rate_hz: int,
         log: DialectLog,
         conventions: Conventions = TODAYS,
     ) -> None:
         """`now_ns` returns the time since 1970 (ns) that goes into headers."""
-        self._robot = robot
+        self._controller = controller
         self._now_ns = now_ns
         self._result_type = conventions.result
-        self._queue = CommandQueue(robot, self._publish_result, log, conventions.reference)
-        self._services = Services(robot, self._queue, self.time).all
+        self._queue = CommandQueue(Robot(controller), self._publish_result, log, conventions.reference)
+        self._services = Services(controller, self._queue, self.time).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
         self.rates = Rates(conventions.rates(usual), tick_rate_hz)
@@ -94,28 +95,17 @@ class Node:
         taken: Any = converted(content, type_of(message(SUBSCRIBED[topic])))
         self._queue.take(taken.commands, replace=taken.replace_previous_commands)
 
-    def call(self, name: str, request: Any, answer: Answer, fail: Fail) -> None:
-        """Call a service of `services`; either `answer` or `fail` is called once, now or later.
-
-        Raises `BadMessage`.
-        """
+    def call(self, name: str, request: Any) -> Message:
+        """Call a service of `services`; gives the response. Raises `BadMessage`."""
         kind, call = self._services[name]
-        call(converted(request, type_of(service(kind).request)), answer, fail)
+        return call(converted(request, type_of(service(kind).request)))
 
     def step(self) -> None:
         """Notice that a tick has been made."""
         self._queue.step()
-        state: State | None = None
         for topic in self.rates.due():
-            if not self._listeners[topic]:
-                continue
-            if topic == ROBOT_STATUS:
-                content = self._status()
-            else:
-                state = self._robot.state if state is None else state
-                content = None if state is None else self._content(topic, state)
-            if content is not None:
-                self._publish(topic, content)
+            if self._listeners[topic]:
+                self._publish(topic, self._content(topic))
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks while the node was not `watching`."""
@@ -136,36 +126,34 @@ class Node:
         }
         self._publish(COMMAND_RESULT, content)
 
-    def _status(self) -> Message | None:
-        """The message for /robot_status; None if nothing is known."""
-        status = self._robot.status
-        if status is None:
-            return None
+    def _status(self) -> Message:
+        status = self._controller.status()
         *flags, code = status
         values = {name: {"val": flag} for name, flag in zip(status._fields[:-1], flags, strict=True)}
         return {"header": self._header(ROBOT_STATUS), **values, "error_code": code}
 
-    def _content(self, topic: str, state: State) -> Message | None:
-        """The message for a topic; None if the robot does not report the contents."""
+    def _content(self, topic: str) -> Message:
+        """The message for a topic that recurs."""
+        controller = self._controller
+        if topic == ROBOT_STATUS:
+            return self._status()
         if topic == "/joint_states":
             return {
                 "header": self._header(topic),
-                "name": list(self._robot.joint_names),
-                "position": list(state.joints),
-                "velocity": [] if state.velocities is None else list(state.velocities),
+                "name": list(controller.description.joints),
+                "position": list(controller.joints),
+                "velocity": list(controller.joint_velocity()),
                 "effort": [],
             }
         if topic == "/tool_frame":
-            x_mm, y_mm, z_mm, alpha, beta, gamma = state.tool_frame
+            x_mm, y_mm, z_mm, alpha, beta, gamma = controller.tool_frame()
             places = {"x": 1e-3 * x_mm, "y": 1e-3 * y_mm, "z": 1e-3 * z_mm}
             return {**places, "alpha": alpha, "beta": beta, "gamma": gamma}
         if topic == "/current_speed_scale":
-            return None if state.override is None else {"data": state.override}
-        pins = Pins.of(state)
-        if isinstance(pins, Failure):
-            return None
+            return {"data": controller.override}
         inputs, outputs = (
-            [{"pin_number": number, "pin_value": value} for number, value in row] for row in pins.numbered()
+            [{"pin_number": number, "pin_value": value} for number, value in row]
+            for row in Pins.of(controller.io).numbered()
         )
         return {"inputs": inputs, "outputs": outputs}
 

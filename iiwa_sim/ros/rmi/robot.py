@@ -1,13 +1,14 @@
-"""The interface of a robot for the ROS side: the controller in this process, or one behind a connection."""
+"""Moves in the units of Appendix A, and the controller that carries them out."""
 
 from collections.abc import Callable
 from enum import Enum
-from typing import NamedTuple, Protocol
+from math import dist
+from typing import NamedTuple
 
 from iiwa_sim.controller.acceleration import AccelerationCap
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.requests import Kind
-from iiwa_sim.controller.status import RobotStatus
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotDescription
 
@@ -62,69 +63,68 @@ class Move(NamedTuple):
         return tuple(speed / limit for speed, limit in zip(speeds, robot.velocity, strict=True))
 
 
-class State(NamedTuple):
-    """The published state of a robot. What the robot does not report is None."""
-
-    joints: Joints
-    """rad"""
-    velocities: Joints | None
-    """rad/s"""
-    tool_frame: Frame
-    """The TCP in the base: mm, rad."""
-    override: float | None
-    """0 to 1."""
-    inputs: tuple[bool, ...] | None
-    """From number 1 on."""
-    outputs: tuple[bool, ...] | None
-    """From number 1 on."""
-
-
-class Failure(NamedTuple):
-    """Why a request failed."""
-
-    code: int
-    """A result code, or one of `iiwa_sim.controller.io`."""
-    reason: str
-
-
-Done = Callable[[Failure | None], None]
-"""Called with None when a request is done, or with the reason when it failed."""
-
 Ended = Callable[[int, str], None]
 """Called when a move has ended, with its result code (0 for success) and a remark."""
 
 
-class Robot(Protocol):
-    """Calls return at once and take effect in their order.
+class Robot:
+    """A controller that carries out moves. A move ends in a tick, or in the call that stops it."""
 
-    The outcome is reported by one call of `done` or `ended`, within the call or later.
-    """
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Base first."""
+        return self._controller.description.joints
 
     @property
     def ready(self) -> bool:
-        """Whether a move may be sent: the move before it has been accepted or refused, and the override is
-        not 0, at which the robot would not start it."""
-
-    @property
-    def state(self) -> State | None:
-        """The newest known state; None if none is known."""
-
-    @property
-    def status(self) -> RobotStatus | None:
-        """The newest status; it is also known of a robot that is out of reach."""
+        """Whether a move would start: the override is not 0."""
+        return self._controller.override > 0.0
 
     def move(self, move: Move, ended: Ended) -> None:
         """Queue a move, or follow the target of a servo move at once."""
+        try:
+            self._controller.move(self._request(move), lambda ending: ended(ending.code, ending.reason))
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            ended(refused.code, refused.reason)
 
-    def stop(self, done: Done) -> None:
+    def stop(self) -> None:
         """Stop the robot and drop waiting moves, which end with a code other than 0."""
+        self._controller.stop()
 
-    def set_override(self, override: float, done: Done) -> None:
-        """Run all moves at this part of their speed, 0 to 1."""
+    def _request(self, move: Move) -> MoveRequest:
+        """The move in units of the controller. Raises `Refused`."""
+        controller, target = self._controller, move.target
+        asked = MoveRequest(move.kind, target, acceleration=move.acceleration)
+        if isinstance(target, Frame):
+            if move.kind.is_servo:
+                return asked._replace(speed=move.speeds[0])
+            asked = asked._replace(blending=self._blending_mm(move, target), thresholds=move.thresholds_n)
+            if move.speed_unit is SpeedUnit.M_S:
+                return asked._replace(tcp_speed_m_s=move.speeds[0])
+            return asked._replace(speed=move.speeds[0])
+        if move.kind is Kind.LIN:
+            blending_mm = self._blending_mm(move, controller.tcp_frame_at(target))
+            return asked._replace(speed=move.speeds[0], blending=blending_mm)
+        speeds = move.joint_speeds_rel(controller.description)
+        asked = asked._replace(speeds=speeds)
+        return asked if move.kind.is_servo else asked._replace(blending=self._blending_rel(move, target))
 
-    def set_output(self, number: int, on: bool, done: Done) -> None:
-        """Switch an output, numbered from 1."""
+    def _blending_mm(self, move: Move, target: Frame) -> float:
+        """Blending radius in mm; a relative one is a part of the straight path of the TCP."""
+        if move.blending_unit is BlendingUnit.MM:
+            return move.blending
+        start = self._controller.tcp_frame_at(self._controller.end_of_queue)
+        return move.blending * dist(start[:3], target[:3])
+
+    def _blending_rel(self, move: Move, joints: Joints) -> float:
+        """Blending as a part of the path of the joints; one in rad is divided by the largest travel of a
+        joint."""
+        if move.blending_unit is not BlendingUnit.RAD:
+            return move.blending
+        start = self._controller.end_of_queue
+        way = max(abs(b - a) for a, b in zip(start, joints, strict=True))
+        return 1.0 if move.blending >= way else move.blending / way

@@ -181,17 +181,11 @@ class Ros1Node:
         definition = service(kind)
 
         def call(answered: Future[Message]) -> Job:
-            def fail(reason: str) -> None:
-                settle(answered, fault=rospy.ServiceException(reason))
-
-            def answer(response: Message) -> None:
-                settle(answered, response)
-
             try:
                 content = yield from _content(definition.request, request.data)
-                self._node.call(name, content, answer, fail)
+                settle(answered, self._node.call(name, content))
             except BadMessage as fault:
-                fail(str(fault))
+                settle(answered, fault=rospy.ServiceException(str(fault)))
 
         response = self._requests.run(_sender_of(request), name, call)
         with self._requests.one_thread:

@@ -183,18 +183,14 @@ class Ros2Node:
     def _call(self, told: dict[str, Any]) -> None:
         number, name = told["call"], told["service"]
 
-        def answer(response: Message) -> None:
-            self._say(answer=number, response=response)
-
-        def fail(reason: str) -> None:
-            self._log.refused(WHO, name, COMMUNICATION_FAILURE, reason)
-            self._say(answer=number, failed=reason)
-
-        if "long" in told:
-            fail(f"a request of {told['long']} bytes as JSON: that is too long")
-        else:
+        try:
+            if "long" in told:
+                raise BadMessage(f"a request of {told['long']} bytes as JSON: that is too long")
             request = {key: value for key, value in told["request"].items() if key != EMPTY}
-            self._graph.call(_rooted(name), request, answer, fail)
+            self._say(answer=number, response=self._graph.call(_rooted(name), request))
+        except BadMessage as fault:
+            self._log.refused(WHO, name, COMMUNICATION_FAILURE, str(fault))
+            self._say(answer=number, failed=str(fault))
 
 
 def _relative(name: str) -> str:

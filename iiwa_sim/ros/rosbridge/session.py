@@ -210,9 +210,9 @@ class RosbridgeSession:
             if kind is not None:
                 request = request_of([field.name for field in interface(kind)[0].fields], arguments)
                 in_ros2 = self._speaks_ros2 or service_name not in self._node.services
-                (self._graph if in_ros2 else self._node).call(service_name, request, respond, fail)
-                return
-            values = self._call_rosapi(service_name, arguments)
+                values: Any = (self._graph if in_ros2 else self._node).call(service_name, request)
+            else:
+                values = self._call_rosapi(service_name, arguments)
         except (Misuse, BadMessage) as fault:
             fail(str(fault))
         except KeyError as missing:

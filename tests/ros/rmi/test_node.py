@@ -345,7 +345,8 @@ def test_scale_speed_0_stops_and_cancels_and_holds_what_comes(robot: RosRobot) -
 
 
 def test_scale_speed_takes_no_nan(robot: RosRobot) -> None:
-    assert robot.calls("/scale_speed", value=float("nan")) == "value: expected a finite number"
+    with pytest.raises(BadMessage, match="value: expected a finite number"):
+        robot.calls("/scale_speed", value=float("nan"))
     assert robot.controller.override == 1.0
 
 
