@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     )
     from iiwa_sim.frames import Frame
     from iiwa_sim.robot.fault import RobotFault
-    from iiwa_sim.ros.fault import RosFault
+    from iiwa_sim.ros.options import RosFault
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.simulator import Simulator
     from iiwa_sim.transcript.fault import TranscriptFault
@@ -111,7 +111,7 @@ _HOMES = {
     ),
     "frames": ("Frame",),
     "robot.fault": ("RobotFault",),
-    "ros.fault": ("RosFault",),
+    "ros.options": ("RosFault",),
     "serve.listening": ("ListenFault",),
     "simulator": ("Simulator",),
     "transcript.fault": ("TranscriptFault",),

@@ -25,7 +25,8 @@ from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot_in_time import RobotInTime
-from iiwa_sim.ros.conventions import TODAYS, Conventions, RosOptions
+from iiwa_sim.ros.options import APPLY, NEWEST_RESULT, RosOptions
+from iiwa_sim.ros.options import REAL as REAL_STAMPS
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.admission import Admission
 from iiwa_sim.serve.budget import Budget
@@ -67,7 +68,8 @@ class Simulator(OpenPorts, RobotInTime):
     `rosbridge_origins` (scheme://host[:port]), by the addresses of this machine, localhost and the names
     `rosbridge_hosts`. With `ros` it is a node of ROS 1, of which a process has one; with `ros2` one of ROS 2
     (docs/ros2.md), under `ros_namespace`, in a process of the interpreter `ros2_python`, or of the one that
-    `iiwa-sim ros2-env` has made. All follow the `ros_conventions`.
+    `iiwa-sim ros2-env` has made. `ros_result` (a year), `ros_reference`
+    ("apply" or "ignore") and `ros_stamps` ("real" or "simulated") are the conventions of their clients.
 
     With `strict`, a line of the iiwa's protocol with more values than its command takes is an `error`; else
     they are ignored, as by the original, and told in the log.
@@ -116,7 +118,9 @@ class Simulator(OpenPorts, RobotInTime):
         ros2: bool = False,
         ros2_python: str | Path | None = None,
         ros_namespace: str = "",
-        ros_conventions: Conventions = TODAYS,
+        ros_result: int = NEWEST_RESULT,
+        ros_reference: str = APPLY,
+        ros_stamps: str = REAL_STAMPS,
         strict: bool = False,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
@@ -205,7 +209,9 @@ class Simulator(OpenPorts, RobotInTime):
                 ros2=ros2,
                 ros2_python=None if ros2_python is None else Path(ros2_python),
                 ros_namespace=ros_namespace,
-                ros_conventions=ros_conventions,
+                ros_result=ros_result,
+                ros_reference=ros_reference,
+                ros_stamps=ros_stamps,
             )
             controller, heard = self._controller, self.clock.commanded
             self._ros = side.RosSide(controller, rate_hz, self._log, options, on_heard=heard, budget=budget)

@@ -48,7 +48,6 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         (["--record-rate", "50"], "argument --record-rate: expected --record with it"),
         (["--dialect", "krc4", "--strict"], "--strict: expected --dialect iiwa with it"),
         (["--dialect", "krc4", "--bye-shuts-down"], "--bye-shuts-down: expected --dialect iiwa with it"),
-        (["--ros-rate", "50"], "--ros-rate: expected --rosbridge-port or --ros or --ros2 with it"),
         (["--ros-stamps", "simulated"], "--ros-stamps: expected --rosbridge-port or --ros or --ros2 with it"),
         (["--ros-result", "2024"], "--ros-result: expected --rosbridge-port or --ros or --ros2 with it"),
         (["--ros-reference", "apply"], "--ros-reference: expected --rosbridge-port or --ros or --ros2 with"),

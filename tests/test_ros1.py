@@ -16,7 +16,6 @@ from xmlrpc.server import SimpleXMLRPCServer
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
@@ -241,7 +240,7 @@ def test_lists_are_published_from_another_terminal(terminal: Terminal, shared_ro
 @pytest.mark.usefixtures("alone")
 def test_results_of_an_older_package_are_heard_by_its_clients(environment: Terminal) -> None:
     """The type of 2016 has no constants; a client that was built with it has another MD5 sum than today's."""
-    definition = result_message(RESULT_TYPES[2016])
+    definition = result_message(2016)
     script = (
         "import rospy\n"
         "from genpy.dynamic import generate_dynamic\n"
@@ -496,7 +495,7 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
 def test_a_process_starts_one_node() -> None:
     script = (
         "from iiwa_sim.simulator import Simulator\n"
-        "from iiwa_sim.ros.fault import RosFault\n"
+        "from iiwa_sim.ros.options import RosFault\n"
         "with Simulator(ros=True): pass\n"
         "try:\n"
         "    with Simulator(ros=True): pass\n"

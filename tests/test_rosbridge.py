@@ -21,7 +21,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, TRAJECTORY
-from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.options import RosFault
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.serve.listening import ListenFault

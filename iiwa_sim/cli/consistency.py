@@ -16,7 +16,7 @@ NEEDS = {
     "record_rate": ("record",),
     **dict.fromkeys(("rosbridge_secret", "rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
     **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
-    **dict.fromkeys(("ros_result", "ros_reference", "ros_rate", "ros_stamps"), ON_ROS),
+    **dict.fromkeys(("ros_result", "ros_reference", "ros_stamps"), ON_ROS),
     **dict.fromkeys(("backdoor_host", "backdoor_token", "backdoor_token_file"), BACKDOOR_PORTS),
     **dict.fromkeys(("view_host", "view_token", "view_token_file"), ("view_port",)),
 }

@@ -10,7 +10,7 @@ from iiwa_sim.cli.reach import secret_in
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
-from iiwa_sim.ros.conventions import RESULT_TYPES, TODAYS, Conventions, Reference, RosOptions, Stamps
+from iiwa_sim.ros.options import APPLY, IGNORE, NEWEST_RESULT, REAL, RESULT_CONSTANTS, SIMULATED, RosOptions
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
 
@@ -77,7 +77,8 @@ def add_log(parser: Parser) -> None:
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
 
 
-def add_rosbridge(parser: Parser) -> None:
+def add_ros(parser: Parser) -> None:
+    """The options of a robot on ROS."""
     parser.add_argument(
         "--rosbridge-port",
         type=whole(0, MAX_PORT),
@@ -109,34 +110,25 @@ def add_rosbridge(parser: Parser) -> None:
         help="let clients use rosbridge by this name of the machine, too; can be repeated (default: its "
         "addresses and localhost only)",
     )
-
-
-def add_ros(parser: Parser) -> None:
     parser.add_argument(
         "--ros",
         action="store_true",
         help="be a node of ROS 1 with the same topics and services, at ROS_MASTER_URI; needs rospy. Tools "
         f"find its types by export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
     )
-
-
-def add_ros_conventions(parser: Parser) -> None:
     parser.add_argument(
         "--ros-result",
         type=int,
-        choices=RESULT_TYPES,
+        choices=RESULT_CONSTANTS,
         help="the year of robot_movement_interface whose type /command_result has; clients on ROS 1 with the "
-        f"type of another year receive no results (default: {max(RESULT_TYPES)})",
+        f"type of another year receive no results (default: {NEWEST_RESULT})",
     )
     parser.add_argument(
         "--ros-reference",
-        choices=[each.value for each in Reference],
+        choices=(APPLY, IGNORE),
         help="what to do with a pose_reference_frame with values, unless pose_reference names the base: "
-        f"apply it, or ignore it where poses are in the base already (default: {TODAYS.reference.value})",
+        f"apply it, or ignore it where poses are in the base already (default: {APPLY})",
     )
-
-
-def add_ros2(parser: Parser) -> None:
     parser.add_argument(
         "--ros2",
         action="store_true",
@@ -156,35 +148,16 @@ def add_ros2(parser: Parser) -> None:
         metavar="NAME",
         help="put that node, its topics and services under this namespace (default: none)",
     )
-
-
-def add_ros_rate(parser: Parser) -> None:
-    parser.add_argument(
-        "--ros-rate",
-        type=whole(1, MAX_RATE_HZ),
-        metavar="HZ",
-        help="how often to publish joint states, transforms, wrench and /clock in a second of simulated "
-        f"time, no more often than ticks (default: {TODAYS.rate_hz})",
-    )
-
-
-def add_ros_stamps(parser: Parser) -> None:
     parser.add_argument(
         "--ros-stamps",
-        choices=[each.value for each in Stamps],
+        choices=(REAL, SIMULATED),
         help="the time in headers: real, or simulated as on /clock, for nodes with use_sim_time and for "
-        f"clocks other than real (default: {TODAYS.stamps.value})",
+        f"clocks other than real (default: {REAL})",
     )
 
 
 def ros_options(options: argparse.Namespace) -> RosOptions:
     """The options of a robot on ROS."""
-    conventions = Conventions(
-        RESULT_TYPES[options.ros_result or max(RESULT_TYPES)],
-        Reference(options.ros_reference or TODAYS.reference),
-        Stamps(options.ros_stamps or TODAYS.stamps),
-        options.ros_rate or TODAYS.rate_hz,
-    )
     return RosOptions(
         host=options.host,
         rosbridge_port=options.rosbridge_port,
@@ -195,7 +168,9 @@ def ros_options(options: argparse.Namespace) -> RosOptions:
         ros2=options.ros2,
         ros2_python=options.ros2_python,
         ros_namespace=options.ros_namespace,
-        ros_conventions=conventions,
+        ros_result=options.ros_result or NEWEST_RESULT,
+        ros_reference=options.ros_reference or APPLY,
+        ros_stamps=options.ros_stamps or REAL,
     )
 
 

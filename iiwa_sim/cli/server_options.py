@@ -13,11 +13,6 @@ from iiwa_sim.cli.options import (
     add_rate,
     add_robot,
     add_ros,
-    add_ros2,
-    add_ros_conventions,
-    add_ros_rate,
-    add_ros_stamps,
-    add_rosbridge,
 )
 from iiwa_sim.cli.parsing import Parser, path, whole
 from iiwa_sim.cli.reach import BACKDOOR, PAGE, add_reach
@@ -119,12 +114,7 @@ def server_parser() -> Parser:
         help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
         f"(default: {status_stream.DEFAULT_RATE_HZ})",
     )
-    add_rosbridge(parser)
     add_ros(parser)
-    add_ros_conventions(parser)
-    add_ros2(parser)
-    add_ros_rate(parser)
-    add_ros_stamps(parser)
     parser.add_argument(
         "--backdoor-port",
         type=whole(0, MAX_PORT),

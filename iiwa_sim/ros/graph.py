@@ -15,12 +15,8 @@ from iiwa_sim.ros.arm.messages import in_ros1, in_ros2
 from iiwa_sim.ros.rmi.definitions import message, service
 from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Message, Node
-from iiwa_sim.ros.rmi.rates import Rates
 
 Listener = Callable[[Message], None]
-
-RATES = "rates."
-"""What the names of parameters begin with; a topic follows."""
 
 
 class Graph:
@@ -46,24 +42,6 @@ class Graph:
         """Type of each topic that the robot listens to."""
         self.actions: Mapping[str, str] = {ACTION: ACTION_TYPE}
         """Type of each action."""
-
-    @property
-    def parameters(self) -> list[tuple[str, int, int, int]]:
-        """The node's parameters, which are rates (Hz): name, value, lowest and highest value."""
-        return [
-            (f"{RATES}{topic.strip('/')}", rate_hz, 1, rates.highest_hz)
-            for rates in self._rates()
-            for topic, rate_hz in rates.rates_hz.items()
-            if topic in self.published
-        ]
-
-    def set_parameter(self, name: str, value: float) -> None:
-        """One of them has been set."""
-        for rates in self._rates():
-            rates.set(f"/{name.removeprefix(RATES)}", value)
-
-    def _rates(self) -> tuple[Rates, Rates]:
-        return self.node.rates, self.arm.rates
 
     def listen(self, topic: str, hear: Listener) -> Callable[[], None]:
         """Have the messages of a topic heard, to be told `in_ros2`; gives what ends that."""

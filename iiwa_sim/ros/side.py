@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.joint_level import JointLevel
-from iiwa_sim.ros.conventions import RosOptions, Stamps
-from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.options import SIMULATED, RosFault, RosOptions
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
@@ -34,7 +33,7 @@ SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 class RosSide:
     """A robot on ROS, as its options say, from `start` to `close`.
 
-    Raises RosFault if a library is missing, and ValueError for malformed origins or hosts; `start` raises
+    Raises RosFault if a library is missing, and ValueError for options that are malformed; `start` raises
     ListenFault, and RosFault if there can be no node.
     """
 
@@ -50,16 +49,17 @@ class RosSide:
     ) -> None:
         """`on_heard` is called after a message that may have started a command; `budget` may be shared with
         other servers of the loop."""
-        budget, conventions = budget or Budget(), options.ros_conventions
+        options.check()
+        budget = budget or Budget()
         access = WebAccess(options.rosbridge_origins, options.rosbridge_hosts)
         now_ns = time.time_ns
-        if conventions.stamps is Stamps.SIMULATED:
+        if options.ros_stamps == SIMULATED:
 
             def now_ns() -> int:
                 return round(1e9 * controller.tick * controller.tick_s)
 
-        self._node = Node(controller, now_ns, tick_rate_hz, log, conventions)
-        self._arm = JointLevel(controller, now_ns, tick_rate_hz, log, conventions)
+        self._node = Node(controller, now_ns, tick_rate_hz, log, options.ros_result, options.ros_reference)
+        self._arm = JointLevel(controller, now_ns, tick_rate_hz, log)
         graph = Graph(self._node, self._arm)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None

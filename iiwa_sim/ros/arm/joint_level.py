@@ -16,7 +16,6 @@ from iiwa_sim.ros.arm.contents import STATES, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
 from iiwa_sim.ros.arm.interfaces import type_of
 from iiwa_sim.ros.arm.links import Links
-from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.message_text import converted
 from iiwa_sim.ros.rmi.rates import Rates
 
@@ -33,7 +32,7 @@ COMMANDS = "/robot_joint_commands"
 SPEED_SCALE = "/set_speed_scale"
 OUTPUT = "/set_output_"
 """A service for each output, by its number from 1."""
-FEEDBACK, FEEDBACK_HZ = "feedback", 20
+FEEDBACK_HZ = 20
 
 PUBLISHED: Mapping[str, tuple[str, int]] = {
     "/clock": ("rosgraph_msgs/msg/Clock", 100),
@@ -68,7 +67,6 @@ class JointLevel:
         now_ns: Callable[[], int],
         tick_rate_hz: int,
         log: DialectLog,
-        conventions: Conventions = TODAYS,
     ) -> None:
         """`now_ns` returns the time that goes into headers, with which stamps are compared (ns)."""
         self._controller = controller
@@ -80,17 +78,15 @@ class JointLevel:
         """Type of each service, by name."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         self._contents = Contents(controller, Links(controller.description.urdf, self._names), now_ns)
-        usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
-        self.rates = Rates(conventions.rates(usual), tick_rate_hz)
-        """The rates of the topics that recur."""
-        self._own = Rates({FEEDBACK: FEEDBACK_HZ}, tick_rate_hz)
+        self._rates = Rates({topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}, tick_rate_hz)
+        self._feedback_rate = Rates({ACTION: FEEDBACK_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one
 
     @property
     def watching(self) -> bool:
         """Whether a tick may tell somebody something."""
-        return bool(self._feedback) or any(self._listeners[each] for each in self.rates.rates_hz)
+        return bool(self._feedback) or any(self._listeners[each] for each in self._rates.names)
 
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
@@ -184,15 +180,15 @@ class JointLevel:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        for topic in self.rates.due():
+        for topic in self._rates.due():
             self._publish(topic)
-        if self._own.due():
+        if self._feedback_rate.due():
             self._tell_feedback()
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks at once, while nobody was told anything."""
-        self.rates.skip(ticks)
-        self._own.skip(ticks)
+        self._rates.skip(ticks)
+        self._feedback_rate.skip(ticks)
 
     def _recorded(self, do: Callable[[], T]) -> T:
         """Do it; a refusal is the robot's last error, too."""

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.conventions import Reference
 from iiwa_sim.ros.rmi.commands import read_command
 from iiwa_sim.ros.rmi.robot import Move, Robot
 
@@ -61,10 +60,12 @@ class CommandQueue:
         robot: Robot,
         publish: Callable[[Result], None],
         log: DialectLog,
-        reference: Reference = Reference.APPLY,
+        *,
+        apply_reference: bool = True,
     ) -> None:
+        """`apply_reference` says whether a pose_reference_frame is applied."""
         self._robot = robot
-        self._reference = reference
+        self._apply_reference = apply_reference
         self._log = log
         self._publish = publish
         self._begun: deque[_Command] = deque()  # sent or refused; not published
@@ -120,7 +121,9 @@ class CommandQueue:
         command = self._waiting[0]
         if command.move is None:
             try:
-                command.move = read_command(command.message, len(self._robot.joint_names), self._reference)
+                command.move = read_command(
+                    command.message, len(self._robot.joint_names), apply_reference=self._apply_reference
+                )
             except Refused as refused:
                 self._begun.append(self._waiting.popleft())
                 self._end(command, refused.code, refused.reason)

@@ -11,7 +11,6 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame, compose, transform_from_euler
-from iiwa_sim.ros.conventions import Reference
 from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Move, SpeedUnit
 from iiwa_sim.wording import harmless, shortened
 
@@ -30,10 +29,10 @@ _ACCELERATION_UNITS = {"M/S^2": AccelerationUnit.TCP_M_S2, "RAD/S^2": Accelerati
 _LONGEST_WORD = 40
 
 
-def read_command(command: Any, joint_count: int, reference: Reference = Reference.APPLY) -> Move:
+def read_command(command: Any, joint_count: int, *, apply_reference: bool = True) -> Move:
     """The move that a Command (of `definitions.type_of`) asks for. Raises `Refused`.
 
-    `reference` is the convention for a pose_reference_frame with values that is not the base.
+    `apply_reference` says what to do with a pose_reference_frame with values that is not the base.
     """
     if command.command_type not in _TYPES:
         raise _unknown("command_type", command.command_type, _TYPES)
@@ -41,7 +40,7 @@ def read_command(command: Any, joint_count: int, reference: Reference = Referenc
     _check_finite(command)
     if command.additional_parameters or command.additional_values:
         raise Refused(EXECUTION, "additional_parameters and additional_values: expected none")
-    target, note = _target(command, joint_count, reference)
+    target, note = _target(command, joint_count, apply_reference)
     on_joints = not isinstance(target, Frame)
     if feels_forces and on_joints:
         raise Refused(EXECUTION, f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
@@ -66,7 +65,7 @@ def _check_finite(command: Any) -> None:
             raise Refused(EXECUTION, f"{name}: expected finite numbers")
 
 
-def _target(command: Any, joint_count: int, reference: Reference) -> tuple[Joints | Frame, str]:
+def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Joints | Frame, str]:
     """The target, and a note on how it was understood."""
     kind, pose = command.pose_type, command.pose
     if kind == JOINTS:
@@ -82,15 +81,15 @@ def _target(command: Any, joint_count: int, reference: Reference) -> tuple[Joint
         target = from_quaternion((1e3 * x, 1e3 * y, 1e3 * z), (qx, qy, qz, qw))
     else:
         raise _unknown("pose_type", kind, (JOINTS, EULER, QUATERNION))
-    return _in_base(command, target, reference)
+    return _in_base(command, target, apply_reference)
 
 
-def _in_base(command: Any, target: Frame, reference: Reference) -> tuple[Frame, str]:
+def _in_base(command: Any, target: Frame, apply_reference: bool) -> tuple[Frame, str]:
     """The target in the base. A reference frame of zeros is the base, whatever its name."""
     frame, name = _six(command.pose_reference_frame), command.pose_reference
     if not any(frame) or name in BASES:
         return target, ""
-    if reference is Reference.IGNORE:
+    if not apply_reference:
         return target, f"pose_reference {_shown(name)} was taken as applied already"
     in_base = Frame.from_transform(compose(transform_from_euler(*frame), target.to_transform()))
     return in_base, f"pose_reference {_shown(name)} was applied"

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 from msgspec import Meta, Struct
 
-from iiwa_sim.ros.conventions import ResultType
+from iiwa_sim.ros.options import RESULT_CONSTANTS
 from iiwa_sim.ros.rmi.message_text import TYPES, Definition, joined, parsed, struct_of, within
 
 
@@ -48,10 +48,12 @@ def message(name: str) -> Definition:
 
 
 @cache
-def result_message(version: ResultType) -> Definition:
-    """The definition of Result in one version of the package: the first constants of today's."""
+def result_message(year: int) -> Definition:
+    """The definition of Result in the package of a year: the first constants of today's."""
     today = message(RESULT)
-    constants = [f"{kind} {name} = {value}" for kind, name, value in today.constants[: version.value]]
+    constants = [
+        f"{kind} {name} = {value}" for kind, name, value in today.constants[: RESULT_CONSTANTS[year]]
+    ]
     fields = [line for line in today.text.splitlines() if "=" not in line]
     return _parsed(RESULT, "".join(f"{line}\n" for line in (*constants, *fields)), "robot_movement_interface")
 

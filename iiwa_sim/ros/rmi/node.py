@@ -9,7 +9,7 @@ from typing import Any
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.options import APPLY, NEWEST_RESULT
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of
 from iiwa_sim.ros.rmi.message_text import Definition, converted
@@ -47,18 +47,20 @@ class Node:
         now_ns: Callable[[], int],
         tick_rate_hz: int,
         log: DialectLog,
-        conventions: Conventions = TODAYS,
+        result: int = NEWEST_RESULT,
+        reference: str = APPLY,
     ) -> None:
-        """`now_ns` returns the time since 1970 (ns) that goes into headers."""
+        """`now_ns` returns the time since 1970 (ns) that goes into headers; for `result` and `reference` see
+        `RosOptions`."""
         self._controller = controller
         self._now_ns = now_ns
-        self._result_type = conventions.result
-        self._queue = CommandQueue(Robot(controller), self._publish_result, log, conventions.reference)
+        self._result = result
+        self._queue = CommandQueue(
+            Robot(controller), self._publish_result, log, apply_reference=reference == APPLY
+        )
         self._services = Services(controller, self._queue, self.time).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
-        self.rates = Rates(conventions.rates(usual), tick_rate_hz)
-        """The rates of the topics that recur."""
+        self._rates = Rates({topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}, tick_rate_hz)
         self._sequence = dict.fromkeys(PUBLISHED, 0)
         self.services: Mapping[str, str] = {name: kind for name, (kind, _) in self._services.items()}
         """Type of each service, by name."""
@@ -71,11 +73,11 @@ class Node:
     @property
     def watching(self) -> bool:
         """Whether a tick may do anything: a topic that recurs is heard, or a command has no result yet."""
-        return not self._queue.empty or any(self._listeners[topic] for topic in self.rates.rates_hz)
+        return not self._queue.empty or any(self._listeners[topic] for topic in self._rates.names)
 
     def definition(self, name: str) -> Definition:
         """The definition of the message package/Type that this node uses. Raises KeyError for others."""
-        return result_message(self._result_type) if name == RESULT else message(name)
+        return result_message(self._result) if name == RESULT else message(name)
 
     def time(self) -> dict[str, int]:
         """The time that goes into headers, as ROS 1 has it."""
@@ -103,13 +105,13 @@ class Node:
     def step(self) -> None:
         """Notice that a tick has been made."""
         self._queue.step()
-        for topic in self.rates.due():
+        for topic in self._rates.due():
             if self._listeners[topic]:
                 self._publish(topic, self._content(topic))
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks while the node was not `watching`."""
-        self.rates.skip(ticks)
+        self._rates.skip(ticks)
 
     def _publish(self, topic: str, content: Message) -> None:
         for listener in list(self._listeners[topic]):

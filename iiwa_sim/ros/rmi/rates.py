@@ -10,22 +10,9 @@ class Rates:
         """A thing with a rate of 0 is never due."""
         self._tick_rate_hz = tick_rate_hz
         self._rates_hz = {name: rate_hz for name, rate_hz in rates_hz.items() if rate_hz}
+        self.names = tuple(self._rates_hz)
+        """The things that recur."""
         self._parts = dict.fromkeys(self._rates_hz, 0)  # of a message, in units of 1 / tick_rate_hz
-
-    @property
-    def highest_hz(self) -> int:
-        """No rate is higher: that of ticks."""
-        return self._tick_rate_hz
-
-    @property
-    def rates_hz(self) -> Mapping[str, int]:
-        """Rate of each thing that recurs."""
-        return self._rates_hz
-
-    def set(self, name: str, rate_hz: float) -> None:
-        """Let it be due so often, from 1 Hz to every tick."""
-        if name in self._rates_hz:
-            self._rates_hz[name] = round(max(1, min(rate_hz, self._tick_rate_hz)))
 
     def due(self) -> list[str]:
         """Notice that a tick has been made; gives what is due now."""

@@ -13,8 +13,8 @@ from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.options import RosFault
 from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import Message
 from iiwa_sim.ros.ros2.goals import NodeGoals
@@ -85,7 +85,6 @@ class Ros2Node:
             "publish": [[_relative(topic), *kind] for topic, kind in graph.published.items()],
             "subscribe": [[_relative(topic), kind] for topic, kind in graph.subscribed.items()],
             "serve": [[_relative(name), kind] for name, kind in graph.services.items()],
-            "parameters": graph.parameters,
             "actions": [[_relative(name), kind] for name, kind in graph.actions.items()],
         }
         process = await NodeProcess.start(self._python, first, self._share.ask_later, self._too_long)
@@ -166,8 +165,6 @@ class Ros2Node:
             self._call(told)
         elif "subscribers" in told:
             self._heed(_rooted(told["to"]), told["subscribers"])
-        elif "parameter" in told:
-            self._graph.set_parameter(told["parameter"], told["value"])
         elif "cancel" in told or "goal" in told:
             if self._goals is not None:
                 self._goals.take(told)

@@ -1,1 +1,1 @@
-"""The ROS side for clients of rosbridge: JSON, PNG and CBOR over WebSockets."""
+"""The ROS side for clients of rosbridge: JSON and CBOR over WebSockets."""

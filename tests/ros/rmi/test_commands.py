@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, compose, transform_from_euler
-from iiwa_sim.ros.conventions import Reference
 from iiwa_sim.ros.rmi.commands import read_command
 from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.robot import BlendingUnit, Kind, Move, SpeedUnit
@@ -100,7 +99,7 @@ def test_a_pose_that_is_in_the_base_by_name_is_not_moved_again(name: str) -> Non
 def test_what_became_of_a_named_frame_is_said_in_the_result() -> None:
     fields = {"pose_reference": "world", "pose_reference_frame": {"x": 1.0}}
     assert read(**fields).note == "pose_reference 'world' was applied"
-    ignored = read_command(msgspec.convert({**BASE, **fields}, COMMAND), 7, Reference.IGNORE)
+    ignored = read_command(msgspec.convert({**BASE, **fields}, COMMAND), 7, apply_reference=False)
     assert ignored.target == read().target
     assert ignored.note == "pose_reference 'world' was taken as applied already"
 

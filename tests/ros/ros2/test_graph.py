@@ -69,23 +69,6 @@ def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -
     assert description["data"].startswith("<?xml") or "<robot" in description["data"]
 
 
-def test_rates_are_parameters_of_the_node(cell: tuple[Simulator, User]) -> None:
-    robot, someone = cell
-    wrong = {"rates.joint_states": 0, "rates.tf": 100_000}
-    assert all(someone.asks("parameters", node="iiwa_sim", values=wrong)["reasons"])
-    assert someone.asks("parameters", node="iiwa_sim", values={"rates.joint_states": 7})["reasons"] == [""]
-    assert robot._ros is not None
-    rates = robot._ros._node.rates
-    someone.asks("hear", topic="joint_states", kind=JOINT_STATE)
-    for _ in range(MOST_STATES):  # it is told the robot soon after
-        if rates.rates_hz["/joint_states"] == 7:
-            break
-        someone.asks("wait", topic="joint_states", count=1)
-    someone.asks("forget", topic="joint_states")
-    assert rates.rates_hz == {**rates.rates_hz, "/joint_states": 7, "/tool_frame": 100}
-    assert someone.asks("parameters", node="iiwa_sim", values={"rates.joint_states": 100})["reasons"] == [""]
-
-
 @st.composite
 def curves(draw: st.DrawFn) -> list[dict[str, Any]]:
     """2 to 200 points of waves that begin and end at rest where the robot is, with or without velocities."""

@@ -15,8 +15,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.ros import ros2
-from iiwa_sim.ros.conventions import Conventions, Stamps
-from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.options import RosFault
 from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
@@ -74,7 +73,7 @@ rclpy.executors.MultiThreadedExecutor = Deaf
 run()
 """
 """A robot's node with an executor that fails."""
-NOTHING = {each: [] for each in ("publish", "subscribe", "serve", "actions", "parameters")}
+NOTHING = {each: [] for each in ("publish", "subscribe", "serve", "actions")}
 FIRST_LINE = json.dumps({"node": "iiwa_sim", "namespace": CELL, **NOTHING}) + "\n"
 
 BAD = """
@@ -128,8 +127,7 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
 async def test_states_come_100_times_in_a_second_of_simulated_time_at_every_clock(
     python: Path, clock: str
 ) -> None:
-    conventions = Conventions(stamps=Stamps.SIMULATED)
-    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_conventions": conventions}
+    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_stamps": "simulated"}
     async with Simulator(clock=clock, ros_namespace=CELL, **options) as simulator:
         assert simulator.ros2_node == f"/{CELL}/iiwa_sim"
         listening = asyncio.create_task(asyncio.to_thread(succeeds, [python, "-c", LISTENER, CELL]))

@@ -13,8 +13,6 @@ import traceback
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.parameter import Parameter
-from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 sys.path.append(sys.argv[1])
@@ -108,14 +106,6 @@ class User:
         client = self.clients[service]
         self.until(client.service_is_ready)
         return {"response": plain(self.answer(lambda: client.call_async(fill(kind.Request(), request))))}
-
-    def parameters(self, node, values):
-        """Set parameters of a node; answers for each why not, "" where it was set."""
-        client = AsyncParameterClient(self.node, node)
-        self.until(client.services_are_ready)
-        wanted = [Parameter(name, value=value) for name, value in values.items()]
-        results = self.answer(lambda: client.set_parameters(wanted)).results
-        return {"reasons": ["" if each.successful else each.reason or "refused" for each in results]}
 
     def goal(self, name, action, kind, goal):
         """Send a goal; answers whether it was accepted."""

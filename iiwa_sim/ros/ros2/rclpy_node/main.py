@@ -5,7 +5,7 @@ output it tells what it has heard. It ends when standard input does. The lines t
 which says what there shall be:
 
 - {"node": ..., "namespace": ..., "publish": [[topic, type, latched]], "subscribe": [[topic, type]],
-  "serve": [[service, type]], "actions": [[action, type]], "parameters": [[name, value, lowest, highest]]}
+  "serve": [[service, type]], "actions": [[action, type]]}
 - {"topic": ..., "msg": {...}}, to be published
 - {"answer": number, "response": {...}}, of a call; {"answer": number, "failed": "..."}
 - {"goal": number, "accepted": bool}
@@ -17,7 +17,6 @@ The lines that go out, the first of which is one of the first two:
 - {"fault": "..."}, in one line; the process ends then
 - {"topic": ..., "msg": {...}}, heard
 - {"subscribers": number, "to": topic}, of one that is published
-- {"parameter": name, "value": ...}, which a user has set
 - {"call": number, "service": ..., "request": {...}}
 - {"goal": number, "action": ..., "request": {...}} and {"cancel": number}, of a goal
 
@@ -51,7 +50,6 @@ class Ros:
     def __init__(self) -> None:
         self.rclpy = importlib.import_module("rclpy")
         self.action = importlib.import_module("rclpy.action")
-        self.interfaces = importlib.import_module("rcl_interfaces.msg")
         self.groups = importlib.import_module("rclpy.callback_groups")
         self.events = importlib.import_module("rclpy.event_handler")
         self.executors = importlib.import_module("rclpy.executors")
@@ -142,12 +140,6 @@ class Graph:
         for action, kind in told["actions"]:
             if (found := self._typed(action, kind)) is not None:
                 self._goals = Goals(self._ros, node, action, found, self._out)
-        for name, value, lowest, highest in told["parameters"]:
-            bounds = self._ros.interfaces.IntegerRange(from_value=lowest, to_value=highest, step=1)
-            node.declare_parameter(
-                name, value, self._ros.interfaces.ParameterDescriptor(integer_range=[bounds])
-            )
-        node.add_post_set_parameters_callback(self._were_set)
         return self._without
 
     def take(self, said: dict[str, Any]) -> None:
@@ -166,10 +158,6 @@ class Graph:
         self._calls.close()
         if self._goals is not None:
             self._goals.close()
-
-    def _were_set(self, parameters: list[Any]) -> None:
-        for each in parameters:
-            self._out.tell(parameter=each.name, value=each.value)
 
     def _typed(self, name: str, kind: str) -> Any:
         found = class_of(kind)

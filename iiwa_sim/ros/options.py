@@ -1,0 +1,57 @@
+"""Options of a robot on ROS, and the error where it cannot be there."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from iiwa_sim.wording import Unusable
+
+RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
+"""Number of constants of robot_movement_interface's message Result, by the year of the package.
+
+Constants count in the MD5 sum that both ends of a ROS 1 topic compare.
+"""
+NEWEST_RESULT = max(RESULT_CONSTANTS)
+APPLY, IGNORE = "apply", "ignore"
+"""What to do with a pose_reference_frame with values, where pose_reference does not name the base.
+
+drag&bot's frame publisher transforms a pose to the base and leaves the fields: such a frame is ignored.
+"""
+REAL, SIMULATED = "real", "simulated"
+"""The time that goes into headers, and with which the stamps of trajectories are compared.
+
+Simulated time is that of /clock, for nodes with use_sim_time.
+"""
+
+
+class RosFault(Unusable):
+    """A library or service that the ROS side needs is missing, or there can be no node. The message is one
+    line."""
+
+
+class RosOptions(NamedTuple):
+    """How a robot is on ROS; `Simulator` says what each option does."""
+
+    host: str
+    rosbridge_port: int | None = None
+    rosbridge_secret: str | None = None
+    rosbridge_origins: Sequence[str] = ()
+    rosbridge_hosts: Sequence[str] = ()
+    ros: bool = False
+    ros2: bool = False
+    ros2_python: Path | None = None
+    ros_namespace: str = ""
+    ros_result: int = NEWEST_RESULT
+    ros_reference: str = APPLY
+    ros_stamps: str = REAL
+
+    def check(self) -> None:
+        """Raises ValueError for a word or a year that is none."""
+        for name, expected in (
+            ("ros_result", tuple(RESULT_CONSTANTS)),
+            ("ros_reference", (APPLY, IGNORE)),
+            ("ros_stamps", (REAL, SIMULATED)),
+        ):
+            value = getattr(self, name)
+            if value not in expected:
+                raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(str, expected))}")
