@@ -15,7 +15,6 @@ from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.recordings.recorder import Recorder
-from iiwa_sim.slices import run_soon
 
 SEED = 5
 RATE_HZ = 500
@@ -56,7 +55,6 @@ def _figures(blocks: int) -> list[Figure]:
     recorded: list[Block] = []
     bare: list[Block] = []
     asleep_ms: list[float] = []
-    run_soon()  # as the thread of a robot does
     with tempfile.TemporaryDirectory() as folder:
         for number in range(blocks):
             recorded.append(_block(Path(folder, f"{number}.mcap"), number))

@@ -30,7 +30,6 @@ from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.peers import Line
 from benchmarks.replies import QUESTION, check_moving, keep_moving
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.slices import run_soon
 
 VIEWERS = 3
 BLOCKS, ASKS, WARM_UP = 20, 1000, 200
@@ -63,12 +62,7 @@ class Block(NamedTuple):
 
 
 def measure() -> list[Figure]:
-    """Viewers draw nothing: it is not known what else browsers have to do.
-
-    Who asks runs soon when it wakes, as the robot does: how long a driver of others' making waits for the
-    processor before it sends, and with an answer that is there, is not the robot's doing.
-    """
-    run_soon()
+    """Viewers draw nothing: it is not known what else browsers have to do."""
     page = _free_port()
     with_them: list[Block] = []
     without: list[Block] = []

@@ -11,8 +11,6 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from iiwa_sim.slices import run_soon
-
 CLOSED = "the loop is closed"
 ELSEWHERE = "the loop runs in the process that this one was forked from"
 
@@ -108,7 +106,6 @@ class LoopThread:
         return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 
     def _run(self) -> None:
-        run_soon()
         try:
             with self._runner:
                 self._loop.run_forever()

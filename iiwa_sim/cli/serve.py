@@ -24,7 +24,6 @@ from iiwa_sim.cli.server_options import parsed, server_parser
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import host_and_port
-from iiwa_sim.slices import run_soon
 
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
@@ -74,7 +73,6 @@ async def _serve(robots: list[Robot]) -> None:
                 announced.append(announce(_banner(named[0].simulator), sys.stderr))
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
-            run_soon()  # now that nobody is started any more
             await ending.wait(*announced)
     finally:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over

@@ -17,7 +17,6 @@ from iiwa_sim.recordings.handed import Beginning, Closed, Handed, Lost, frame_of
 from iiwa_sim.recordings.opening import opened
 from iiwa_sim.recordings.process import ENDS_S, given_to_write
 from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
-from iiwa_sim.slices import run_soon
 
 MOST_BYTES = 8 * 1024 * 1024
 """Most bytes that wait for the writing process, some 30 s of a robot at 500 Hz; what comes then is lost."""
@@ -192,7 +191,6 @@ class Writer:
 
     def _listen(self) -> None:
         """Hear what the process says, until the file is whole or nothing more comes of it."""
-        run_soon()  # whoever is interrupted with the interpreter's lock keeps the robot waiting
         last = self._last_sign()
         with self._lock:
             self._drop()

@@ -3,27 +3,19 @@
 import contextlib
 import logging
 import socket
-from collections import deque
 from collections.abc import Callable
-from math import ceil
 
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.far_end import FarEnds, far_end
 from iiwa_sim.serve.line_connection import SessionConnection
 from iiwa_sim.serve.server import Server
 
 RECEIVE_BYTES = 1024
 """Bytes read from a reader at once: small, so that a reader that floods is handled between ticks."""
 
-UNREAD_MS = 60
-"""A reader on this machine is sent no more while it has lines of this time unread: three at the usual rate.
-The ten ticks at most that are made up for after a stall all reach it at 200 Hz and more."""
-LOOKS_HZ = 50
-"""Looks in a second, whether a reader that is sent no more reads again: one costs more than a line."""
 SEND_BYTES = 4096
 """Size of the system's send buffer at the usual rate. A small buffer keeps lines recent for a slow reader;
-Linux then holds about three lines. The receive buffer of a reader on another machine is out of our hands."""
+Linux then holds about three lines. The receive buffer of the reader is out of our hands."""
 MOST_SEND_BYTES = 16_384
 """Size of that buffer at high rates, where lines in flight count too and may be acknowledged 40 ms late."""
 
@@ -40,9 +32,9 @@ class StatusStream(Server["Reader"]):
     Sending times are counted in ticks (`tick_rate_hz` per second), so lines show the same instants however
     the machine stalls. Where the rates are no multiples, intervals differ by one tick.
 
-    One line is formatted for all readers. A reader that has not taken the last line skips this one, and so
-    does a reader with `UNREAD_MS` of lines unread, as far as the system tells: the process holds the rest of
-    one line per connection at most. A reader that has closed its sending side still gets lines.
+    One line is formatted for all readers. A reader that has not taken the last line skips this one: the
+    process holds the rest of one line per connection at most. A reader that has closed its sending side still
+    gets lines.
     """
 
     def __init__(
@@ -69,21 +61,11 @@ class StatusStream(Server["Reader"]):
         self.open_session = open_session
         self.on_reader = on_reader
         self.newest = b""
-        self.far_ends = FarEnds()
-        self.most_unread = ceil(rate_hz * UNREAD_MS / 1000)
-        """Lines."""
-        self.between_looks = max(1, rate_hz // LOOKS_HZ)
-        """Lines that are due between two looks at a reader that lags."""
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
         self.send_bytes = min(MOST_SEND_BYTES, max(SEND_BYTES, SEND_BYTES * rate_hz // DEFAULT_RATE_HZ))
         self._due = 0  # in units of 1 / tick_rate_hz of a line
-
-    async def start(self) -> None:
-        """Start listening. Raises ListenFault."""
-        await super().start()
-        self.far_ends.open()
 
     def tick(self) -> None:
         """Notice that a tick has been made; send a line if one is due."""
@@ -106,13 +88,8 @@ class StatusStream(Server["Reader"]):
         """Always False: nothing that a reader sends makes the robot move."""
         return False
 
-    async def close(self) -> None:
-        """Stop listening and close every connection."""
-        self.far_ends.close()
-        await super().close()
-
     def _broadcast(self) -> None:
-        ready = [reader for reader in self.connections if reader.ready and not reader.lags()]
+        ready = [reader for reader in self.connections if reader.ready]
         if ready:
             self.newest = self._line()
             for reader in ready:
@@ -128,15 +105,11 @@ class Reader(SessionConnection):
         super().__init__(stream, " (status)")
         self._offered = False  # a line waits to be sent
         self._before_line = b""
-        self._sent_bytes = 0
-        self._line_ends = deque[int]()  # of lines that may be unread still, in bytes sent
-        self._next_look = 0  # lines that are due until then
 
     def _begin(self) -> None:
         connection = self._transport.get_extra_info("socket")
         with contextlib.suppress(OSError):  # already gone
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._server.send_bytes)
-        self._far_end = far_end(connection)  # None where it cannot be asked about
         self._session = self._server.open_session(self._name)
         self._server.on_reader()
         self._tell_connected()
@@ -150,24 +123,6 @@ class Reader(SessionConnection):
     def ready(self) -> bool:
         """Whether the system has taken all that was sent."""
         return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
-
-    def lags(self) -> bool:
-        """Whether as many lines as may be are unread. The system is asked only where that is possible."""
-        if self._far_end is None or len(self._line_ends) < self._server.most_unread:
-            return False
-        self._next_look -= 1
-        if self._next_look > 0:
-            return True
-        read_bytes = self._server.far_ends.has_read(self._far_end)
-        if read_bytes is None:
-            self._far_end = None
-            self._line_ends.clear()
-            return False
-        while self._line_ends and self._line_ends[0] <= read_bytes:
-            self._line_ends.popleft()
-        lags = len(self._line_ends) >= self._server.most_unread
-        self._next_look = self._server.between_looks if lags else 0
-        return lags
 
     def close(self) -> None:
         """Close at once: by FIN, or by a reset if a line has been sent in part."""
@@ -187,17 +142,11 @@ class Reader(SessionConnection):
             return False
         if self._offered and self.ready:
             self._offered = False
-            self._send(self._before_line + self._server.newest)
+            self._transport.write(self._before_line + self._server.newest)
             self._before_line = b""
         if not self._sent_end:
             self._transport.resume_reading()
         return False
-
-    def _send(self, line: bytes) -> None:
-        self._transport.write(line)
-        self._sent_bytes += len(line)
-        if self._far_end is not None:
-            self._line_ends.append(self._sent_bytes)
 
     def _hand_on(self) -> None:
         """Pass the received bytes on to the session; its replies are sent before the next line."""
