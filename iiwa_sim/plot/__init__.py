@@ -1,1 +1,1 @@
-"""Pictures of motion: runs a file of commands in simulated time and draws the result."""
+"""Pictures of motion, from a file of commands or from a recording."""

@@ -1,4 +1,4 @@
-"""A file of commands: which lines go to the robot, and when.
+"""A file of commands: the lines for the robot and the waits between them.
 
 One command per line, as on the wire. What follows a `#` is a comment; blank lines count for nothing. Commands
 follow each other at once, within one tick, except where the file says
@@ -6,8 +6,6 @@ follow each other at once, within one tick, except where the file says
     wait SECONDS        the robot moves on for so long, in simulated time
     wait stopped        until `get status` would say stopped
     dialect krc4        above all commands: these are KRC4 messages, in their short form or word for word
-
-Letter case and blanks count as little as on the wire.
 """
 
 from pathlib import Path
@@ -15,12 +13,21 @@ from typing import NamedTuple
 
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
 from iiwa_sim.dialect.wire.decimals import parse_decimal
-from iiwa_sim.plot.fault import PlotFault
+from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_S = 600.0
-"""Longest simulated time (s) of a recording; a longer one would show nothing on one picture."""
+"""Longest simulated time (s) of a picture."""
 MAX_BYTES = 10_000_000
 """Largest file in bytes; a larger one is no file of commands."""
+LONGEST_MESSAGE = 400
+"""Most characters of a message, which may quote paths and commands."""
+
+
+class PlotFault(Unusable):
+    """A picture cannot be made. The message is one line that names the file and what is wrong."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
 
 
 class Command(NamedTuple):
@@ -48,12 +55,12 @@ class Script(NamedTuple):
     dialect: str = DEFAULT_DIALECT
 
     def fault(self, step: Command | Wait, reason: str) -> PlotFault:
-        """The error for a step, with the file, the line, its text and the reason."""
+        """Build the error for a step, with the file, the line, its text and the reason."""
         return PlotFault(f"{self.path}: line {step.line}: '{step.text}': {reason}")
 
 
 def read_script(path: str) -> Script:
-    """The script in a file. Raises `PlotFault` if it is unreadable or has a malformed wait."""
+    """Read the script in a file. Raises `PlotFault` if it is unreadable or has a malformed wait."""
     try:
         with Path(path).open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -65,7 +72,7 @@ def read_script(path: str) -> Script:
 
 
 def parse_script(path: str, data: bytes) -> Script:
-    """The script in the bytes of a file; `path` names it in messages."""
+    """Parse the bytes of a file; `path` names it in messages."""
     try:
         data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:
@@ -87,18 +94,17 @@ def parse_script(path: str, data: bytes) -> Script:
 
 
 def _step(path: str, number: int, text: str) -> Command | Wait:
-    words = text.replace("\t", " ").lower().split(" ")
-    first, *others = [word for word in words if word]
-    if first != "wait":
+    words = text.lower().split()
+    if words[:1] != ["wait"]:
         return Command(number, text)
-    expected = f"expected 'wait SECONDS', 0 to {LONGEST_S:g}, or 'wait stopped'"
-    if others == ["stopped"]:
+    if words[1:] == ["stopped"]:
         return Wait(number, text, None)
     try:
-        (word,) = others
+        (word,) = words[1:]
         seconds = parse_decimal(word.encode())
     except ValueError:  # not one word, or no number
         seconds = -1.0
     if not 0.0 <= seconds <= LONGEST_S:
+        expected = f"expected 'wait SECONDS', 0 to {LONGEST_S:g}, or 'wait stopped'"
         raise PlotFault(f"{path}: line {number}: '{text}': {expected}")
     return Wait(number, text, seconds)

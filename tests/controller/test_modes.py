@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from docs import draw_modes
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode, Transition
@@ -164,24 +163,6 @@ def test_the_table_says_what_the_text_says() -> None:
         after = Mode.UNKNOWN if waits else mode
         assert TRANSITIONS[mode, Event.SERVO_TIMEOUT] == Transition(after, stops=waits)
     assert TRANSITIONS[Mode.UNKNOWN, Event.STOP].mode is Mode.UNKNOWN
-
-
-def test_the_page_is_drawn_from_the_table() -> None:
-    page = draw_modes.PAGE.read_text()
-    assert page == draw_modes.renewed(page), "docs/modes.md is not up to date: python -m docs.draw_modes"
-
-
-def test_every_change_of_the_table_is_on_the_page() -> None:
-    page = draw_modes.PAGE.read_text()
-    changes = {(mode, change.mode) for (mode, _), change in TRANSITIONS.items() if change.mode is not mode}
-    for before, after in product(Mode, Mode):
-        assert (f"\n    {before.value} --> {after.value} : " in page) == ((before, after) in changes)
-    for mode in Mode:
-        row = next(line for line in page.splitlines() if line.startswith(f"| **{mode.value}** |"))
-        cells = [cell.strip() for cell in row.strip("|").split("|")][1:]
-        for event, cell in zip(Event, cells, strict=True):
-            after, stops = TRANSITIONS[mode, event]
-            assert cell == ("stays" if after is mode else f"{'stops, then ' * stops}{after.value}")
 
 
 # Changes

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
-from iiwa_sim.plot.recorded import drawn_from
+from iiwa_sim.plot.recorded import motion_in
 from iiwa_sim.recordings.dialogue import transcript_of
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
@@ -116,24 +115,22 @@ def test_a_recording_that_is_damaged_in_the_middle_tells_from_when_on_it_is_lost
     assert f"damaged at {round(recorded.cut_at_s or 0.0, 3):g} s: what follows is lost" in err
 
 
-def test_plot_draws_the_joints_of_every_tick(run: Path, tmp_path: Path) -> None:
-    recording = drawn_from(Recorded(run))
+def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
+    motion = motion_in(Recorded(run))
     states = contents(run, "/state")
-    assert recording.joints.tolist() == [state["joint_position"] for state in states]
-    assert recording.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
-    assert recording.tick_s == 0.002
-    assert recording.description.name == "LBR iiwa 7 R800"
-    assert [target.mode for target in recording.targets] == ["normal", "normal"]
-    assert [target.name for target in recording.targets] == ["JOINT 0.3", "JOINT 0.3"]
-    ends = [event["tick"] for event in contents(run, "/events") if event["kind"] == "move ends"]
-    assert [target.done_tick for target in recording.targets] == ends
-    assert recording.targets[1].tcp_mm == pytest.approx(tuple(recording.tcp_mm[-1]), abs=1e-3)
+    assert motion.joints.tolist() == [state["joint_position"] for state in states]
+    assert motion.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
+    assert motion.description.name == "LBR iiwa 7 R800"
+    assert [(move.name, move.streamed) for move in motion.moves] == [("JOINT 0.3", False)] * 2
+    ends = [event["time_s"] for event in contents(run, "/events") if event["kind"] == "move ends"]
+    assert [move.end_s for move in motion.moves] == pytest.approx(ends)
+    assert motion.moves[1].goal_mm == pytest.approx(tuple(motion.tcp_mm[-1]), abs=1e-3)
     picture = tmp_path / "run.png"
     assert main(["plot", str(run), "-o", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_plot_names_moves_by_their_lines_and_draws_what_stood_there(tmp_path: Path) -> None:
+def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with (
         Simulator(cell=TABLE, dialects=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
@@ -144,27 +141,17 @@ def test_plot_names_moves_by_their_lines_and_draws_what_stood_there(tmp_path: Pa
         driver.lin_move((600, 40, 420, *DOWN), 0.25, 0)
         plc.pta((0, 30, 0, -60, 0, 90, 10))
         simulator.run_until_stopped()
-    recording = drawn_from(Recorded(path))
-    named = [(target.name, target.blending_mm) for target in recording.targets]
+    named = [(move.name, move.blending_mm) for move in motion_in(Recorded(path)).moves]
     assert named == [("LIN 0.5 r20", 20.0), ("LIN 0.25", 0.0), ("PTP", 0.0)]
-    assert [surface.name for surface in recording.surfaces] == ["table", "knob"]
-    assert recording.surfaces == load_cell(TABLE).surfaces
 
 
-def test_plot_draws_states_of_any_rate_and_in_any_number(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_plot_thins_out_a_long_recording(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = motion_in(Recorded(run))
     monkeypatch.setattr("iiwa_sim.plot.recorded.MOST_SAMPLES", 50)
-    path = tmp_path / "a.mcap"
-    robot = Robot(path, rate_hz=300)  # 500 are no multiple
-    robot.goes_to(*FAR)
-    robot.step(777)
-    robot.end()
-    recording = drawn_from(Recorded(path))
-    assert len(recording.joints) <= 52
-    for row, joints in enumerate(recording.joints.tolist()[:-1]):
-        tick = round(row * recording.tick_s * 500)
-        assert joints == pytest.approx(robot.joints[tick], abs=1e-4), "between two states, a straight line"
+    thin = motion_in(Recorded(run))
+    step = -(-len(whole.times_s) // 50)
+    assert len(thin.times_s) <= 50
+    assert thin.joints.tolist() == whole.joints[::step].tolist()
 
 
 def test_replay_plays_the_dialogue(run: Path) -> None:

@@ -1,0 +1,118 @@
+"""A file of commands is what the stepped controller does with the same commands at the same ticks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iiwa_sim.cell.cell import load_cell, robot_alone
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.frames import Frame
+from iiwa_sim.plot.run import REST_TICKS, run
+from iiwa_sim.plot.script import PlotFault, read_script
+from iiwa_sim.robot.description import load_robot
+from tests.asked import joint_move, lin_move
+from tests.cell.cells import cell_from
+from tests.plot.scripts import EXAMPLES, JOINT, JOINTS, KRC4_MOVES, LIN, TABLE, moved
+
+
+def test_states_are_those_of_the_controller_bit_for_bit() -> None:
+    motion = moved(f"{LIN}\nwait 0.2\n{JOINT}\nwait stopped\nwait 0.1\n{LIN}\n", rate_hz=100)
+    controller = Controller(load_robot("lbr_iiwa_7_r800"), 0.01)
+    joints, places, speeds = [controller.joints], [controller.tool_frame()[:3]], [controller.joint_velocity()]
+
+    def step() -> None:
+        controller.step()
+        joints.append(controller.joints)
+        places.append(controller.tool_frame()[:3])
+        speeds.append(controller.joint_velocity())
+
+    def lin() -> None:
+        controller.move(lin_move(Frame(450, 100, 520, 0, -1.57079, 0), 0.5, 20.0))
+
+    lin()
+    for _ in range(20):
+        step()
+    controller.move(joint_move([float(word) for word in JOINTS.split()], [1.0] * 7))
+    while controller.moving:
+        step()
+    for _ in range(10):
+        step()
+    lin()
+    while controller.moving:
+        step()
+    for _ in range(REST_TICKS):
+        step()
+    assert np.array_equal(motion.joints, np.array(joints))
+    assert np.array_equal(motion.tcp_mm, np.array(places))
+    assert np.array_equal(motion.velocity, np.array(speeds))
+    assert motion.times_s[-1] == pytest.approx((len(joints) - 1) / 100)
+
+
+def test_short_waits_do_not_add_up_what_ticks_round_off() -> None:
+    assert len(moved("wait 0.0033\n" * 300).times_s) - 1 == round(0.0033 * 300 * 500) + REST_TICKS
+
+
+@pytest.mark.parametrize(
+    ("robot", "text", "names"),
+    [
+        ("lbr_iiwa_7_r800", f"get status\n{LIN}\nwait stopped\n{JOINT}", ["LIN 0.5 r20", "JOINT 1"]),
+        ("lbr_iiwa_7_r800", "lin tool relative move : 0 0 10 0 0 0 0.25 0", ["LIN TOOL RELATIVE 0.25"]),
+        ("kr_6_r900_sixx", KRC4_MOVES, ["LIN", "PTP"]),
+    ],
+)
+def test_moves_have_names_and_end_at_their_goals(robot: str, text: str, names: list[str]) -> None:
+    motion = moved(text, robot)
+    assert [move.name for move in motion.moves] == names
+    for move in motion.moves:
+        assert move.end_s is not None
+        assert motion.tcp_mm[round(500 * move.end_s)] == pytest.approx(move.goal_mm, abs=1e-3)
+
+
+def test_moves_that_a_stop_ends_have_no_end_and_servo_targets_are_streamed() -> None:
+    servo = "smart joint move : 0 0.6 0 -1 0 1.5 0 0.2 0.2 0.2 0.2 0.2 0.2 0.2"
+    motion = moved(f"{LIN}\nwait 0.1\nstop\nwait stopped\n{LIN}\nwait stopped\n{servo}")
+    assert [move.end_s is not None for move in motion.moves[:2]] == [False, True]
+    assert [move.streamed for move in motion.moves] == [False, False, True]
+
+
+def test_forces_and_the_ends_of_force_moves() -> None:
+    motion = run(read_script(str(EXAMPLES / "probing.txt")), load_cell(TABLE), 500)
+    assert motion.force_n[:, 2].min() < -15.0
+    assert all(move.end_s is not None for move in motion.moves)
+
+
+def test_the_beginning_of_the_error_state(tmp_path: Path) -> None:
+    cell = replace(cell_from(tmp_path, "[safety]\ntcp_speed_mm_per_s = 20\n"))
+    motion = moved(JOINT, rate_hz=100, cell=cell)
+    ((time_s, _),) = motion.faults
+    speed = motion.tcp_speed_mm_s()
+    assert speed[round(100 * time_s)] > 20.0 >= speed[round(100 * time_s) - 1]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("hello\n\nlin move : 1 2", "line 3: 'lin move : 1 2': 3040 lin move takes x y z alpha"),
+        (f"{LIN}\nbye\n{LIN}", f"line 3: '{LIN}': nothing is heard after bye"),
+        ("wait 500\nwait 500", "line 2: 'wait 500': more than 600 s of simulated time"),
+        ("dialect krc4\nCmd I1=999", "no command has the id 999"),
+        ("dialect krc4\nCmd I1", "'I1': expected NAME=VALUE"),
+        ("dialect krc4\n<Cmd>", "expected a whole message"),
+        ("dialect krc4\n<Cmd I1='100'/><Cmd I1='100'/>", "expected one message"),
+    ],
+)
+def test_what_cannot_be_run_names_file_line_command_and_reason(text: str, told: str) -> None:
+    with pytest.raises(PlotFault) as caught:
+        moved(text, rate_hz=20)
+    assert str(caught.value).startswith("moves.txt: line ")
+    assert told in str(caught.value)
+
+
+def test_the_example_runs() -> None:
+    motion = run(read_script(str(EXAMPLES / "blending.txt")), robot_alone(), 100)
+    assert len({move.blending_mm for move in motion.moves}) > 2
+    assert all(move.end_s is not None for move in motion.moves)
