@@ -11,6 +11,7 @@ from iiwa_sim.backdoor.described import (
     DescribedMoves,
     DescribedRobot,
     described_cell,
+    described_moves,
     described_robot,
 )
 from iiwa_sim.backdoor.faults import Faults
@@ -25,6 +26,8 @@ from iiwa_sim.frames import Frame, compose
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
+MOST_MOVES = 50
+"""Moves that `moves` tells at most, of those that run and wait."""
 
 
 class Backdoor(Faults):
@@ -238,7 +241,7 @@ class Backdoor(Faults):
     @called
     def moves(self) -> DescribedMoves:
         """What runs and what waits: how many moves, and the targets of the first 50."""
-        return self._moves.describe()
+        return described_moves(self._controller, MOST_MOVES)
 
     @acts
     def save_state(self, name: str) -> None:

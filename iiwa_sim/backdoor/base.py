@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
-from iiwa_sim.backdoor.described import MovesDescriber
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
@@ -17,13 +16,11 @@ from iiwa_sim.wording import harmless, shortened
 
 LONGEST_TOLD = 200
 """Characters of a call, as listeners are told it."""
-MOST_MOVES = 50
-"""Moves that `moves` tells at most, of those that run and wait."""
 
 HERE = "backdoor"
 """The name in the dialogue of a program that has the simulator in its own process and acts."""
-DRAGGED = ("push", "move surface")
-"""The begins of lines that a client sends many times a second while somebody drags something."""
+DRAGGED = "push"
+"""The beginning of lines that a client sends many times a second while somebody drags the arm."""
 DRAGGED_S = 1.0
 """Time (s) in which the dialogue has at most one line of a client that drags something."""
 
@@ -106,7 +103,6 @@ class Base:
         self._clock = clock
         self._recent = recent
         self._states = States(controller)
-        self._moves = MovesDescriber(controller, MOST_MOVES)
         self._by_line = False  # a client of a port acts
         self._acted = False  # it has changed something
         self._dragged = ("", 0.0)  # who has dragged something, and until when no more is told of that

@@ -4,13 +4,11 @@ from typing import Any, Self
 
 import msgspec
 
-from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.wanted import Planned
-from iiwa_sim.frames import Frame, Transform, Vector
+from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.part import Part
 from iiwa_sim.robot.capsules import Capsule
@@ -49,10 +47,6 @@ class DescribedCapsule(msgspec.Struct, frozen=True):
         (ax, ay, az), (bx, by, bz) = capsule.start, capsule.end
         ends_mm = (1e3 * ax, 1e3 * ay, 1e3 * az), (1e3 * bx, 1e3 * by, 1e3 * bz)
         return cls(*ends_mm, 1e3 * capsule.radius_m)
-
-    def capsule(self) -> Capsule:
-        """The capsule that is told."""
-        return Capsule.of_tool((*self.start_mm, *self.end_mm, self.radius_mm))
 
 
 class DescribedCell(msgspec.Struct, frozen=True):
@@ -95,35 +89,18 @@ class DescribedMoves(msgspec.Struct, frozen=True):
     """The first ones, in the order in which they are done: what is being stopped, and holds, are left out."""
 
 
-class MovesDescriber:
-    """Describes the moves of one controller, each once: a page asks for them several times a second."""
-
-    def __init__(self, controller: Controller, at_most: int) -> None:
-        """`at_most` are described, the first ones."""
-        self._controller = controller
-        self._at_most = at_most
-        self._known: dict[Planned, DescribedMove] = {}
-        self._tool_in_flange: Transform | None = None
-        self._signs = (0, 0, 0)
-        self._last = DescribedMoves(0, ())
-
-    def describe(self) -> DescribedMoves:
-        """What runs and what waits now."""
-        controller, known = self._controller, self._known
-        has_tool = self._tool_in_flange == controller.tool_in_flange
-        signs = (controller.move_under_way, controller.accepted, controller.queue)
-        if has_tool and signs[0] and signs == self._signs:  # a normal move runs, and nothing has come or gone
-            return self._last
-        if not has_tool:
-            self._tool_in_flange, known = controller.tool_in_flange, {}
-        planned = controller.planned
-        self._known = {each: known.get(each) or self._described(each) for each in planned[: self._at_most]}
-        self._signs, self._last = signs, DescribedMoves(len(planned), tuple(self._known.values()))
-        return self._last
-
-    def _described(self, move: Planned) -> DescribedMove:
-        frame = self._controller.tcp_frame_at(move.joints)
-        return DescribedMove(move.number, move.joints, frame, 1e3 * move.blending_m)
+def described_moves(controller: Controller, at_most: int) -> DescribedMoves:
+    """Describe what runs and what waits, `at_most` the first ones."""
+    planned = controller.planned
+    return DescribedMoves(
+        len(planned),
+        tuple(
+            DescribedMove(
+                move.number, move.joints, controller.tcp_frame_at(move.joints), 1e3 * move.blending_m
+            )
+            for move in planned[:at_most]
+        ),
+    )
 
 
 def described_robot(controller: Controller) -> DescribedRobot:
@@ -171,16 +148,6 @@ def settings_of(surface: Surface) -> AnySurface:
         friction=surface.friction,
         **Frame.from_transform(surface.pose)._asdict(),
         **_lengths(surface.shape),
-    )
-
-
-def surface_from(described: dict[str, object]) -> Surface:
-    """The surface that an item of `DescribedCell.surfaces` describes: raises ValueError where it does not."""
-    settings = _SETTINGS.get(str(described.get("shape")))
-    if settings is None:
-        raise ValueError(f"expected a shape, one of {', '.join(_SETTINGS)}")
-    return surface_of(
-        msgspec.convert({key: described[key] for key in described.keys() - {"shape"}}, settings)
     )
 
 

@@ -38,11 +38,6 @@ class Head(NamedTuple):
         return int(self.metadata["rate_hz"])
 
     @property
-    def velocity_rad_s(self) -> list[float]:
-        """Limits of the robot's joints, base first."""
-        return [float(word) for word in self.metadata.get("velocity_rad_s", "").split()]
-
-    @property
     def joints(self) -> list[str]:
         """Names of the robot's joints, base first."""
         return self.metadata.get("joints", "").split()

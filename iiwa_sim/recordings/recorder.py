@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 from msgspec import structs
 
-from iiwa_sim.backdoor.described import DescribedMoves, MovesDescriber, described_cell, jaw_m_of, parts_of
+from iiwa_sim.backdoor.described import described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
@@ -22,7 +22,7 @@ from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
 from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said, States
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, MOVES, SCENE
+from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, SCENE
 from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
@@ -35,13 +35,8 @@ _LEVELS = {
     watch.CONTACT: _WARNING,
     watch.SLIPS: _WARNING,
 }
-_OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
 BLOCKS_HZ = 20
 """So often in a simulated second all is put, that of 25 ticks at 500 Hz: in 30 us, since it is little."""
-MOST_MOVES = 10
-"""Moves that are recorded at most, of those that run and wait."""
-MOVES_HZ = 10
-"""Times in a simulated second at which moves are recorded, at most: a driver may send hundreds."""
 
 
 class Recorder:
@@ -91,10 +86,6 @@ class Recorder:
         self._states = States([], [])  # since what was said last
         self._waiting: list[Handed] = []  # what was before them
         self._block_due = 0  # a tick
-        self._describer = MovesDescriber(controller, MOST_MOVES)
-        self._moves = DescribedMoves(0, ())
-        self._moves_changed = True
-        self._moves_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
         self._arm = Arm(description.urdf, description.joints, description.flange, cell.tool)
@@ -105,7 +96,6 @@ class Recorder:
                 "robot": description.name,
                 "joints": " ".join(description.joints),
                 "flange": description.flange,
-                "velocity_rad_s": " ".join(map(str, description.velocity)),
                 "clock": clock(),
                 "rate_hz": str(tick_rate_hz),
                 "record_rate_hz": str(self._rate_hz),
@@ -139,8 +129,6 @@ class Recorder:
             return
         if self._last_state != self._controller.tick:
             self._add_state(self._read())
-        if self._moves_changed:
-            self._put_moves()
         self._hand_over()
         self._watch.close()
         self._watch = None
@@ -167,8 +155,6 @@ class Recorder:
             return
         reading = self._read()
         watch.ticked(reading)
-        if self._moves_changed and reading.tick >= self._moves_due:
-            self._put_moves()
         self._due += self._rate_hz
         if self._due >= self._tick_rate_hz:
             self._due -= self._tick_rate_hz
@@ -192,7 +178,6 @@ class Recorder:
 
     def event(self, event: Event) -> None:
         """Something has happened."""
-        self._moves_changed = self._moves_changed or event.kind in _OF_MOVES
         tick, real_ns = self._controller.tick, time.time_ns()
         told = {
             **self._times.when(tick, real_ns),
@@ -268,13 +253,6 @@ class Recorder:
             waiting.append(self._states)
             self._states = States([], [])
         self._out.put(waiting, can_wait=self._in_haste())
-
-    def _put_moves(self) -> None:
-        moves, tick = self._describer.describe(), self._controller.tick
-        self._moves_changed = False
-        if moves != self._moves:
-            self._moves, self._moves_due = moves, tick + self._tick_rate_hz // MOVES_HZ
-            self._put(Ready(MOVES, self._encode(moves), tick, time.time_ns()))
 
     def _show_scene(self) -> None:
         world, tick = self._controller.load.world, self._controller.tick

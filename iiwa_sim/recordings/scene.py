@@ -4,7 +4,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from math import cos, sin
 
-from iiwa_sim.backdoor.described import DescribedMove
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import Tool
@@ -35,9 +34,6 @@ _TIP = (0.9, 0.3, 0.1, 0.8)
 _PART = (0.85, 0.6, 0.25, 1.0)
 _JAW = (0.28, 0.28, 0.3, 1.0)
 _TOOL = (0.45, 0.46, 0.48, 1.0)
-_TARGET = (0.3, 0.5, 0.9, 0.9)
-_BLENDING = (0.3, 0.5, 0.9, 0.2)
-_TARGET_M = 0.008
 
 
 class Arm:
@@ -122,18 +118,6 @@ class Arm:
             body = entity(ns, frame, frame)
             add_shape(body, part.shape, IDENTITY, _PART)
             entities.append(body)
-        return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
-
-    def targets(self, ns: int, moves: Iterable[DescribedMove]) -> Message:
-        """A foxglove.SceneUpdate in place of all before it on its topic: where moves end, and the spheres in
-        which they may be left."""
-        entities = []
-        for move in moves:
-            mark, pose = entity(ns, self.base, f"move {move.number}"), move.goal_frame.to_transform()
-            add_shape(mark, Sphere(_TARGET_M), pose, _TARGET)
-            if move.blending_mm > 0.0:
-                add_shape(mark, Sphere(1e-3 * move.blending_mm), pose, _BLENDING)
-            entities.append(mark)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
     def _link(self, ns: int, link: ET.Element) -> Message:

@@ -19,8 +19,6 @@ LOG = "/log"
 FRAMES = "/tf"
 SCENE = "/scene"
 CELL = "/cell"
-MOVES = "/moves"
-TARGETS = "/targets"
 JOINTS = "/joint_states"
 WRENCH = "/wrench"
 
@@ -195,20 +193,6 @@ _CELL = _object(
     jaw_mm={**_list(_NUMBER), "description": "of each jaw along x y z of the TCP; none without a gripper"},
     tool_capsules=_list(_CAPSULE),
 )
-_MOVES = _object(
-    count=_said("integer", "moves that run and wait"),
-    moves={
-        **_list(
-            _object(
-                number=_said("integer", "moves are numbered in the order in which they were accepted"),
-                goal_joint_position={**_list(_NUMBER), "description": "rad, where it ends"},
-                goal_frame={**_list(_NUMBER), "description": "the TCP there in the base, as in /state"},
-                blending_mm=_said("number", "radius of the sphere round that place; 0 for none"),
-            )
-        ),
-        "description": "the first of them, in the order in which they are done",
-    },
-)
 _WRENCH = _object(
     timestamp=_TIME,
     frame_id=_TEXT,
@@ -280,6 +264,4 @@ def channels() -> list[Channel]:
         ),
         Channel(WRENCH, "iiwa_sim.Wrench", _WRENCH),
         Channel(CELL, "iiwa_sim.Cell", _CELL),
-        Channel(MOVES, "iiwa_sim.Moves", _MOVES),
-        Channel(TARGETS, "foxglove.SceneUpdate", _SCENE_UPDATE),
     ]

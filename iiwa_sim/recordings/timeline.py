@@ -13,7 +13,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import DAMAGED, LARGEST_RECORD, Head, Recorded
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, MOVES, SCENE, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, SCENE, STATE
 
 CHUNKS_KEPT = 512
 """Decoded, at a time: about a minute of a robot at 500 Hz, some 50 MB."""
@@ -29,7 +29,6 @@ NO_CELL: Content = {
     "jaw_mm": [],
     "tool_capsules": [],
 }
-NO_MOVES: Content = {"count": 0, "moves": []}
 
 
 class _Chunk(NamedTuple):
@@ -116,11 +115,6 @@ class Timeline:
         """What was round the robot at an instant, with the keys and units of a cell.toml."""
         found = next(self._backwards(CELL, time_s), None) or next(self._forwards(CELL), (0, NO_CELL))
         return found[1]
-
-    def moves_at(self, time_s: float) -> list[Content]:
-        """What ran and what waited at an instant, as the backdoor's `get moves` tells it."""
-        _, content = next(self._backwards(MOVES, time_s), (0, NO_MOVES))
-        return list(content["moves"])
 
     def _last(self, topic: str, time_s: float, count: int) -> list[Content]:
         found: list[Content] = []

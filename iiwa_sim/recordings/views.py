@@ -1,20 +1,18 @@
-"""What follows from a line of state, or of moves, in the terms of viewers: frames, joint states, the wrench,
-targets."""
+"""What follows from a line of state in the terms of viewers: frames, joint states, the wrench."""
 
 from typing import Any
 
 import msgspec
 
-from iiwa_sim.backdoor.described import DescribedMoves
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings.foxglove import stamp
 from iiwa_sim.recordings.message import Message
 from iiwa_sim.recordings.scene import TCP, Arm
-from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
+from iiwa_sim.recordings.schemas import FRAMES, JOINTS, STATE, WRENCH
 
 VIEW_RATE_HZ = 25
-"""Rate of the views, in simulated time: that of a film, a twentieth of what every tick would cost."""
+"""Rate of the views, in simulated time: a twentieth of what every tick would cost."""
 _PERIOD_NS = 1_000_000_000 // VIEW_RATE_HZ
 
 
@@ -40,14 +38,10 @@ class Views:
         self._joints = joints
         self._due_ns = 0
         self._decoder = msgspec.json.Decoder(_Seen)
-        self._moves = msgspec.json.Decoder(DescribedMoves)
         self._encoder = msgspec.json.Encoder()
 
     def expand(self, message: Message) -> list[Message]:
-        """The messages that follow from one: none, but from moves, and from a state that is due."""
-        if message.topic == MOVES:
-            targets = self._arm.targets(message.log_ns, self._moves.decode(message.data).moves)
-            return [message._replace(topic=TARGETS, data=self._encoder.encode(targets))]
+        """The messages that follow from one: none, but from a state that is due."""
         if message.topic != STATE or message.log_ns < self._due_ns:
             return []
         late_ns = message.log_ns - self._due_ns

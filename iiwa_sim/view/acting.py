@@ -11,7 +11,6 @@ from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.line_client import Refusal, Unanswered
 
 REFUSAL_SHOWN_S = 8.0
-DONE_SHOWN_S = 4.0
 
 logger = logging.getLogger(__name__)
 _told = Throttle[str](1)
@@ -42,8 +41,3 @@ def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
 def tell(client: Any, title: str, text: str) -> None:
     """Show one viewer a few words."""
     client.add_notification(title, text, color="red", auto_close_seconds=REFUSAL_SHOWN_S)
-
-
-def confirm(client: Any, what: str) -> None:
-    """Show one viewer that what cannot be seen is done."""
-    client.add_notification("Done", what, color="green", auto_close_seconds=DONE_SHOWN_S)

@@ -1,5 +1,5 @@
-"""What a browser loads first, viser's document, with what it lacks: our name, a key that always stops, a word
-on whether it is to be dark, and pictures that are drawn in time where no GPU does it."""
+"""What a browser loads first, viser's document, with what it lacks: our name, a key that always stops, and
+pictures that are drawn in time where no GPU does it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import gzip
 import html
 
 GZIP = "gzip"
-DARK_COOKIE = "iiwa-sim-dark"
-"""Tells, with the value 1, that the browser's machine is set to dark."""
 _TITLE = b"<title>Viser</title>"
 
 # viser's hotkeys rest while a text field has the focus, and Ctrl-E would move the camera besides stopping the
@@ -19,8 +17,6 @@ _ADDED = """\
 <style>[role="tab"] { padding-inline: 0.6em !important; font-size: 0.85em !important; }</style>
 <script>
 (() => {
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches ? 1 : 0;
-  document.cookie = `DARK_COOKIE=${dark}; path=/; SameSite=Strict`;
   const stops = event =>
     (event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey && event.key.toLowerCase() === "e";
   const inField = target => target instanceof Element && target.closest("input, textarea, select") !== null;
@@ -49,7 +45,7 @@ _ADDED = """\
   if (probe) probe.getExtension("WEBGL_lose_context")?.loseContext();
 })();
 </script>
-""".replace("DARK_COOKIE", DARK_COOKIE)
+"""
 
 
 def completed(body: bytes, encoding: str, title: str) -> bytes:

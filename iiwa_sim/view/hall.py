@@ -12,7 +12,6 @@ import numpy as np
 
 from iiwa_sim.frames import Vector
 from iiwa_sim.view.acting import acting
-from iiwa_sim.view.page import add_light_or_dark
 from iiwa_sim.view.panel import Panel
 
 if TYPE_CHECKING:
@@ -72,7 +71,6 @@ class Hall:
             self._choice = server.gui.add_dropdown("Robot", tuple(station.name for station in stations))
             self._choice.on_update(acting(self._choose))
         self._panels = [self._panel(server, number) for number in range(len(stations))]
-        add_light_or_dark(server)
         server.on_client_connect(self._stand)
         command = server.gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl")
         command.on_trigger(self._stop)

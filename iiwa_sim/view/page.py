@@ -22,8 +22,7 @@ from websockets.http11 import Request, Response
 
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.throttle import Throttle
-from iiwa_sim.view.acting import acting
-from iiwa_sim.view.document import DARK_COOKIE, completed
+from iiwa_sim.view.document import completed
 from iiwa_sim.view.gate import (
     AT_ONCE,
     MESSAGES_PER_S,
@@ -37,7 +36,6 @@ from iiwa_sim.view.gate import (
 from iiwa_sim.wording import harmless, shortened
 
 TITLE = "iiwa-sim"
-LOOKS: dict[str, Any] = {"show_logo": False, "show_share_button": False}
 _SKY, _GROUND, _INTENSITY = (255, 255, 255), (150, 150, 155), 1.5
 _LOOKED_AT = ("host", "origin", "cookie", "authorization")
 _READY_LOOKS_S = 0.02
@@ -77,7 +75,7 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
             websockets.asyncio.server.serve = real  # type: ignore[misc]
         guard.ready.set()
         server.request_share_url = _no_url  # type: ignore[assignment,method-assign]
-        server.gui.configure_theme(**LOOKS, dark_mode=False)
+        server.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=False)
         _light(server.scene)
         try:
             yield server
@@ -91,33 +89,6 @@ def _light(scene: viser.SceneApi) -> None:
     scene.configure_default_lights(cast_shadow=False)
     scene.configure_environment_map(None)
     scene.add_light_hemisphere("/light", sky_color=_SKY, ground_color=_GROUND, intensity=_INTENSITY)
-
-
-def add_light_or_dark(server: viser.ViserServer) -> None:
-    """Have each viewer see the page as dark as the rest of their machine, and a command to turn that over."""
-    dark: set[int] = set()  # viewers, by their numbers
-
-    def show(client: viser.ClientHandle) -> None:
-        client.gui.configure_theme(**LOOKS, dark_mode=client.client_id in dark)
-
-    def begin(client: viser.ClientHandle) -> None:
-        connection = server._websock_server._live_connections.get(client.client_id)
-        if connection is not None and wants_dark(connection.request):
-            dark.add(client.client_id)
-            show(client)
-
-    def turn(event: Any) -> None:
-        dark.symmetric_difference_update({event.client.client_id})
-        show(event.client)
-
-    server.on_client_connect(begin)
-    server.gui.add_command("Light or dark", description="for yourself only").on_trigger(acting(turn))
-
-
-def wants_dark(request: Request | None) -> bool:
-    """Whether a browser asks from a machine that is set to dark, as our document has it tell by a cookie."""
-    cookies = [] if request is None else request.headers.get_all("cookie")
-    return any(f"{DARK_COOKIE}=1" in map(str.strip, cookie.split(";")) for cookie in cookies)
 
 
 def _no_url(_verbose: bool = True) -> None:

@@ -1,16 +1,13 @@
-"""The panel beside the picture: pendant, dialogue, faults, put together for one robot."""
+"""The panel beside the picture: pendant, pushes and dialogue of one robot."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.view.acting import acting
-from iiwa_sim.view.charts import Charts
 from iiwa_sim.view.dialogue import DialogueList
-from iiwa_sim.view.faults import Faults
 from iiwa_sim.view.pendant import Pendant
 from iiwa_sim.view.pushing import Pushing
-from iiwa_sim.view.surface_drags import SurfaceDrags
 
 if TYPE_CHECKING:
     import viser
@@ -22,7 +19,7 @@ PUSH = """\
 Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold: type
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or
 `start gravity : 200` under Dialogue, and `stop` to end it. Else it is stiff, and stays where it is. At the
-flange the force is one at the TCP, elsewhere it is torques on the joints. Drag surfaces with Shift."""
+flange the force is one at the TCP, elsewhere it is torques on the joints."""
 
 
 class Panel:
@@ -34,26 +31,18 @@ class Panel:
         self._pendant = Pendant(gui, station)
         self.stop = self._pendant.stop
         """Stops the robot, at an event."""
-        self._charts: Charts | None = None
         self._dialogue: DialogueList | None = None
-        self._faults: Faults | None = None
         self._pushing: Pushing | None = None
-        self._surfaces: SurfaceDrags | None = None
         if station.bench is None:
             return
         tabs = self._pendant.tabs
         with tabs.add_tab("Push"):
             self._pushing = Pushing(server, station)
             gui.add_markdown(PUSH)
-        self._surfaces = SurfaceDrags(station)
         with tabs.add_tab("Dialogue"):
             if station.driver is not None:
                 self._add_command(gui)
             self._dialogue = DialogueList(gui)
-        with tabs.add_tab("Faults"):
-            self._faults = Faults(gui, station)
-        with tabs.add_tab("Charts"):
-            self._charts = Charts(gui, station.told["joints"], station.told["velocity"])
 
     def __enter__(self) -> Panel:
         if self._pushing is not None:
@@ -67,16 +56,8 @@ class Panel:
     def show(self) -> None:
         """What the newest state says, and what was said."""
         self._pendant.show()
-        if self._charts is not None:
-            if self._station.state is not None:
-                self._charts.add(self._station.state)
-            self._charts.show()
         if self._pushing is not None:
             self._pushing.show()
-        if self._surfaces is not None:
-            self._surfaces.show()
-        if self._faults is not None:
-            self._faults.show()
         if self._dialogue is not None:
             said = []
             while self._station.said:

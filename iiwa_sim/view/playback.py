@@ -14,12 +14,11 @@ from iiwa_sim.backdoor.token import Token
 from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.timeline import Timeline
 from iiwa_sim.throttle import Throttle
-from iiwa_sim.view import charts, trail
+from iiwa_sim.view import trail
 from iiwa_sim.view.acting import acting
-from iiwa_sim.view.charts import Charts
 from iiwa_sim.view.dialogue import MOST, DialogueList
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.page import add_light_or_dark, open_page
+from iiwa_sim.view.page import open_page
 from iiwa_sim.view.readout import Readout
 from iiwa_sim.view.scene import Scene
 
@@ -62,7 +61,6 @@ def run_playback(
             "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
         )
         playback = Playback(server, timeline, drawing)
-        add_light_or_dark(server)
         opened()
         before_s = time.monotonic()
         while not over.is_set():
@@ -117,8 +115,6 @@ class Playback:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Dialogue"):
             self._dialogue = DialogueList(gui)
-        with tabs.add_tab("Charts"):
-            self._charts = Charts(gui, timeline.head.joints, timeline.head.velocity_rad_s)
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
         self._slider.on_update(acting(lambda _: self._player.go_to(float(self._slider.value))))
@@ -138,10 +134,7 @@ class Playback:
             self._cell = cell
             self._scene.show_cell(cell)
         self._show_path(time_s)
-        self._scene.show_moves(self._timeline.moves_at(time_s))
         self._scene.show(state)
-        self._charts.add(state)
-        self._charts.show()
         self._readout.show(state, self._robot)
         self._show_lines(time_s)
         label = PAUSE if player.playing else PLAY
@@ -151,11 +144,9 @@ class Playback:
             self._slider.value = round(time_s, 2)
 
     def _show_path(self, time_s: float) -> None:
-        """Show, after a jump, what was before: the path of the last seconds, and charts."""
+        """Show, after a jump, the path of the last seconds."""
         before_s, self._shown_s = self._shown_s, time_s
         if not before_s <= time_s <= before_s + JUMP_S:
-            for state in self._timeline.states(time_s - charts.SECONDS, time_s, charts.SAMPLES):
-                self._charts.add(state)
             for state in self._timeline.states(time_s - trail.SECONDS, time_s, PATH_STATES):
                 self._scene.show(state)
 

@@ -13,7 +13,6 @@ from iiwa_sim.view.drawing import Drawing, wxyz
 from iiwa_sim.view.jaws import Jaws
 from iiwa_sim.view.parts import Parts
 from iiwa_sim.view.surfaces import Surfaces, touched
-from iiwa_sim.view.targets import Move, Targets
 from iiwa_sim.view.tool import Tool
 from iiwa_sim.view.trail import Trail
 
@@ -45,7 +44,7 @@ MOST_MARKS = 4
 
 
 class Scene:
-    """Arm, tool, jaws, parts, frames, path, wrench, contacts, targets, ghost of the goal, below a node."""
+    """Arm, tool, jaws, parts, frames, path, wrench, contacts, ghost of the goal, below a node."""
 
     def __init__(
         self,
@@ -85,7 +84,6 @@ class Scene:
             for number in range(MOST_MARKS)
         ]
         self._trail = Trail(scene, f"{root}/trail")
-        self._targets = Targets(scene, f"{root}/targets")
         self._shown: tuple[Any, ...] = ()
 
     def show(self, state: State) -> None:
@@ -109,18 +107,14 @@ class Scene:
         _show_arrow(self._torque, wrench[3:], TORQUE_SHOWN_NM, M_PER_NM)
         self._show_contacts(tcp.translation, state.get("link_touches", ()))
 
-    def show_cell(self, cell: Mapping[str, Any]) -> list[str]:
-        """Draw what the backdoor's `get cell` tells; gives the names of surfaces new in the scene."""
+    def show_cell(self, cell: Mapping[str, Any]) -> None:
+        """Draw what the backdoor's `get cell` tells."""
         self.contact_radius_m = 1e-3 * cell["contact_radius_mm"]
         self._shown = ()  # there may be contacts where there were none
         self._parts.are(cell.get("parts", ()))
         self._jaws.are(cell.get("jaw_mm", ()))
         self._tool_body.are(cell.get("tool_capsules", ()))
-        return self.surfaces.show(cell["surfaces"])
-
-    def show_moves(self, moves: Sequence[Move]) -> None:
-        """Draw the targets of moves, as the backdoor's `get moves` tells them."""
-        self._targets.show(moves)
+        self.surfaces.show(cell["surfaces"])
 
     def _show_tool(self, tool: Transform) -> None:
         shown = tuple(round(1e3 * each, 1) for each in tool.translation)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import threading
-import time
 from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 LOOKS_S = 0.5
 """Time between two questions for what the status lines do not tell: the cell, the clock, the states."""
-MOVES_S = 0.2
-"""Time between two questions for the moves that run and wait, while there are any."""
 FIRST_LINE_S = 5.0
 MOST_SAID = 200
 SAME_PLACE_M = 1e-3
@@ -71,16 +68,12 @@ class Station:
         """The page's connections to the backdoor."""
         self.state: State | None = None
         """The newest one that has been drawn."""
-        self.told: dict[str, Any] = {"joints": [], "position_min": [], "position_max": [], "velocity": []}
+        self.told: dict[str, Any] = {"joints": []}
         """What `get robot` tells."""
         self.cell: Mapping[str, Any] = {}
-        self.moves: list[dict[str, Any]] = []
-        """What runs and what waits, as `get moves` tells it."""
         self.clock = ""
         """What `get clock` tells."""
         self.states: list[str] = []
-        self.connections: dict[str, str] = {}
-        """What `get connections` tells."""
         self.said: deque[dict[str, Any]] = deque(maxlen=MOST_SAID)
         """Lines of the dialogue that have not been shown yet; who shows them takes them out."""
         self._said_next = 0
@@ -180,8 +173,6 @@ class Station:
         if self.cell and self._shown_cell is not self.cell and self.scene is not None:
             self._shown_cell = self.cell
             self.scene.show_cell(self.cell)
-        if self.scene is not None:
-            self.scene.show_moves(self.moves)
         if state is None or self.scene is None:
             return False
         if len(state["joint_position"]) != self.scene.drawing.joint_count:
@@ -214,38 +205,24 @@ class Station:
                 self.place.robot is not None
                 or max(abs(a - b) for a, b in zip(found, flange, strict=True)) < SAME_PLACE_M
             ):
-                self.told = {
-                    "name": robot.name,
-                    "joints": list(robot.joints),
-                    "position_min": list(robot.position_min),
-                    "position_max": list(robot.position_max),
-                    "velocity": list(robot.velocity),
-                }
+                self.told = {"name": robot.name, "joints": list(robot.joints)}
                 return drawing
         place = host_and_port(*self.place.status)
         raise StationFault(f"the robot at {place} is none of {', '.join(names)}: name it by --robot")
 
     def _look_on(self) -> None:
         assert self._looks is not None
-        next_s = 0.0
         while True:
             self._wanted.wait()
             if self._over:
                 return
+            self._look.clear()
             try:
-                if self._look.is_set() or time.monotonic() >= next_s:
-                    self._look.clear()
-                    next_s = time.monotonic() + LOOKS_S
-                    self._look_at(self._looks)
-                self._look_at_moves(self._looks)
+                self._look_at(self._looks)
                 self.fault = ""
             except (Unanswered, Refusal, ValueError) as fault:
                 self.fault = f"backdoor: {fault}"
-            self._look.wait(MOVES_S)
-
-    def _look_at_moves(self, bench: Lines) -> None:
-        rests = self.state is None or self.state["status"] == "stopped"
-        self.moves = [] if rests else json.loads(bench.do("get moves"))["moves"]
+            self._look.wait(LOOKS_S)
 
     def _is_ours(self, line: Mapping[str, Any]) -> bool:
         """Whether it tells of what was done on this page, which is shown as that: pushes are not."""
@@ -265,7 +242,6 @@ class Station:
             self.cell = cell
         self.clock = bench.do("get clock")
         self.states = json.loads(bench.do("get states"))
-        self.connections = json.loads(bench.do("get connections"))
         acted = self._taken()
         said = json.loads(bench.do(f"get dialogue : {self._said_next}"))
         if said["next"] < self._said_next:  # another simulator is there now

@@ -55,34 +55,30 @@ class Surfaces:
     """Surfaces of one cell, below a node of the scene."""
 
     def __init__(self, scene: viser.SceneApi, root: str) -> None:
-        self.handles: dict[str, Any] = {}
-        """Handles by the names of their surfaces."""
         self.surfaces: list[Surface] = []
         self._scene = scene
         self._root = root
+        self._handles: dict[str, Any] = {}  # by the names of their surfaces
         self._told: dict[str, Described] = {}
         self._numbers = 0
 
-    def show(self, told: Sequence[Described]) -> list[str]:
-        """Draw these, and no others; gives the names of those that are new in the scene."""
+    def show(self, told: Sequence[Described]) -> None:
+        """Draw these, and no others."""
         now = {str(each["name"]): each for each in told}
-        for name in [name for name in self.handles if name not in now]:
-            self.handles.pop(name).remove()
-        added = []
+        for name in [name for name in self._handles if name not in now]:
+            self._handles.pop(name).remove()
         for name, each in now.items():
             before = self._told.get(name)
-            if before == each and name in self.handles:
+            if before == each and name in self._handles:
                 continue
             surface = surface_of(each)
-            if before is None or name not in self.handles or _size(before) != _size(each):
-                if name in self.handles:
-                    self.handles.pop(name).remove()
-                self.handles[name] = self._added(surface)
-                added.append(name)
-            self._put(self.handles[name], surface)
+            if before is None or name not in self._handles or _size(before) != _size(each):
+                if name in self._handles:
+                    self._handles.pop(name).remove()
+                self._handles[name] = self._added(surface)
+            self._put(self._handles[name], surface)
         self._told = now
         self.surfaces = [surface_of(each) for each in now.values()]
-        return added
 
     def _put(self, handle: Any, surface: Surface) -> None:
         handle.position = surface.pose.translation

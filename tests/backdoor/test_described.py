@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.backdoor.base import MOST_MOVES
-from iiwa_sim.backdoor.described import MovesDescriber, settings_of
+from iiwa_sim.backdoor.backdoor import MOST_MOVES
+from iiwa_sim.backdoor.described import settings_of
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move
 from tests.backdoor.bench import KR_6, Bench
-from tests.mixes import Mix
-from tests.samples import some
 
 MM = st.floats(-1e3, 1e3)
 SIZE = st.floats(1.0, 1e3)
@@ -82,25 +80,3 @@ def test_moves_that_run_and_wait_are_told_the_first_of_them() -> None:
     assert [move["number"] for move in told["moves"]] == list(range(1, MOST_MOVES + 1))
     assert told["moves"][2]["goal_joint_position"][6] == 0.03
     assert told["moves"][0]["blending_mm"] == 0.0
-
-
-@settings(max_examples=some(10))
-@given(st.integers(0, 2**32))
-def test_moves_that_are_remembered_are_those_that_run_and_wait(seed: int) -> None:
-    """Whatever is asked for, and at every tick."""
-    mix = Mix(seed, 0.002, forces=False)
-    controller = mix.robot.controller
-    describer = MovesDescriber(controller, MOST_MOVES)
-    step = controller.step
-
-    def stepped() -> None:
-        step()
-        assert describer.describe() == MovesDescriber(controller, MOST_MOVES).describe()
-
-    controller.step = stepped
-    for _ in range(8):
-        mix._say(mix._line())
-        assert describer.describe() == MovesDescriber(controller, MOST_MOVES).describe()
-        mix.step(mix._random.choice([0, 1, 2, mix._random.randrange(50)]))
-    mix._say("stop")
-    mix.robot.runs_until_stopped()

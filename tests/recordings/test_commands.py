@@ -105,7 +105,8 @@ def test_a_recording_that_is_damaged_in_the_middle_tells_from_when_on_it_is_lost
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data = bytearray(run.read_bytes())
-    data[len(data) // 2] ^= 0x55
+    middle = len(data) // 2
+    data[middle : middle + 2000] = bytes(2000)
     path = tmp_path / "damaged.mcap"
     path.write_bytes(data)
     recorded = Recorded(path)

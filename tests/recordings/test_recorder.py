@@ -16,22 +16,19 @@ from mcap.reader import make_reader
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
-from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.recorder import BLOCKS_HZ, MOVES_HZ
+from iiwa_sim.recordings.recorder import BLOCKS_HZ
 from iiwa_sim.recordings.schemas import (
     DIALOGUE,
     EVENTS,
     FRAMES,
     JOINTS,
     LOG,
-    MOVES,
     SCENE,
     STATE,
-    TARGETS,
     WRENCH,
     channels,
 )
@@ -206,48 +203,6 @@ def test_the_scene_has_the_arm_and_the_cell_and_follows_surfaces(session: Path) 
     link = next(entity for entity in first["entities"] if entity["id"] == "iiwa_link_2")
     assert len(link["cylinders"]) == 2
     assert len(link["spheres"]) == 1
-
-
-def test_targets_of_what_runs_and_waits_are_in_it(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    robot = Robot(path)
-    robot.goes_to(*FAR)
-    robot.step()  # recorded with what is there then ...
-    beside = robot.controller.tcp_frame_at(FAR)
-    beside = beside._replace(z_mm=beside.z_mm + 50.0)
-    robot.controller.move(MoveRequest(Kind.PTP, beside, speed=0.5, blending=20.0))
-    robot.until_stopped()
-    robot.end()
-    told = contents(path, MOVES)
-    assert [[move["number"] for move in each["moves"]] for each in told] == [[1], [1, 2], [2], []]
-    assert [each["count"] for each in told] == [1, 2, 1, 0]
-    first, second = told[1]["moves"]
-    assert first["goal_joint_position"] == list(FAR)
-    assert second["goal_frame"][:3] == pytest.approx(beside[:3], abs=1e-3)
-    assert (first["blending_mm"], second["blending_mm"]) == (0.0, 20.0)
-    drawn = contents(path, TARGETS)
-    assert [[entity["id"] for entity in each["entities"]] for each in drawn] == [
-        [f"move {move['number']}" for move in each["moves"]] for each in told
-    ]
-    mark, blending = drawn[1]["entities"][1]["spheres"]
-    assert list(blending["size"].values()) == pytest.approx([0.04] * 3)
-    assert mark["pose"] == blending["pose"]
-    place = [1e3 * blending["pose"]["position"][axis] for axis in "xyz"]
-    assert place == pytest.approx(beside[:3], abs=1e-2)
-    assert all(each["deletions"][0]["type"] == 1 for each in drawn), "a viewer may see only the last message"
-
-
-def test_many_targets_are_told_only_so_often(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    robot = Robot(path)
-    for number in range(RATE_HZ):
-        target = (*FAR[:6], 0.001 * number)
-        robot.controller.move(MoveRequest(Kind.SMART, target, speeds=(0.3,) * 7))
-        robot.step()
-    robot.end()
-    told = found_in(path, MOVES)
-    assert len(told) == pytest.approx(MOVES_HZ, abs=2)
-    assert told[-1].content["moves"][0]["number"] == RATE_HZ, "the last one in any case"
 
 
 def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> None:

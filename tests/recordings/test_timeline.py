@@ -71,13 +71,6 @@ def test_what_was_said_and_what_happened_is_told_up_to_an_instant(run: Path) -> 
         assert told(wanted[0]["time_s"] - 1.0, 10) == []
 
 
-def test_the_moves_are_those_that_ran_and_waited_then(run: Path) -> None:
-    timeline = Timeline(run)
-    assert timeline.moves_at(timeline.start_s) == []
-    (move,) = timeline.moves_at(timeline.start_s + 0.2)
-    assert move["goal_joint_position"] == list(FAR)
-
-
 def test_the_scene_is_the_one_that_held_then(run: Path) -> None:
     timeline = Timeline(run)
     before, after = (

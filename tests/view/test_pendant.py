@@ -1,4 +1,4 @@
-"""What a viewer does on the pendant and in the menu of faults, and what becomes of it; what is drawn."""
+"""What a viewer does on the pendant, and what becomes of it; what is drawn."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.view.faults import ROBOT, WIRE
 from iiwa_sim.view.trail import colour_of
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.test_live import FAR, page_of, shows, types
@@ -79,22 +78,6 @@ def test_a_state_is_kept_and_the_robot_put_there_again(simulator: Simulator) -> 
         viewer.clicks("State", "there")
         viewer.clicks("Restore")
         wait_until(lambda: simulator.joints == before)
-
-
-def test_each_fault_of_the_menu_is_one_that_the_robot_knows(simulator: Simulator) -> None:
-    with page_of(simulator) as port, viewing(port) as viewer:
-        for fault in WIRE:
-            viewer.clicks("What happens", fault)
-            viewer.clicks("How many", 3)
-            viewer.clicks("Set")
-            wait_until(lambda: bool(simulator.call(lambda: simulator.backdoor._wire._rules)))
-            viewer.clicks("Clear all faults")
-            wait_until(lambda: not simulator.call(lambda: simulator.backdoor._wire._rules))
-        viewer.clicks("Code", 4712)
-        for fault, line in ROBOT.items():
-            viewer.clicks("What fails", fault)
-            viewer.clicks("Have it fail")
-            shows(viewer, f"page # {line.format(code=4712)}")
 
 
 def test_goal_force_and_path_are_drawn(simulator: Simulator) -> None:

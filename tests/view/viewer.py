@@ -67,7 +67,7 @@ class Viewer:
         )
         self.send(type="CommandTriggerMessage", uuid=found["uuid"])
 
-    def drags(self, node: str, phase: str, *end: float, modifier: str | None = None) -> None:
+    def drags(self, node: str, phase: str, *end: float) -> None:
         """The mouse at a node of the scene: grabbed at (0.6, 0, 0.6) m, and now at `end`."""
         shown = self.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
         self.send(
@@ -80,7 +80,7 @@ class Viewer:
             end_position=end,
             end_screen_pos=(0.5, 0.5),
             button="left",
-            modifier=modifier,
+            modifier=None,
             owner=shown.get("owner", ""),
         )
 
