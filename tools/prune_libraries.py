@@ -17,7 +17,6 @@ LACKING = {
     "mcap",
     "mpl_toolkits",
     "pytest",
-    "shtab",
     "testcontainers",
     "trimesh",
     "viser",

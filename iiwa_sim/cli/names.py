@@ -12,12 +12,10 @@ HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 ROS2_ENV = "ros2-env"
 MOVEIT_CONFIG = "moveit-config"
-COMPLETION = "completion"
 VIEW = "view"
 SUBCOMMANDS = (
     *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),
     MOVEIT_CONFIG,
-    COMPLETION,
 )
 """The first arguments that select a subcommand."""
 SERVE = "serve"
