@@ -15,17 +15,20 @@ from hypothesis.internal.constants_ast import Constants
 
 from iiwa_sim.simulator import Simulator
 from tests import last_results
-from tests.samples import some
 from tests.talking import Client
 
-# No test asks how long something takes. What passed here passes there: the samples are the same in every run;
-# HYPOTHESIS_PROFILE=hunt draws new ones.
-settings.register_profile(
-    "iiwa-sim", max_examples=some(100), deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
-settings.register_profile("same", settings.get_profile("iiwa-sim"), derandomize=True, database=None)
-settings.register_profile("hunt", settings.get_profile("iiwa-sim"))
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
+# No test asks how long something takes. Samples are the same in every run: few in `make test`, many with
+# HYPOTHESIS_PROFILE=many. HYPOTHESIS_PROFILE=hunt draws new ones.
+for profile, samples in (("few", 6), ("many", 60), ("hunt", 100)):
+    settings.register_profile(
+        profile,
+        max_examples=samples,
+        deadline=None,
+        suppress_health_check=[HealthCheck.too_slow],
+        derandomize=profile != "hunt",
+        database=None,
+    )
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "few"))
 # Else samples would hang on the numbers in the sources, and on what a worker happened to import before.
 providers._get_local_constants = Constants  # type: ignore[assignment]
 

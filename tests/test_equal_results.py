@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from websockets.sync.client import ClientConnection, connect
 
@@ -35,7 +35,6 @@ from tests.processes import next_line, running
 from tests.ros.ros2.users import domain
 from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
 from tests.ros_robot import RosRobot, command
-from tests.samples import some
 from tests.talking import DEADLINE_S
 
 HOME = [0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0]
@@ -262,7 +261,6 @@ def plays(front: Front, dialogue: list[Said]) -> tuple[list[Any], list[tuple[flo
     return [heard, list(front.results())], robot.joints
 
 
-@settings(max_examples=some(60))
 @given(dialogues)
 def test_results_and_motion_are_the_same_over_every_front(dialogue: list[Said]) -> None:
     """Tick by tick, to the last bit."""
@@ -470,7 +468,6 @@ def _users(there: contextlib.ExitStack, terminal: Terminal, python: Path) -> Use
 
 
 @pytest.mark.slow
-@settings(max_examples=some(60), deadline=None)
 @given(lists.filter(bool))
 def test_results_are_the_same_over_sockets_and_all_see_the_robot_at_one_place(
     users: Users, told: list[dict[str, Any]]

@@ -15,7 +15,6 @@ from iiwa_sim.robot.description import load_robot
 from tests.chains import chains, send
 from tests.clock.hand_time import MS_NS, HandTime
 from tests.drivers import SCENES, Krc4Driver, Scene, connect
-from tests.samples import some
 from tests.stepped import SteppedRobot
 
 PACES = [REAL, multiple(10), FAST]
@@ -79,7 +78,7 @@ async def told(program: list[Any]) -> ProgrammedRobot:
     return robot
 
 
-@settings(max_examples=some(8), deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(
     program=chains(len(load_robot().joints), stops=True, longest=8),
     late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -12,7 +12,6 @@ from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
-from tests.samples import some
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
@@ -71,7 +70,6 @@ class Robot(SteppedRobot):
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
-@settings(max_examples=some(8))
 @given(share=st.floats(0.05, 1.0))
 def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: float) -> None:
     robot = Robot(arm)
@@ -90,16 +88,14 @@ def test_rad_s2_are_of_joints(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
-@pytest.mark.parametrize("cap", [relative(1.0), rad_s2(1e6)])
-def test_a_cap_above_the_limits_changes_nothing(kind: str, cap: AccelerationCap) -> None:
+def test_a_cap_at_the_limits_changes_nothing(kind: str) -> None:
     capped, free = Robot("lbr_iiwa_7_r800"), Robot("lbr_iiwa_7_r800")
-    capped.moves(kind, cap)
+    capped.moves(kind, relative(1.0))
     free.moves(kind, None)
     assert capped.joints == free.joints
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@settings(max_examples=some(10))
 @given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
 def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
     robot = Robot(arm)
@@ -116,7 +112,6 @@ def test_a_long_line_comes_near_to_its_acceleration(arm: str) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@settings(max_examples=some(12))
 @given(
     shares=st.tuples(st.floats(0.05, 1.0), st.floats(0.05, 1.0)),
     kinds=st.tuples(st.sampled_from(["ptp", "lin"]), st.sampled_from(["ptp", "lin"])),

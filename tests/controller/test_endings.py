@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.endings import Ending
@@ -21,7 +21,6 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
 from tests.chains import Recorder, chains
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
 HOME = SteppedRobot().controller.joints
@@ -172,7 +171,6 @@ def test_what_nobody_wants_to_hear_of_is_not_kept(robot: SteppedRobot) -> None:
     assert not robot.controller.endings.pending
 
 
-@settings(max_examples=some(15), deadline=None)
 @given(st.data(), st.sampled_from(ARMS))
 def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
     recorder = Recorder(load_robot(name))

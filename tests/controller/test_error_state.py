@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -24,7 +24,6 @@ from tests.asked import (
     smart_joint_move,
 )
 from tests.dialect.fake_robot import Conversation
-from tests.samples import some
 from tests.stepped import SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
@@ -174,7 +173,6 @@ LINES = st.sampled_from(
 
 
 @pytest.mark.requirement("FRC021", "FRC026")
-@settings(max_examples=some(60), deadline=None)
 @given(lines=st.lists(LINES, max_size=20))
 def test_errors_resets_and_refused_moves_never_lose_a_reply(lines: list[str]) -> None:
     robot = SteppedRobot(servo_timeout_s=0.05)

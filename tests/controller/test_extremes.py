@@ -1,20 +1,15 @@
-"""Numbers at the edges: the least and largest that there are, targets at limits, ways of almost nothing.
-
-`python -m tests.controller.test_extremes 20000` runs so many sequences instead of a sample; a second number
-says which is the first of them.
-"""
+"""Numbers at the edges: the least and largest that there are, targets at limits, ways of almost nothing."""
 
 from __future__ import annotations
 
 import random
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from math import nan, nextafter, pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -36,7 +31,6 @@ from tests.asked import (
     smart_joint_move,
 )
 from tests.dialect.fake_robot import Conversation
-from tests.samples import some
 from tests.stepped import ALL_ROBOTS, ROBOTS, SteppedRobot, assert_within_limits
 
 TICKS = (0, 1, 2, 5, 30)
@@ -142,7 +136,6 @@ COMMANDS: tuple[Callable[[Extremes, Controller], object], ...] = (
 )
 
 
-@settings(max_examples=some(25), deadline=None)
 @given(st.sampled_from(ROBOTS), st.integers(0, 2**32 - 1))
 def test_extreme_numbers_are_refused_or_moved_to_and_raise_nothing(robot: str, seed: int) -> None:
     Extremes(robot, seed).run(12)
@@ -230,18 +223,3 @@ def test_a_joint_without_a_way_slows_no_other(robot: str) -> None:
     slow.controller.move(joint_move(target, [1.0] + [1e-6] * (len(target) - 1)))
     fast.controller.move(joint_move(target, [1.0] * len(target)))
     assert slow.runs_until_stopped() == fast.runs_until_stopped()
-
-
-def hunt(sequences: int, first: int = 0) -> int:
-    """Runs so many, from this one on, and stops at the first that raises; gives the one behind the last."""
-    for seed in range(first, first + sequences):
-        try:
-            Extremes(ROBOTS[seed % len(ROBOTS)], seed).run(12)
-        except BaseException:
-            sys.stdout.write(f"sequence {seed}\n")
-            raise
-    return first + sequences
-
-
-if __name__ == "__main__":
-    sys.stdout.write(f"none raised up to sequence {hunt(*map(int, sys.argv[1:]))}\n")

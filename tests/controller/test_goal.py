@@ -6,14 +6,13 @@ from math import dist
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
 from tests.chains import aimed, chains
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
@@ -32,10 +31,9 @@ def told(robot: SteppedRobot) -> tuple[float, ...]:
 
 
 @pytest.mark.requirement("FRC019")
-@settings(max_examples=some(25), deadline=None)
 @given(data=st.data(), name=st.sampled_from(ARMS))
 def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.DataObject, name: str) -> None:
-    chain = data.draw(chains(len(load_robot(name).joints), longest=8))
+    chain = data.draw(chains(len(load_robot(name).joints), longest=4))
     robot = SteppedRobot(name)
     controller = robot.controller
     assert told(robot) == controller.joints

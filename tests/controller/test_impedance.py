@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from itertools import product
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Plane
@@ -32,7 +31,6 @@ from tests.asked import (
     ptp_stiff_move,
     smart_joint_move,
 )
-from tests.samples import some, spread
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits, strong
 
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
@@ -110,7 +108,7 @@ def test_without_forces_a_stiffness_move_is_the_move_itself(name: str, kind: str
     assert_within_limits(soft)
 
 
-@pytest.mark.parametrize("stiffness", [200.0, 2000.0, 5000.0])
+@pytest.mark.parametrize("stiffness", [200.0, 5000.0])
 @both
 def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_target(
     name: str, stiffness: float
@@ -164,7 +162,7 @@ def test_the_six_values_are_subtracted_from_what_acts() -> None:
 
 @pytest.mark.parametrize(
     ("tick_s", "surface", "stiffness", "speed_rel"),
-    spread(product([0.001, 0.002, 0.01], [1e3, 1e5], [100.0, 5000.0], [0.1, 1.0])),
+    [(0.001, 1e3, 100.0, 1.0), (0.01, 1e5, 5000.0, 0.1)],
 )
 def test_pressed_into_a_table_the_forces_balance(
     tick_s: float, surface: float, stiffness: float, speed_rel: float
@@ -209,7 +207,7 @@ def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -
 
 
 @pytest.mark.requirement("FRC001")
-@pytest.mark.parametrize("stiffness", [50.0, 500.0, 5000.0])
+@pytest.mark.parametrize("stiffness", [50.0, 5000.0])
 @both
 def test_a_hold_deflects_by_torque_over_stiffness(name: str, stiffness: float) -> None:
     robot = at_start(name)
@@ -249,8 +247,7 @@ def test_a_hold_without_stiffness_is_guided_by_hand_and_stays_where_it_is_left()
     np.testing.assert_allclose(robot.controller.joints, left, atol=1e-6)
 
 
-@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
-@pytest.mark.parametrize("surface", [1e3, 1e5])
+@pytest.mark.parametrize(("tick_s", "surface"), [(0.002, 1e3), (0.01, 1e5)])
 def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
     robot = touching(surface, 0.515, tick_s, friction=0.3)
     robot.controller.move(gravity_hold(200.0))
@@ -444,9 +441,7 @@ def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, ki
     assert_within_limits(robot)
 
 
-@pytest.mark.parametrize("hz", [20, 50])
-@pytest.mark.parametrize("kind", ["lin", "ptp"])
-@pytest.mark.parametrize("mm_per_s", [20.0, 100.0])
+@pytest.mark.parametrize(("kind", "hz", "mm_per_s"), [("lin", 20, 20.0), ("ptp", 50, 100.0)])
 def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
     kind: str, hz: int, mm_per_s: float
 ) -> None:
@@ -472,7 +467,6 @@ def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
     assert_within_limits(robot)
 
 
-@settings(max_examples=some(20), deadline=None)
 @given(
     st.sampled_from(ARMS),
     st.sampled_from([0.001, 0.002, 0.01]),
@@ -677,7 +671,6 @@ def test_what_is_refused_changes_nothing(state: str) -> None:
 ROBOT = load_robot()
 
 
-@settings(max_examples=some(20), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     sequence=st.lists(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -22,7 +22,6 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, lin_joint_move, lin_move, smart_joint_move
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
@@ -45,7 +44,6 @@ STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
 
 
 @pytest.mark.requirement("FRC021", "FRC026")
-@settings(max_examples=some(25))
 @given(name=st.sampled_from(ARMS), how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
 def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how: str, ticks: int) -> None:
     robot, undisturbed = SteppedRobot(name), SteppedRobot(name)

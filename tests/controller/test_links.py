@@ -111,10 +111,9 @@ def test_a_cell_whose_surfaces_are_away_from_the_links_changes_no_bit() -> None:
     assert not away.told
 
 
-@pytest.mark.parametrize("stiffness", [2_000.0, 50_000.0, 1e6, 1e7])
-@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
+@pytest.mark.parametrize(("tick_s", "stiffness"), [(0.002, 2_000.0), (0.01, 1e7)])
 def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
-    stiffness: float, tick_s: float, monkeypatch: pytest.MonkeyPatch
+    tick_s: float, stiffness: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tests.controller.test_links.TICK_S", tick_s)
     robot = Robot(wall(stiffness), unbreakable=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -30,7 +30,6 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.samples import some, spread
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 FULL = [1.0] * 7
@@ -113,9 +112,10 @@ GOES: dict[str, tuple[Mode, Go]] = {
     ),
 }
 COMMANDS = sorted(GOES)
+ONE_OF_EACH_MODE = ("joint", "linstiff", "smart joint", "direct cartesian")
 SERVOS = [command for command in COMMANDS if GOES[command][0] in SERVO_MODES]
 QUEUES = (Mode.NORMAL, Mode.IMPEDANCE)
-CHANGES = [(a, b) for a, b in product(COMMANDS, COMMANDS) if GOES[a][0] is not GOES[b][0]]
+CHANGES = list(permutations(ONE_OF_EACH_MODE, 2))
 
 
 def sends(robot: SteppedRobot, command: str, to: list[float]) -> int:
@@ -199,7 +199,8 @@ def test_a_robot_at_rest_changes_its_mode_without_delay(command: str, other: str
 
 @pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize(
-    ("name", "command", "other"), spread((name, *change) for name, change in product(ARMS, CHANGES))
+    ("name", "command", "other"),
+    [*((ARMS[0], *change) for change in CHANGES), *((ARMS[1], *change) for change in CHANGES[::4])],
 )
 def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(
     name: str, command: str, other: str
@@ -265,38 +266,13 @@ def test_a_stop_ends_every_mode_on_the_path(name: str, command: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "third"),
-    spread(
-        (first, second, third)
-        for first, second in CHANGES
-        for third in ("lin", "smart joint", "direct cartesian")
-        if "cartesian" not in first and GOES[second][0] is not GOES[third][0]
-    ),
-)
-def test_what_has_not_begun_when_the_mode_changes_again_never_moves(
-    first: str, second: str, third: str
-) -> None:
-    changed, stopped = in_mid_motion(first), in_mid_motion(first)
-    dropped = sends(changed, second, START)
-    stopped.stop()
-    for robot in (changed, stopped):
-        robot.step(10)
-        newest = sends(robot, third, ELSEWHERE)
-        assert robot.controller.is_pending(newest)
-    assert not changed.controller.is_pending(dropped)
-    for robot in (changed, stopped):
-        robot.runs_until_stopped()
-    assert changed.joints == stopped.joints
-    assert changed.controller.mode is GOES[third][0]
-
-
-@pytest.mark.parametrize(
     ("first", "servo", "by_stop"),
-    spread(
-        (first, servo, by_stop)
-        for first, servo, by_stop in product(COMMANDS, SERVOS, [True, False])
-        if by_stop or GOES[first][0] is not GOES[servo][0]
-    ),
+    [
+        ("joint", "smart cartesian", True),
+        ("linstiff", "direct joint", False),
+        ("smart joint", "direct cartesian", False),
+        ("direct joint", "smart joint", True),
+    ],
 )
 def test_of_the_targets_that_come_during_a_stop_the_newest_is_headed_for(
     first: str, servo: str, by_stop: bool
@@ -339,7 +315,7 @@ def test_normal_moves_that_come_during_a_stop_queue(servo: str) -> None:
 
 
 @pytest.mark.requirement("FRC016")
-@pytest.mark.parametrize(("command", "other"), spread(CHANGES))
+@pytest.mark.parametrize(("command", "other"), CHANGES[::3])
 def test_a_stop_during_a_change_drops_what_waits(command: str, other: str) -> None:
     changed, stopped = in_mid_motion(command), in_mid_motion(command)
     number = sends(changed, other, ELSEWHERE)
@@ -598,7 +574,6 @@ def sequences(draw: st.DrawFn) -> list[tuple[str, int, int]]:
 
 
 @pytest.mark.requirement("FRA104")
-@settings(max_examples=some(25), deadline=None)
 @given(sequence=sequences())
 def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
     sequence: list[tuple[str, int, int]],

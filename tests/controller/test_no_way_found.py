@@ -39,8 +39,7 @@ def robot(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> St
     return SteppedRobot(request.param)
 
 
-@pytest.mark.parametrize("ticks", [1, 600])
-@pytest.mark.parametrize("robot", ARMS, indirect=True)
+@pytest.mark.parametrize(("robot", "ticks"), [(ARMS[0], 600), (ARMS[1], 1)], indirect=["robot"])
 def test_a_stiffness_move_in_mid_motion_waits_for_a_way_and_is_not_lost(
     robot: SteppedRobot, ticks: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,10 +15,7 @@ from iiwa_sim.controller.numbers_kernel import Numbers
 from iiwa_sim.frames import Frame, compose, inverse, transform_from_euler
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
-from tests.interpreted import interpreted
 
-PLAIN = interpreted("iiwa_sim.controller.numbers_kernel").Numbers
-PLAIN_TCP = interpreted("iiwa_sim.robot.tcp_kernel").Tcp
 MODEL = Model(load_robot("lbr_iiwa_7_r800"))
 ANGLE = st.one_of(st.floats(-pi, pi), st.sampled_from([0.0, -0.0, 0.5 * pi, -0.5 * pi, pi, -pi]))
 JOINTS = st.lists(ANGLE, min_size=7, max_size=7)
@@ -72,21 +69,3 @@ def test_in_full_they_are_what_the_commands_tell_bit_for_bit(
             (now - then) / 0.002 for now, then in zip(joints, turn * 3, strict=False)
         ]
         assert numbers.forces(turn) is turn
-
-
-@given(joints=JOINTS, before=JOINTS, turn=TURN, rounded=st.booleans())
-def test_compiled_and_interpreted_are_the_same(
-    joints: Sequence[float], before: Sequence[float], turn: Sequence[float], rounded: bool
-) -> None:
-    tool = transform_from_euler(0.1, 0.2, 0.3, *turn)
-    compiled, plain = (
-        Numbers(MODEL.tcp_of_flange, rounded),
-        PLAIN(PLAIN_TCP(MODEL.fixed_poses, tool_of_none()), rounded),
-    )
-    assert compiled.frames(joints, tool) == plain.frames(joints, tool)
-    assert list(compiled.forces(before)) == list(plain.forces(before))
-    assert compiled.velocities(joints, before, 0.002) == plain.velocities(joints, before, 0.002)
-
-
-def tool_of_none() -> object:
-    return MODEL.tcp_of_flange.tool_in_flange

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
 from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
-from tests.samples import some
 from tests.stepped import SteppedRobot
 
 FULL = [1.0] * 7
@@ -50,7 +49,6 @@ def test_targets_and_spheres_are_those_that_were_asked_for() -> None:
     assert controller.planned == []
 
 
-@settings(max_examples=some(12))
 @given(st.integers(0, 1500), st.sampled_from(["stop", "cancel_move", "clear_queue"]))
 def test_what_was_stopped_cancelled_or_cleared_is_told_no_more(ticks: int, how: str) -> None:
     robot = SteppedRobot()

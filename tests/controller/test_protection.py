@@ -8,7 +8,7 @@ from math import dist
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.backdoor.states import States
@@ -35,7 +35,6 @@ from tests.asked import (
     ptp_move,
     smart_joint_move,
 )
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002
@@ -273,7 +272,6 @@ def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
     assert len(robot.faults) == 2
 
 
-@settings(max_examples=some(100), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     part=st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7),
@@ -305,7 +303,6 @@ FREE_MOVES = st.tuples(
 centres = st.tuples(*[st.floats(-0.2, 0.2)] * 3)
 
 
-@settings(max_examples=some(60), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     program=st.lists(FREE_MOVES, min_size=1, max_size=6),

@@ -19,7 +19,6 @@ from tests.chain_checks import (
     least_speed_at,
 )
 from tests.chains import UNTIL_STOPPED, Recorder
-from tests.samples import some
 from tests.stepped import ARMS, TOLERANCE, Array, SteppedRobot, assert_within_limits, worst_loads
 
 SIDE_MM = 200.0
@@ -204,7 +203,7 @@ def test_a_move_that_comes_in_time_blends_with_the_one_under_way(name: str, left
 
 
 @pytest.mark.requirement("FRC014", "FRC015")
-@settings(max_examples=some(25), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(name=names, left=st.integers(-30, 330), following=st.sampled_from([0.05, 0.4, 1.0]))
 def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
     name: str, left: int, following: float
@@ -221,6 +220,7 @@ def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
     assert recorder.ticks() <= recorder.ticks(blending=False) + 1
 
 
+@pytest.mark.slow
 def test_accelerations_keep_their_limits_between_the_samples_of_a_blend() -> None:
     """From a slow move with a large radius into one that is five times as fast."""
     robot = SteppedRobot()
@@ -232,6 +232,7 @@ def test_accelerations_keep_their_limits_between_the_samples_of_a_blend() -> Non
     assert worst_loads(robot)["acceleration"] <= TOLERANCE
 
 
+@pytest.mark.slow
 def test_no_acceleration_hides_between_the_samples_of_a_long_blend() -> None:
     """With 17 samples of a blend 3 % too much once did."""
     robot = SteppedRobot(replace(load_robot(), home=(0.993, 0.286, -0.248, -1.574, 0.096, 1.618, 0.114)))
@@ -252,7 +253,7 @@ def test_a_move_that_comes_too_late_starts_from_rest_at_the_target(name: str) ->
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC016")
-@settings(max_examples=some(25), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(name=names, after=st.integers(1, 700))
 def test_a_stop_in_a_blend_keeps_the_path_and_the_next_moves_start_from_there(name: str, after: int) -> None:
     recorder, unstopped = at_start(name), square(name, 60.0)

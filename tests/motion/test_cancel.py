@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder, chain_moves
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 
 FULL = [1.0] * 7
@@ -33,7 +24,7 @@ HOMES = {
     "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
 }
 STOP_S = 0.1
-LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))
+
 
 both = pytest.mark.parametrize("name", ARMS)
 names = st.sampled_from(ARMS)
@@ -59,7 +50,6 @@ waits = st.tuples(
 
 
 @pytest.mark.requirement("FRC013", "FRC014")
-@settings(max_examples=some(30), deadline=None)
 @given(data=st.data(), name=names, cancels=st.lists(waits, min_size=1, max_size=4))
 def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
     data: st.DataObject, name: str, cancels: list[tuple[float, int]]
@@ -77,7 +67,6 @@ def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
 
 
 @pytest.mark.requirement("FRC016")
-@settings(max_examples=some(30), deadline=None)
 @given(
     data=st.data(),
     name=names,
@@ -108,7 +97,6 @@ def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
 
 
 @pytest.mark.requirement("FRC013")
-@settings(max_examples=some(20), deadline=None)
 @given(name=names, after=st.integers(1, 250))
 def test_a_cancelled_line_stays_on_its_line_while_it_brakes(name: str, after: int) -> None:
     robot = SteppedRobot(name)
@@ -317,81 +305,6 @@ def test_cleared_moves_are_pending_no_more_and_later_ones_are() -> None:
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(targets[3])
     assert_within_limits(robot)
-
-
-class Again:
-    """Moves of one joint that count how often they are planned again."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        time = PlannedTime(Override(0.01, LIMITS), 15.0, 600.0)
-        self.drive = Drive((0.0,), time, np.array([-10.0]), np.array([10.0]))
-
-    def append(self, number: int, end: float, ends_elsewhere: bool = False) -> None:
-        """A move to a place, or the same way from wherever it begins."""
-        way = end - self.drive.rest[0]
-        self.drive.append(
-            self._move(number, self.drive.rest, lambda start: start + way if ends_elsewhere else end)
-        )
-
-    def _move(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
-        path = ptp(start, (end(start[0]),))
-        way = abs(path.end[0] - start[0])
-        length_s = way if way > STANDSTILL_RAD else 0.0
-        return Move(number, path, LIMITS, length_s, None, lambda joints: self._again(number, joints, end))
-
-    def _again(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
-        self.count += 1
-        return self._move(number, start, end)
-
-    def runs(self) -> None:
-        while self.drive.moving:
-            self.drive.step()
-
-
-def test_only_as_many_moves_are_planned_again_as_begin_elsewhere() -> None:
-    robot = Again()
-    for number in range(1, 1001):
-        robot.append(number, float(number % 2))
-    for _ in range(20):
-        robot.drive.step()
-    robot.drive.cancel()
-    assert robot.count == 0
-    for _ in range(20):
-        robot.drive.step()
-        assert robot.count == 1
-    assert robot.drive.waiting >= 998
-
-
-def test_one_move_is_planned_again_in_a_tick_and_those_sent_meanwhile_follow() -> None:
-    robot = Again()
-    for number in range(1, 101):
-        robot.append(number, 0.01 * number, ends_elsewhere=True)
-    for _ in range(3):
-        robot.drive.step()
-    robot.drive.cancel()
-    for tick in range(1, 51):
-        robot.drive.step()
-        assert robot.count == tick
-    robot.append(101, 3.0)
-    robot.runs()
-    assert robot.count == 100
-    assert robot.drive.joints == robot.drive.rest == (3.0,)
-
-
-def test_what_waits_may_be_told_to_begin_elsewhere() -> None:
-    robot = Again()
-    robot.append(1, 1.0)
-    robot.append(2, 2.0, ends_elsewhere=True)
-    robot.drive.start_from((0.5,))
-    assert robot.drive.joints == (0.5,)
-    places = []
-    while robot.drive.moving:
-        robot.drive.step()
-        places.append(robot.drive.joints[0])
-    assert min(places) >= 0.5
-    assert places[-1] == robot.drive.rest[0] == 2.0
-    assert robot.count == 1
 
 
 @pytest.mark.requirement("FRC014", "FRC016")

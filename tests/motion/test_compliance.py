@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import product
 from math import exp, hypot, pi, sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
@@ -24,7 +23,6 @@ from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
-from tests.samples import some, spread
 
 
 class Plane(Feeling):  # type: ignore[misc]  # mypy knows no compiled class
@@ -70,13 +68,8 @@ POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
 POSES = {ARM: POSE, SIX_AXES: (0.3, -1.2, 1.4, 0.2, 0.9, -0.5)}
 both = pytest.mark.parametrize("arm", POSES, ids=lambda arm: arm.description.name)
 NO_FORCE = (0.0,) * 6
-TICKS_S = [
-    pytest.param(0.001, marks=pytest.mark.slow),
-    0.002,
-    pytest.param(0.005, marks=pytest.mark.slow),
-    0.01,
-]
-STIFFNESSES = [100.0, 500.0, 2000.0, 5000.0]
+TICKS_S = [0.002, 0.01]
+STIFFNESSES = [100.0, 5000.0]
 
 
 class Yielding:
@@ -216,20 +209,10 @@ def test_a_torque_on_joints_moves_the_tcp_as_the_wrench_that_does_the_same_work(
     assert np.abs(off[:3]).max() < np.abs(swivelled.joints[2] - POSE[2]), "and the TCP less"
 
 
-SURFACES = [1e3, 1e4, 1e5]
-
-
 @pytest.mark.parametrize("tick_s", TICKS_S)
 @pytest.mark.parametrize(
     ("surface", "arm", "stiffness"),
-    spread(
-        (
-            (surface, *arm)
-            for surface in SURFACES
-            for arm in [*((ARM, each) for each in (0.0, 50.0, 2000.0, 5000.0)), (SIX_AXES, 2000.0)]
-        ),
-        each=4,
-    ),
+    [(1e3, ARM, 0.0), (1e5, ARM, 5000.0), (1e4, SIX_AXES, 2000.0)],
 )
 def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     arm: Arm, tick_s: float, surface: float, stiffness: float
@@ -249,7 +232,7 @@ def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
 @pytest.mark.parametrize("tick_s", TICKS_S)
 @pytest.mark.parametrize(
     ("arm", "stiffness", "surface", "damping"),
-    spread(product([ARM, SIX_AXES], [0.0, 2000.0, 5000.0], SURFACES, [0.0, 2.0])),
+    [(ARM, 0.0, 1e3, 2.0), (ARM, 5000.0, 1e5, 0.0), (SIX_AXES, 2000.0, 1e4, 2.0)],
 )
 def test_energy_never_grows_in_contact(
     arm: Arm, tick_s: float, surface: float, stiffness: float, damping: float
@@ -288,7 +271,6 @@ def pushed(draw: st.DrawFn) -> list[tuple[tuple[float, ...], tuple[float, ...]]]
 
 
 @pytest.mark.parametrize("arm", [ARM, SIX_AXES], ids=lambda arm: arm.description.name)
-@settings(max_examples=some(20), deadline=None)
 @given(
     pushes=pushed(),
     stiffness=st.sampled_from([0.0, 100.0, 5000.0]),

@@ -13,6 +13,7 @@ PROGRAMS = (3, 5, 8)  # with corners whose clock is found again for places betwe
 empty = np.empty
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", PROGRAMS)
 def test_a_program_moves_alike_whatever_fresh_arrays_hold(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     def moved(junk: float) -> str:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds, braking_way
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from tests.samples import some
 from tests.stepped import ARMS
 
 ROBOT = load_robot()
 STOP = ROBOT.stop_acceleration, ROBOT.stop_jerk
 
 
-@settings(max_examples=some(40), deadline=None)
 @given(
     robot=st.sampled_from([load_robot(name) for name in ARMS]),
     tick_s=st.sampled_from([0.001, 0.002, 0.01]),

@@ -5,7 +5,7 @@ from math import acos, atan2, cos, hypot, radians, sin
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
@@ -13,7 +13,6 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from tests.asked import lin_joint_move, lin_move, ptp_move
-from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
@@ -39,7 +38,6 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
 
 @pytest.mark.requirement("FRC009", "FRC005")
 @pytest.mark.parametrize("robot_name", ARMS)
-@settings(max_examples=some(50), deadline=None)
 @given(
     start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
     way_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda way: np.linalg.norm(way) > 1.0),
@@ -178,7 +176,6 @@ def test_lines_of_six_axes_from_or_to_poses_that_no_line_can_leave_are_refused(p
         assert "singular" in refused.value.reason
 
 
-@settings(max_examples=some(40), deadline=None)
 @given(
     family=st.sampled_from(["A5 = 0", "stretched", "above A1"]),
     off=st.sampled_from([0.0, 1e-12, 1e-9, -1e-6, 1e-4, -1e-3, 1e-2, -5e-2]),
@@ -255,7 +252,6 @@ def test_a_line_that_leaves_the_stretched_wrist_beside_its_plane_does_not_jump(o
 
 @pytest.mark.requirement("FRC011")
 @pytest.mark.parametrize("robot_name", ARMS)
-@settings(max_examples=some(25), deadline=None)
 @given(offsets=st.tuples(*[st.floats(-0.3, 0.3)] * 7))
 def test_a_line_to_joint_positions_ends_in_them(robot_name: str, offsets: tuple[float, ...]) -> None:
     robot = SteppedRobot(robot_name)
@@ -320,7 +316,6 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
 
 
 @pytest.mark.parametrize("robot_name", ARMS)
-@settings(max_examples=some(60), deadline=None)
 @given(parts=st.tuples(*[st.floats(0.01, 0.99)] * 7))
 def test_where_ptp_is_named_as_the_way_out_it_is_one(robot_name: str, parts: tuple[float, ...]) -> None:
     controller, robot = SteppedRobot(robot_name).controller, SteppedRobot(robot_name).description

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import MARGIN, Override
-from tests.samples import some
 
 QUICK_S = 0.9  # a change between any two overrides of an iiwa takes less
 values = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 1.0, 1.0, 1e-9, 1.0 - 1e-9, 0.5]))
@@ -35,7 +34,6 @@ def runs(override: Override, told: list[tuple[float, int]]) -> tuple[list[float]
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=some(150), deadline=None)
 @example([(0.0, 500), (1.0, 500)], (5.0, 25.0))
 @example([(0.0, 250), (1.0, 500)], (10.0, 50.0))
 @given(changes, st.tuples(st.floats(1.0, 30.0), st.floats(2.0, 200.0)))
@@ -57,7 +55,6 @@ def test_at_every_tick_a_motion_that_uses_all_of_its_limits_keeps_them(
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=some(50), deadline=None)
 @given(changes)
 def test_it_comes_to_what_was_asked_for_last_exactly_and_soon(told: list[tuple[float, int]]) -> None:
     override = Override(0.002, joint(5.0, 25.0))
@@ -85,7 +82,6 @@ def test_a_tick_in_which_a_change_ends_is_not_even() -> None:
     assert override.even
 
 
-@settings(max_examples=some(30), deadline=None)
 @given(changes, st.sampled_from([0.001, 0.002, 0.01]))
 def test_planned_time_goes_on_by_the_mean_rate_of_each_tick(
     told: list[tuple[float, int]], tick_s: float

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import ruckig
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.asked import joint_move, ptp_move
-from tests.samples import some
 from tests.stepped import ARMS, VELOCITY_TOLERANCE, SteppedRobot, assert_within_limits
 
 DESCRIPTIONS = [load_robot(name) for name in ARMS]
@@ -49,7 +48,6 @@ def optimal_duration_s(
 
 @pytest.mark.requirement("FRC004", "FRC010")
 @BOTH
-@settings(max_examples=some(40), deadline=None)
 @given(data=st.data(), speed_rel=st.floats(0.05, 1.0))
 def test_joint_moves_take_little_longer_than_the_optimum(
     description: RobotDescription, data: st.DataObject, speed_rel: float
@@ -68,7 +66,6 @@ def test_joint_moves_take_little_longer_than_the_optimum(
 
 @pytest.mark.requirement("FRC004", "FRC010")
 @BOTH
-@settings(max_examples=some(40), deadline=None)
 @given(data=st.data())
 def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription, data: st.DataObject) -> None:
     start, end = data.draw(positions(description)), data.draw(positions(description))
@@ -88,7 +85,6 @@ def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription,
 
 @pytest.mark.requirement("FRC004")
 @BOTH
-@settings(max_examples=some(20), deadline=None)
 @given(data=st.data())
 def test_no_joint_is_faster_than_its_relative_speed(
     description: RobotDescription, data: st.DataObject
@@ -104,7 +100,6 @@ def test_no_joint_is_faster_than_its_relative_speed(
 
 @pytest.mark.requirement("FRC005", "FRC008")
 @BOTH
-@settings(max_examples=some(40), deadline=None)
 @given(data=st.data())
 def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: st.DataObject) -> None:
     robot = SteppedRobot(description)
@@ -118,7 +113,6 @@ def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: 
 
 
 @pytest.mark.requirement("FRC008")
-@settings(max_examples=some(30), deadline=None)
 @given(joints=positions(DESCRIPTIONS[0]))
 def test_ptp_with_redundancy_comes_to_that_a3(joints: tuple[float, ...]) -> None:
     robot = SteppedRobot()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -20,7 +20,6 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import Nearest
-from tests.samples import some
 from tests.stepped import ARMS, ROBOTS, ROUNDING, TOLERANCE
 
 Array = NDArray[np.float64]
@@ -190,7 +189,6 @@ COMMANDS = st.lists(
 
 @pytest.mark.parametrize("robot_name", DESCRIPTIONS)
 @pytest.mark.parametrize(("direct", "rate_hz"), [(False, 500), (True, 500), (False, 1000), (True, 100)])
-@settings(max_examples=some(25), deadline=None)
 @given(commands=COMMANDS, seed=st.integers(0, 1000))
 def test_no_limit_is_passed_wherever_it_is_sent(
     robot_name: str, direct: bool, rate_hz: int, commands: list[tuple[int, float | None, float]], seed: int
@@ -207,7 +205,6 @@ def test_no_limit_is_passed_wherever_it_is_sent(
     robot.assert_within_limits()
 
 
-@settings(max_examples=some(25), deadline=None)
 @given(
     name=names,
     runs_s=st.floats(0.0, 0.6),
@@ -250,7 +247,6 @@ def fastest_s(way: float, velocity: float, acceleration: float, jerk: float) -> 
 
 @pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize("direct", [False, True])
-@settings(max_examples=some(25), deadline=None)
 @given(name=names, seed=st.integers(0, 10_000), share=st.sampled_from([0.001, 0.03, 1.0]))
 def test_from_rest_it_starts_at_once_and_each_joint_arrives_as_soon_as_can_be(
     direct: bool, name: str, seed: int, share: float
@@ -274,7 +270,6 @@ def test_from_rest_it_starts_at_once_and_each_joint_arrives_as_soon_as_can_be(
 
 @pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize("direct", [False, True])
-@settings(max_examples=some(15), deadline=None)
 @given(name=names, share=st.floats(0.0, 1.0), ticks=st.integers(1, 10))
 def test_under_way_a_new_target_counts_from_the_next_tick(
     direct: bool, name: str, share: float, ticks: int
@@ -314,7 +309,6 @@ def test_sent_where_it_is_it_stays_or_comes_back(name: str) -> None:
     robot.assert_within_limits()
 
 
-@settings(max_examples=some(10), deadline=None)
 @given(name=names, every=st.integers(1, 50))
 def test_a_target_sent_again_and_again_changes_nothing(name: str, every: int) -> None:
     once, often = Followed(robot=name), Followed(robot=name)
@@ -333,7 +327,6 @@ SPEEDS = st.lists(st.floats(0.02, 0.9), min_size=7, max_size=7)
 
 
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@settings(max_examples=some(12), deadline=None)
 @given(name=names, speeds_rel=SPEEDS, seed=st.integers(0, 1000), gap_at_s=st.none() | st.floats(0.1, 0.8))
 def test_a_ragged_stream_is_followed_with_bounded_lag_and_never_overtaken(
     direct: bool, period_s: float, name: str, speeds_rel: list[float], seed: int, gap_at_s: float | None
@@ -353,7 +346,6 @@ def test_a_ragged_stream_is_followed_with_bounded_lag_and_never_overtaken(
 
 
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@settings(max_examples=some(12), deadline=None)
 @given(
     name=names,
     speeds_rel=SPEEDS,
@@ -437,7 +429,6 @@ def test_a_circle_of_the_flange_is_followed(direct: bool, period_s: float, name:
 
 
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@settings(max_examples=some(8), deadline=None)
 @given(name=names, seed=st.integers(0, 1000))
 def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
     direct: bool, period_s: float, name: str, seed: int
@@ -456,7 +447,6 @@ def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
 
 @pytest.mark.requirement("FRC003")
 @pytest.mark.parametrize("direct", [False, True])
-@settings(max_examples=some(25), deadline=None)
 @given(name=names, commands=COMMANDS, seed=st.integers(0, 1000))
 def test_a_stop_takes_100_ms_at_most_and_stays_on_the_course(
     direct: bool, name: str, commands: list[tuple[int, float | None, float]], seed: int
@@ -525,7 +515,6 @@ def test_a_way_on_which_ruckig_fails_is_run() -> None:
     robot.assert_within_limits()
 
 
-@settings(max_examples=some(15), deadline=None)
 @given(name=names, runs=st.integers(150, 450), softer=st.floats(0.1, 0.5))
 def test_limits_that_become_lower_on_the_way_to_a_position_limit_do_not_lead_beyond_it(
     name: str, runs: int, softer: float

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.asked import joint_move, lin_move, ptp_move
-from tests.samples import some
 from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
@@ -36,7 +35,6 @@ def stops(robot: SteppedRobot) -> int:
 @pytest.mark.requirement("FRC003", "FRC013", "FRC016")
 @pytest.mark.parametrize("robot_name", ALL_ROBOTS)
 @pytest.mark.parametrize("rate_hz", [100, 500, 1000])
-@settings(max_examples=some(15), deadline=None)
 @given(after_s=st.floats(0.0, 1.2), speed=st.sampled_from([1.0, 0.3]))
 def test_a_stop_ends_all_motion_within_100_ms(
     robot_name: str, rate_hz: int, after_s: float, speed: float
@@ -56,7 +54,6 @@ def test_a_stop_ends_all_motion_within_100_ms(
 
 @pytest.mark.requirement("FRC003")
 @pytest.mark.parametrize("robot_name", ALL_ROBOTS)
-@settings(max_examples=some(15), deadline=None)
 @given(after=st.integers(1, 250))
 def test_a_stopped_line_stays_on_its_line(robot_name: str, after: int) -> None:
     robot = SteppedRobot(robot_name)

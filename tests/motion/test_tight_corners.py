@@ -1,8 +1,5 @@
 """Corners with hardly any room: at limits of positions, between very short moves, in spheres that meet."""
 
-import hashlib
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +7,7 @@ import pytest
 
 from iiwa_sim.robot.description import load_robot
 from tests.chain_checks import assert_keeps_all_promises, comes_to_rest_at
-from tests.chains import Recorder, random_chain
+from tests.chains import Recorder
 from tests.stepped import ARMS
 
 both = pytest.mark.parametrize("name", ARMS)
@@ -76,24 +73,3 @@ def test_where_spheres_meet_the_robot_goes_from_one_corner_into_the_next(name: s
     (run,) = recorder.runs
     assert not any(comes_to_rest_at(run, move.corner) for move in run.moves[:-1])
     assert recorder.ticks() < 0.8 * recorder.ticks(blending=False)
-
-
-def digest(name: str, seed: int) -> str:
-    """Of all ticks of a random chain."""
-    recorder = Recorder(load_robot(name))
-    for move in random_chain(seed, len(recorder.end)):
-        recorder.send_move(move)
-        recorder.wait(7)
-    recorder.finish()
-    return hashlib.sha256(np.array(recorder.robot.joints).tobytes()).hexdigest()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
-def test_the_same_chain_is_the_same_bit_for_bit_in_another_process_too(name: str) -> None:
-    call = f"print(digest({name!r}, 3), digest({name!r}, 8))"
-    script = f"from tests.motion.test_tight_corners import digest; {call}"
-    elsewhere = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=300
-    )
-    assert elsewhere.stdout.split() == [digest(name, 3), digest(name, 8)]

@@ -25,7 +25,6 @@ def pairs_of(name: str) -> tuple[Pair, ...]:
     return tuple(disabled_pairs(load_robot(name), 2000))
 
 
-@pytest.mark.sampled
 @pytest.mark.parametrize("name", ALL_ROBOTS)
 def test_links_that_are_not_compared_are_apart_in_other_samples(name: str) -> None:
     robot = load_robot(name)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform
@@ -64,7 +64,6 @@ def same_but_for_turns(a: Sequence[float] | None, b: Sequence[float], near: floa
     return max(abs(math.remainder(x - y, math.tau)) for x, y in zip(a, b, strict=True)) <= near
 
 
-@pytest.mark.sampled
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)
@@ -152,7 +151,6 @@ def test_a_free_joint_beyond_half_a_turn_comes_from_the_seed_as_the_angle_it_is(
     assert joints == pytest.approx([*seed[:3], math.radians(-176.0), 0.0, math.radians(20.0)], abs=1e-9)
 
 
-@settings(deadline=None)
 @given(st.integers(0, 7), st.floats(1e-6, 2.0))
 def test_out_of_reach_is_none(status: int, beyond_m: float) -> None:
     arm = arm_named(SIX_AXES)
@@ -214,7 +212,6 @@ def test_there_is_no_redundancy(arm: Arm) -> None:
     assert arm.inverse.joints(flange, 1.0, 6, SEED) == arm.inverse.joints(flange, 0.0, 6, SEED)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6))
 def test_status_bits_say_where_the_wrist_is(q: list[float]) -> None:
     """Bit 0 from the wrist point itself: the flange pulled back by its length, seen from A1."""

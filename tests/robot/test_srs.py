@@ -69,7 +69,6 @@ def on_branch(arm: Arm, q: Sequence[float], status: int) -> bool:
     return status in arm.inverse.merging_statuses(q)
 
 
-@pytest.mark.sampled
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)

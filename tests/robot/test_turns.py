@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.robot import turns_kernel
@@ -41,7 +41,6 @@ def turned(
     return rows[0].tolist(), bool(within[0])
 
 
-@settings(deadline=None)
 @given(angles, positions)
 def test_each_joint_is_as_near_as_its_limits_allow(
     joints: tuple[float, ...], present: tuple[float, ...]
@@ -60,7 +59,6 @@ def test_each_joint_is_as_near_as_its_limits_allow(
         assert inside
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-math.pi, math.pi), min_size=7, max_size=7))
 def test_an_iiwa_has_no_turns_to_choose_from(joints: list[float]) -> None:
     for name in IIWAS:
@@ -70,7 +68,6 @@ def test_an_iiwa_has_no_turns_to_choose_from(joints: list[float]) -> None:
         assert inside == arm_named(name).within_limits(joints)
 
 
-@settings(deadline=None)
 @given(angles, positions)
 def test_continued_positions_are_within_half_a_turn(
     joints: tuple[float, ...], before: tuple[float, ...]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -17,7 +17,6 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests.journal import Journal
 from tests.krc4_talking import IDS, Reply, attributes, replies, request
-from tests.samples import some
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
 SIX_AXES = "kr_6_r900_sixx"
@@ -151,7 +150,6 @@ def test_the_goal_is_that_of_the_move_under_way() -> None:
 
 
 @given(st.sampled_from(["lbr_iiwa_7_r800", SIX_AXES]), st.integers(0, 10_000))
-@settings(max_examples=some(30), deadline=None)
 def test_what_goa_tells_pta_takes(robot: str, seed: int) -> None:
     description = load_robot(robot)
     controller = Controller(description, 0.002)
@@ -321,7 +319,6 @@ def test_only_who_sends_lines_of_text_is_told_of_the_other_dialect(wire: bytes, 
 
 
 @given(st.binary(max_size=120), st.integers(0, 200))
-@settings(max_examples=some(60), deadline=None)
 def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> None:
     """Rubbish in the midst of a message that would stop nothing, whatever it does to that."""
     robot, talk = at_home()
@@ -334,7 +331,6 @@ def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> Non
 
 
 @given(st.data())
-@settings(max_examples=some(40), deadline=None)
 def test_replies_are_the_same_however_the_requests_are_cut(data: st.DataObject) -> None:
     wire = b"".join(
         request(number, tag, **({"I2": 1} if tag in ("SIO", "GIO") else {}))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.dialect.krc4.stream import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
@@ -45,7 +45,6 @@ def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
     return wire + draw(st.sampled_from([b"", b" ", b"\r\n", b"\n\t"])), {**attributes, **children}
 
 
-@settings(deadline=None)
 @given(st.lists(messages(), max_size=4), st.lists(st.integers(1, 40), max_size=20))
 def test_messages_come_whole_however_they_are_cut(
     sent: list[tuple[bytes, dict[str, str]]], lengths: list[int]
@@ -60,7 +59,6 @@ def test_messages_come_whole_however_they_are_cut(
     assert read(*[bytes([byte]) for byte in wire]) == found
 
 
-@settings(deadline=None)
 @given(st.lists(messages(), min_size=1, max_size=3), st.data())
 def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
     sent: list[tuple[bytes, dict[str, str]]], data: st.DataObject
@@ -80,7 +78,6 @@ def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
     assert stream.unread == b"<Cmd><I0>1</I0> <"
 
 
-@settings(deadline=None)
 @given(messages())
 def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes, dict[str, str]]) -> None:
     wire = sent[0].rstrip()
@@ -92,7 +89,6 @@ def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes,
     assert stream.next() == Element("Cmd", sent[1], "")
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=200), st.lists(st.integers(1, 20), max_size=10))
 def test_any_bytes_are_messages_or_break_the_stream_and_are_the_same_in_parts(
     wire: bytes, lengths: list[int]
@@ -106,7 +102,6 @@ def test_any_bytes_are_messages_or_break_the_stream_and_are_the_same_in_parts(
     assert not any(isinstance(one, Broken) for one in found[:-1])
 
 
-@settings(deadline=None)
 @given(st.text(st.sampled_from("<>/ CmdIR0129=\"'&;!-[]?a"), max_size=60))
 def test_nearly_xml_is_told_from_it_as_the_standard_library_does(text: str) -> None:
     wire = text.encode()

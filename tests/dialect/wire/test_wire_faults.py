@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
@@ -26,7 +26,6 @@ from iiwa_sim.dialect.wire.wire_faults import (
     Split,
     WireFaults,
 )
-from tests.samples import some
 
 REPLIES = st.lists(st.binary(max_size=12).map(lambda b: bytes(32 + x % 95 for x in b) + b"\r\n"), max_size=8)
 
@@ -87,7 +86,6 @@ def test_nothing_comes_behind_an_end(fault: Fault, steps: list[type]) -> None:
     assert kinds(list(faults.steps(1, b"done\r\nmoving\r\n"))) == steps
 
 
-@settings(max_examples=some(50))
 @given(replies=REPLIES, seed=st.integers(0, 2**32 - 1))
 def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[bytes], seed: int) -> None:
     garbled = []
@@ -103,7 +101,6 @@ def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[b
         assert all(a != b and 33 <= b <= 126 for a, b in zip(was[:-2], now[:-2], strict=True))
 
 
-@settings(max_examples=some(100))
 @given(
     replies=REPLIES,
     asked=st.lists(
@@ -154,7 +151,6 @@ def test_a_message_of_the_krc4_is_one_reply(fault: Fault, steps: list[Step], tol
     assert heard == [("somebody", text) for text in told]
 
 
-@settings(max_examples=some(30))
 @given(seed=st.integers(0, 2**32 - 1))
 def test_of_a_garbled_message_the_tags_round_it_stay(seed: int) -> None:
     faults, _ = connected()

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
@@ -19,7 +19,6 @@ from iiwa_sim.motion.path.singular import Stretches
 from iiwa_sim.motion.path.splice import at_border
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
-from tests.samples import some
 
 S = np.linspace(0.0, 1.0, 301)
 NO_TOOL = IDENTITY
@@ -98,7 +97,6 @@ def assert_continuous(path: Polynomial, tolerances: tuple[float, ...]) -> None:
             assert np.abs(one - other).max() <= allowed * max(1.0, float(np.abs(one).max()))
 
 
-@settings(max_examples=some(100), deadline=None)
 @given(line=lines())
 def test_a_line_is_straight(line: Line) -> None:
     path = line.answer()
@@ -116,7 +114,6 @@ WRIST = {"srs": 5, "opw": 4}
 """The joint that is 0 where the wrist is stretched."""
 
 
-@settings(max_examples=some(100), deadline=None)
 @given(
     name=st.sampled_from(BUILT_IN),
     seed=st.integers(0, 2**32 - 1),
@@ -138,7 +135,6 @@ def test_a_line_to_or_from_a_nearly_stretched_wrist_is_straight(
     assert_straight_where_done(between(arm, *(ends if towards else ends[::-1]), NO_TOOL))
 
 
-@settings(max_examples=some(60), deadline=None)
 @given(
     name=st.sampled_from(BUILT_IN),
     seed=st.integers(0, 2**32 - 1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform, compose
@@ -35,7 +35,6 @@ def test_the_distance_of_a_sphere_is_that_of_the_tcp(arm: Arm, seed: int) -> Non
         assert distance == pytest.approx(np.linalg.norm(np.subtract(reached, there)), abs=1e-14)
 
 
-@settings(deadline=None)
 @given(arm=ARMS, seed=SEEDS, radius=st.floats(0.001, 0.5), at_end=st.booleans(), of_joints=st.booleans())
 def test_a_ptp_is_inside_for_just_that_part(
     arm: Arm, seed: int, radius: float, at_end: bool, of_joints: bool
@@ -57,7 +56,6 @@ def assert_inside(zone: Zone, path: Polynomial, part: float, at_end: bool) -> No
     assert max(map(zone.distance, path.derivatives(s)[0].tolist())) <= zone.radius + 1e-12
 
 
-@settings(deadline=None)
 @given(arm=ARMS, radius=st.floats(0.001, 0.3), at_end=st.booleans())
 def test_a_line_is_inside_by_its_length(arm: Arm, radius: float, at_end: bool) -> None:
     home = arm.description.home

@@ -44,6 +44,7 @@ def test_a_line_of_a_second_or_two_is_planned_once(robot: str) -> None:
     assert any(chain.rest_s < 1.0 for chain in chains)
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRC009")
 @pytest.mark.parametrize(("robot", "median", "most"), [(ARMS[0], 1.08, 1.11), (ARMS[1], 1.15, 1.3)])
 def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
@@ -60,6 +61,7 @@ def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
     assert np.percentile(ratios, 95) < most
 
 
+@pytest.mark.slow
 def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     """The third derivative jumps where a blend begins and ends. Once no look was taken right there."""
     start = (0.4823, 0.645, 0.3405, -1.118, -0.0469, 1.3014, -0.05)
@@ -73,6 +75,7 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     assert worst_loads(robot)["jerk"] <= TOLERANCE
 
 
+@pytest.mark.slow
 def test_jerks_hold_right_behind_the_border_of_a_short_piece() -> None:
     """The last of eleven pieces is a thousandth of the line. Once the look behind its border fell before it,
     and 0.09 ms of the plan had a jerk of 1.24."""
@@ -102,6 +105,7 @@ def test_jerks_hold_right_behind_the_border_of_a_short_piece() -> None:
     assert (np.abs(derivatives[:, 3]) / limits[:, 2]).max() <= TOLERANCE
 
 
+@pytest.mark.slow
 def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_samples() -> None:
     """A5 beside the stretched wrist, which was once 0.7 % too fast."""
     robot = SteppedRobot("lbr_iiwa_14_r820")

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.timing.widths_kernel import widths
-from tests.samples import some
 
 ANY = st.one_of(st.floats(), st.floats(-1.0, 2.0))
 NAN, INFINITE = float("nan"), float("inf")
 
 
-@settings(max_examples=some(100), deadline=None)
 @given(
     st.one_of(st.floats(), st.floats(1e-3, 30.0)),
     st.lists(st.tuples(ANY, ANY), max_size=3),

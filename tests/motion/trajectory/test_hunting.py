@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
@@ -18,7 +18,6 @@ from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 from tests.hunting import STEP_S
-from tests.samples import some
 from tests.stepped import ROUNDING, Array, assert_within_positions
 from tests.wide_hunting import WideHunt
 
@@ -265,8 +264,8 @@ def trajectories(seed: int) -> dict[str, float]:
     return TrajectoryHunt(seed).check()
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRC003", "FRC005", "FRC013", "FRC016", "FRC025")
-@settings(max_examples=some(25), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_whatever_trajectories_are_sent_and_when_all_limits_are_kept(seed: int) -> None:
     trajectories(seed)

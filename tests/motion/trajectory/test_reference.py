@@ -6,12 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
-from tests.samples import some
 
 Array = NDArray[np.float64]
 
@@ -29,7 +28,6 @@ def random_knots(seed: int, count: int, kind: str) -> list[Knot]:
 
 
 @pytest.mark.parametrize("kind", ["line", "cubic", "quintic"])
-@settings(max_examples=some(40), deadline=None)
 @given(seed=SEEDS, count=st.integers(2, 8))
 def test_the_curve_passes_its_points_as_they_are_told(kind: str, seed: int, count: int) -> None:
     knots = random_knots(seed, count, kind)
@@ -43,7 +41,6 @@ def test_the_curve_passes_its_points_as_they_are_told(kind: str, seed: int, coun
     assert reference.at(knots[0].time_s - 1.0)[0] == knots[0].positions
 
 
-@settings(max_examples=some(40), deadline=None)
 @given(seed=SEEDS, order=st.integers(0, 3), kind=st.sampled_from(["line", "cubic", "quintic"]))
 def test_the_derivatives_are_derivatives_and_lie_in_their_ranges(seed: int, order: int, kind: str) -> None:
     knots = random_knots(seed, 4, kind)
@@ -61,7 +58,6 @@ def test_the_derivatives_are_derivatives_and_lie_in_their_ranges(seed: int, orde
         assert (values[:, order] >= bounds.lowest - 1e-9).all()
 
 
-@settings(max_examples=some(60), deadline=None)
 @given(seed=SEEDS, order=st.integers(0, 2), kind=st.sampled_from(["line", "cubic", "quintic"]))
 def test_what_leaves_its_bounds_is_found_where_it_first_does(seed: int, order: int, kind: str) -> None:
     knots = random_knots(seed, 5, kind)

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
 from iiwa_sim.motion.trajectory.smoothed import Smoothed
-from iiwa_sim.motion.trajectory.smoothed_kernel import Averaged
 from iiwa_sim.motion.trajectory.windows import Windows
-from tests.interpreted import interpreted
-from tests.samples import some
 
-PIECEWISE = interpreted("iiwa_sim.motion.path.piecewise_kernel")
-PLAIN = interpreted("iiwa_sim.motion.trajectory.smoothed_kernel")
 SEEDS = st.integers(0, 2**32 - 1)
 widths = st.sampled_from([0.0, 0.01, 0.2, 1.5])
 
@@ -30,7 +25,6 @@ def random_reference(seed: int, count: int) -> Reference:
     return Reference([Knot(float(t), *map(tuple, row[:told])) for t, row in zip(times, rows, strict=True)])
 
 
-@settings(max_examples=some(60), deadline=None)
 @given(seed=SEEDS, count=st.integers(2, 6), first=widths, second=widths, part=st.floats(0.0, 1.0))
 def test_it_is_the_mean_of_the_mean(seed: int, count: int, first: float, second: float, part: float) -> None:
     reference = random_reference(seed, count)
@@ -46,19 +40,6 @@ def test_it_is_the_mean_of_the_mean(seed: int, count: int, first: float, second:
     assert np.abs(np.array(smoothed.joints(time)) - expected).max() < 0.02
 
 
-@settings(max_examples=some(60), deadline=None)
-@given(seed=SEEDS, narrow=widths, more=widths, part=st.floats(-0.1, 1.1), order=st.integers(0, 1))
-def test_compiled_it_is_the_same_to_the_last_bit(
-    seed: int, narrow: float, more: float, part: float, order: int
-) -> None:
-    curve = random_reference(seed, 5).curve
-    rows = np.split(curve.coefficients, curve.offsets[1:-1])
-    same = PIECEWISE.Polynomial(curve.borders, rows, curve.start, curve.end)
-    wide, time = narrow + more or 0.01, part * curve.borders[-1]
-    assert Averaged(curve, narrow, wide).at(order, time) == PLAIN.Averaged(same, narrow, wide).at(order, time)
-
-
-@settings(max_examples=some(60), deadline=None)
 @given(seed=SEEDS, first=widths, second=widths, part=st.floats(0.01, 0.99))
 def test_its_derivatives_are_derivatives(seed: int, first: float, second: float, part: float) -> None:
     smoothed = Smoothed(random_reference(seed, 5), Windows(first, second))

@@ -110,7 +110,6 @@ def test_trajectories_of_2_to_200_points_are_followed(
         assert all(each <= limit * 1.001 for each, limit in zip(fast, velocity, strict=True))
 
 
-@pytest.mark.sampled
 def test_what_is_bad_comes_to_nothing_however_much_of_it_there_is(
     cell: tuple[Simulator, User], caplog: pytest.LogCaptureFixture
 ) -> None:
