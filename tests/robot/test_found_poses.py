@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 
@@ -15,7 +14,7 @@ import pytest
 
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.robot.fixed_poses import read_fixed_poses
-from iiwa_sim.robot.found_poses import POSES_FILE, poses_checksum, read_found_poses, written
+from iiwa_sim.robot.found_poses import POSES_FILE, poses_checksum
 from iiwa_sim.robot.model import Model
 
 
@@ -33,24 +32,6 @@ def test_they_are_those_of_pinocchio(name: str) -> None:
     assert robot.found_poses.of == poses_checksum(robot.urdf, robot.joints, robot.flange, poses)
     assert numbers(robot.found_poses.poses) == pytest.approx(numbers(read_fixed_poses(robot)), abs=1e-12)
     assert Model(robot).fixed_poses == robot.found_poses.poses
-
-
-def test_they_are_written_as_they_are_read(tmp_path: Path) -> None:
-    found = load_robot().found_poses
-    assert found is not None
-    (tmp_path / POSES_FILE).write_text(written(found))
-    assert read_found_poses(tmp_path) == found
-
-
-def test_for_another_geometry_the_urdf_is_read() -> None:
-    robot = load_robot()
-    longer = replace(robot, urdf=robot.urdf.replace('xyz="0 0 0.15"', 'xyz="0 0 0.25"', 1))
-    assert longer.urdf != robot.urdf
-    assert longer.found_poses == robot.found_poses
-    raised = numbers(Model(longer).fixed_poses) - numbers(Model(robot).fixed_poses)
-    assert raised[0][-1] == pytest.approx(0.1)
-    elsewhere = replace(robot, flange="flange_touch_152")
-    assert Model(elsewhere).fixed_poses != Model(robot).fixed_poses
 
 
 @pytest.mark.parametrize("text", ["", "of = 1", "of = 1\nposes = [[]]", "of = 1\nposes = 7", "[", "\0", None])

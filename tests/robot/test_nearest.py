@@ -42,7 +42,7 @@ def pairs(arm: Arm, seed: int, count: int) -> list[tuple[list[float], list[float
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_redundancy_and_status_are_kept_where_that_serves(arm: Arm) -> None:
     kept = 0
-    for present, there in pairs(arm, 30, 400):
+    for present, there in pairs(arm, 30, 100):
         flange = arm.model.flange(there)
         status = arm.inverse.status(present)
         found = rule(arm).find(flange, present)
@@ -52,14 +52,14 @@ def test_redundancy_and_status_are_kept_where_that_serves(arm: Arm) -> None:
         if can_keep:
             kept += 1
             assert (found.joints[2], found.status) == (present[2], status)
-    assert 50 < kept < 350
+    assert 12 < kept < 88
 
 
 @pytest.mark.requirement("FRC006")
 def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
     searched = 0
     low, high = arm.description.position_min[2], arm.description.position_max[2]
-    for present, there in pairs(arm, 31, 300):
+    for present, there in pairs(arm, 31, 60):
         flange = arm.model.flange(there)
         found = rule(arm).find(flange, present)
         status = arm.inverse.status(present)
@@ -77,7 +77,7 @@ def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
         # a hair nearer on the side taken it no longer serves
         hair = present[2] + math.copysign(off - 2e-6, found.joints[2] - present[2])
         assert not serves(arm, flange, hair, status, present)
-    assert searched > 50
+    assert searched > 10
 
 
 def narrow(arm: Arm, flange: Transform, redundancy: float, status: int, seed: list[float]) -> bool:
@@ -89,7 +89,7 @@ def narrow(arm: Arm, flange: Transform, redundancy: float, status: int, seed: li
 @pytest.mark.requirement("FRC006")
 def test_otherwise_another_branch_unless_the_status_is_to_be_kept(arm: Arm) -> None:
     elsewhere = 0
-    for present, there in pairs(arm, 32, 3000):
+    for present, there in pairs(arm, 32, 1000):
         flange = arm.model.flange(there)
         found = rule(arm).find(flange, present)
         if found.status in arm.inverse.merging_statuses(present):
@@ -101,11 +101,11 @@ def test_otherwise_another_branch_unless_the_status_is_to_be_kept(arm: Arm) -> N
             rule(arm).find(flange, present, keep_status=True)
         assert refusal.value.code == ROBOT_CONFIGURATION
         assert str(refusal.value) == refusal.value.reason
-    assert elsewhere > 5
+    assert elsewhere > 1
 
 
 def test_kept_status_is_kept(arm: Arm) -> None:
-    for present, there in pairs(arm, 33, 200):
+    for present, there in pairs(arm, 33, 50):
         flange = arm.model.flange(there)
         status = arm.inverse.status(present)
         grid = np.linspace(arm.description.position_min[2], arm.description.position_max[2], 100)
@@ -119,7 +119,7 @@ def test_kept_status_is_kept(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005")
 def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
     kept = changed = 0
-    for present, there in pairs(arm, 34, 300):
+    for present, there in pairs(arm, 34, 60):
         flange = arm.model.flange(there)
         found = rule(arm).find(flange, present, redundancy=there[2])
         assert_good(arm, found, flange)
@@ -134,8 +134,8 @@ def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
         others = [q for _, q in arm.inverse.branches(flange, there[2], present) if arm.within_limits(q)]
         nearest = min(math.dist(q, present) for q in others)
         assert math.dist(found.joints, present) == pytest.approx(nearest, abs=1e-9)
-    assert kept > 20
-    assert changed > 20
+    assert kept > 4
+    assert changed > 4
 
 
 def test_where_branches_meet_the_nearest_of_them_is_the_present_one(arm: Arm) -> None:

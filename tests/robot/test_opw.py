@@ -17,7 +17,6 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.opw_geometry import geometry_of
 from tests.robot.arms import SIX_AXES, Arm, arm_named, copy_of_robot, distance, edit, use
-from tests.samples import some
 
 CLOSED = 1e-9  # m and rad
 STRETCHED = math.atan2(35.0, 420.0)  # A3 where the wrist is farthest from A2
@@ -69,7 +68,7 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)
     inverse, model = arm.inverse, arm.model
     wanted, reached = [], []
-    for q in arm.anywhere(rng, some(20_000)).tolist():
+    for q in arm.anywhere(rng, 400).tolist():
         flange = model.flange(q)
         branches = dict(inverse.branches(flange, 0.0, q))
         assert same_but_for_turns(branches[inverse.status(q)], q, 1e-6)
@@ -80,13 +79,13 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
             wanted.append(flange)
             reached.append(model.flange(joints))
     assert distance(reached, wanted) <= CLOSED
-    assert len(reached) > 7 * some(20_000)
+    assert len(reached) > 7 * 400
 
 
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
     rng = np.random.default_rng(21)
-    for family, q in singular_poses(arm, rng, 40):
+    for family, q in singular_poses(arm, rng, 10):
         flange = arm.model.flange(q)
         statuses = arm.inverse.merging_statuses(q)
         assert arm.inverse.status(q) == statuses[0]
@@ -102,7 +101,7 @@ def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_other_branches_at_singular_poses_close(arm: Arm) -> None:
     rng = np.random.default_rng(22)
-    for family, q in singular_poses(arm, rng, 20):
+    for family, q in singular_poses(arm, rng, 10):
         flange = arm.model.flange(q)
         for status, joints in arm.inverse.branches(flange, 0.0, arm.anywhere(rng, 1)[0].tolist()):
             assert_closes(arm, flange, joints, (family, q, status))
@@ -110,16 +109,16 @@ def test_other_branches_at_singular_poses_close(arm: Arm) -> None:
 
 def test_singular_poses_give_the_seed_back(arm: Arm) -> None:
     rng = np.random.default_rng(23)
-    for family, q in singular_poses(arm, rng, 40):
+    for family, q in singular_poses(arm, rng, 10):
         joints = arm.inverse.joints(arm.model.flange(q), 0.0, arm.inverse.status(q), q)
         assert same_but_for_turns(joints, q, 1e-9), family
 
 
-@pytest.mark.parametrize("size", [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6])
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6])
 def test_next_to_singular_poses_joints_move_in_proportion(arm: Arm, size: float) -> None:
     """Joints moved by a tiny step: the way back from the singular pose changes none by much more."""
     rng = np.random.default_rng(24)
-    for family, q in singular_poses(arm, rng, 20):
+    for family, q in singular_poses(arm, rng, 10):
         if not well_away_from_the_rest(q):
             continue
         moved = (q + size * rng.uniform(-1.0, 1.0, 6)).tolist()
@@ -242,7 +241,7 @@ def test_joints_may_turn_the_other_way(tmp_path: Path, axis: int) -> None:
     (folder / "robot.urdf").write_text("".join(pieces))
     mine = arm_named(str(folder))
     rng = np.random.default_rng(26)
-    for q in rng.uniform(-2.0, 2.0, (200, 6)).tolist():
+    for q in rng.uniform(-2.0, 2.0, (50, 6)).tolist():
         flange = mine.model.flange(q)
         branches = dict(mine.inverse.branches(flange, 0.0, q))
         assert same_but_for_turns(branches[mine.inverse.status(q)], q, 1e-6)

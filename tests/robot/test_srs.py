@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
 from tests.robot.arms import IIWAS, Arm, arm_named, distance
-from tests.samples import some
 
 CLOSED = 1e-9  # m and rad
 
@@ -74,7 +73,7 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)
     inverse, model = arm.inverse, arm.model
     wanted, reached, own_error = [], [], 0.0
-    for q in arm.anywhere(rng, some(20_000)).tolist():
+    for q in arm.anywhere(rng, 400).tolist():
         flange = model.flange(q)
         branches = inverse.branches(flange, q[2], q)
         assert [status for status, _ in branches] == list(range(8))
@@ -91,7 +90,7 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
     rng = np.random.default_rng(21)
-    for family, q in singular_poses(arm, rng, 20):
+    for family, q in singular_poses(arm, rng, 5):
         flange = arm.model.flange(q)
         statuses = arm.inverse.merging_statuses(q)
         assert arm.inverse.status(q) == statuses[0]
@@ -106,7 +105,7 @@ def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_other_branches_at_singular_poses_close(arm: Arm) -> None:
     rng = np.random.default_rng(22)
-    for family, q in singular_poses(arm, rng, 10):
+    for family, q in singular_poses(arm, rng, 5):
         flange = arm.model.flange(q)
         for status, joints in arm.inverse.branches(flange, q[2], arm.anywhere(rng, 1)[0].tolist()):
             assert_closes(arm, flange, joints, (family, q, status))
@@ -114,18 +113,16 @@ def test_other_branches_at_singular_poses_close(arm: Arm) -> None:
 
 def test_singular_poses_give_the_seed_back(arm: Arm) -> None:
     rng = np.random.default_rng(23)
-    for family, q in singular_poses(arm, rng, 20):
+    for family, q in singular_poses(arm, rng, 5):
         joints = arm.inverse.joints(arm.model.flange(q), q[2], arm.inverse.status(q), q)
         assert joints == pytest.approx(q, abs=1e-9), family
 
 
-@pytest.mark.parametrize(
-    "size", [1e-12, *(pytest.param(10.0**k, marks=pytest.mark.slow) for k in range(-11, -6)), 1e-6]
-)
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6])
 def test_next_to_singular_poses_joints_move_in_proportion(arm: Arm, size: float) -> None:
     """Joints moved by a tiny step: the way back from the singular pose changes none by much more."""
     rng = np.random.default_rng(24)
-    for family, q in singular_poses(arm, rng, 20):
+    for family, q in singular_poses(arm, rng, 5):
         if not well_away_from_the_rest(arm, q):
             continue
         moved = (q + size * rng.uniform(-1.0, 1.0, 7)).tolist()
@@ -159,7 +156,7 @@ def test_free_joints_keep_the_position_of_the_seed(arm: Arm) -> None:
 def test_rounding_of_the_pose_moves_no_free_joint(arm: Arm) -> None:
     """The arm upright, the hand anywhere: the wrist point is on the axis of A1 but for the last bits."""
     seed = [0.3, 0.4, 0.5, -0.6, 0.7, 0.8, 0.9]
-    for q in arm.anywhere(np.random.default_rng(26), 100).tolist():
+    for q in arm.anywhere(np.random.default_rng(26), 20).tolist():
         flange = arm.model.flange([q[0], 0.0, q[2], 0.0, *q[4:]])
         for a3, status in itertools.product((0.0, 0.5), range(8)):
             joints = arm.inverse.joints(flange, a3, status, seed)

@@ -14,13 +14,13 @@ from iiwa_sim.robot import turns_kernel
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.nearest import JOINT_LIMIT, ROBOT_CONFIGURATION, Nearest, Unreachable
 from iiwa_sim.robot.turns_kernel import continued
-from tests.interpreted import interpreted
 from tests.robot.arms import IIWAS, SIX_AXES, arm_named, distance
 
 ARM = arm_named(SIX_AXES)
 LOW, HIGH = ARM.description.position_min, ARM.description.position_max
 ROUNDING = 1e-10
-PLAIN = interpreted("iiwa_sim.robot.turns_kernel")
+
+
 positions = st.tuples(*[st.floats(low, high) for low, high in zip(LOW, HIGH, strict=True)])
 angles = st.tuples(*[st.floats(-math.pi, math.pi)] * 6)
 
@@ -73,7 +73,6 @@ def test_continued_positions_are_within_half_a_turn(
     joints: tuple[float, ...], before: tuple[float, ...]
 ) -> None:
     found = continued(joints, before)
-    assert PLAIN.continued(joints, before) == found
     for q, there, here in zip(joints, found, before, strict=True):
         assert abs(there - here) <= math.pi + 1e-12
         assert math.remainder(there - q, math.tau) == pytest.approx(0.0, abs=1e-12)
@@ -84,9 +83,7 @@ def test_a_target_is_found_wherever_the_joints_are() -> None:
     """A2, A4 and A6 may be beyond half a turn."""
     rule, rng, inverse = Nearest(ARM.inverse, ARM.description), np.random.default_rng(40), ARM.inverse
     beyond = 0
-    for present, there in zip(
-        ARM.anywhere(rng, 2000).tolist(), ARM.anywhere(rng, 2000).tolist(), strict=True
-    ):
+    for present, there in zip(ARM.anywhere(rng, 400).tolist(), ARM.anywhere(rng, 400).tolist(), strict=True):
         flange = ARM.model.flange(there)
         found = rule.find(flange, present)
         assert ARM.within_limits(found.joints)
@@ -94,13 +91,13 @@ def test_a_target_is_found_wherever_the_joints_are() -> None:
         assert found.status == inverse.status(found.joints)
         assert found.changed == (found.status != inverse.status(present))
         beyond += max(map(abs, found.joints)) > math.pi
-    assert beyond > 200
+    assert beyond > 40
 
 
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_where_the_robot_is_it_stays() -> None:
     rule = Nearest(ARM.inverse, ARM.description)
-    for present in ARM.anywhere(np.random.default_rng(41), 500).tolist():
+    for present in ARM.anywhere(np.random.default_rng(41), 100).tolist():
         found = rule.find(ARM.model.flange(present), present, keep_status=True)
         assert found.joints == pytest.approx(present, abs=1e-6)
         assert not found.changed
