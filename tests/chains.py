@@ -16,6 +16,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotDescription
 from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.blended_path import Joints, Run, Sent
+from tests.samples import MANY
 from tests.stepped import SteppedRobot
 
 KINDS = ("joint", "ptp", "ptpr", "lin", "linr", "lin joint")
@@ -28,6 +29,7 @@ LARGEST_SHIFT_MM, LARGEST_TURN_RAD = 250.0, 0.6
 LEAST_FAR_SPEED = 0.3
 SPEEDS = (1.0, 1.0, 0.7, 0.5, 0.3, 0.1)
 UNTIL_STOPPED = -1  # instead of ticks to wait
+LONGEST = 20 if MANY else 6  # moves of a chain
 
 Order = Callable[[Controller, bool], object]
 """Sends something to a controller; with True a move as it is, with False without blending."""
@@ -92,7 +94,7 @@ def chains(
     stops: bool = False,
     overrides: bool = False,
     cancels: bool = False,
-    longest: int = 20,
+    longest: int = LONGEST,
 ) -> st.SearchStrategy[list[Any]]:
     """2 to `longest` moves, with what is asked for between them; with `cancels` the queue is also cleared."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)

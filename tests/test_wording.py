@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from iiwa_sim.wording import harmless, shortened
 
 
-@given(st.text(st.characters()))
+@given(st.text("a \n\r\x1b\u2028\u202e\udcff\u00e4"))
 def test_harmless_text_is_one_line_that_prints(text: str) -> None:
     assert harmless(text).isprintable()
     assert harmless(text) == text or not text.isprintable()
@@ -18,7 +18,7 @@ def test_what_does_not_print_is_escaped() -> None:
     assert harmless("a\nb\x1b\u2028\udcff\u202e\u00e4") == r"a\nb\x1b\u2028\udcff\u202e" + "\u00e4"
 
 
-@given(st.text(max_size=50), st.integers(10, 40))
+@given(st.text("ab.\u00e4", max_size=50), st.integers(10, 40))
 def test_shortened_text_keeps_both_ends(text: str, longest: int) -> None:
     short = shortened(text, longest)
     if len(text) <= longest:

@@ -104,17 +104,8 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
     ("line", "reason"),
     [
         ("lin move : 1 2 3 4 5 6 7", "lin move takes x y z alpha beta gamma speed blending: 8 values, got 7"),
-        ("is reachable : 1", "is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 1"),
-        ("set override : ", "set override takes override: 1 value, got 0"),
         ("set override : 0,5", f"override = 0,5: expected a number{NO_COMMAS}"),
-        (
-            "lin move : 450,0,520,0,0,0,1,0",
-            f"lin move takes x y z alpha beta gamma speed blending: 8 values, got 1{NO_COMMAS}",
-        ),
         ("get statuss", "no such command; did you mean get status"),
-        ("getstatus", "no such command; did you mean get status"),
-        ("get stauts", "no such command; did you mean get status"),
-        ("lin mov : 1", "no such command; did you mean lin move"),
         ("LIN MOOVE : 1", "no such command; did you mean lin move"),
         ("launch", "no such command; help lists them"),
         ("<Cmd I0='1' I1='100'/>", "no such command; messages in XML go to a robot with --dialect krc4"),

@@ -68,8 +68,7 @@ POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
 POSES = {ARM: POSE, SIX_AXES: (0.3, -1.2, 1.4, 0.2, 0.9, -0.5)}
 both = pytest.mark.parametrize("arm", POSES, ids=lambda arm: arm.description.name)
 NO_FORCE = (0.0,) * 6
-TICKS_S = [0.002, 0.01]
-STIFFNESSES = [100.0, 5000.0]
+TICKS_AND_STIFFNESSES = [(0.002, 5000.0), (0.01, 100.0)]
 
 
 class Yielding:
@@ -115,8 +114,7 @@ def push_along(force: tuple[float, float, float], arm: Arm = ARM) -> tuple[float
     return (*rotate(transpose(arm.kinematics.tcp(POSES[arm]).rotation), force), 0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("tick_s", TICKS_S)
-@pytest.mark.parametrize("stiffness", STIFFNESSES)
+@pytest.mark.parametrize(("tick_s", "stiffness"), TICKS_AND_STIFFNESSES)
 @both
 def test_a_push_deflects_by_force_over_stiffness_and_its_end_brings_the_robot_home(
     arm: Arm, tick_s: float, stiffness: float
@@ -149,7 +147,7 @@ def test_an_arm_without_redundancy_yields_too_also_with_a_joint_beyond_half_a_tu
     assert robot.joints == pose, "exactly"
 
 
-@pytest.mark.parametrize("tick_s", TICKS_S)
+@pytest.mark.parametrize("tick_s", [0.01])
 @both
 def test_a_torque_deflects_by_torque_over_stiffness(arm: Arm, tick_s: float) -> None:
     robot = Yielding(tick_s, arm=arm)
@@ -160,8 +158,7 @@ def test_a_torque_deflects_by_torque_over_stiffness(arm: Arm, tick_s: float) -> 
     np.testing.assert_allclose(off[:3], 0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("tick_s", TICKS_S)
-@pytest.mark.parametrize("stiffness", STIFFNESSES)
+@pytest.mark.parametrize(("tick_s", "stiffness"), TICKS_AND_STIFFNESSES)
 @both
 def test_a_step_of_the_force_overshoots_and_settles_as_a_damping_ratio_of_0_7_does(
     arm: Arm, tick_s: float, stiffness: float
@@ -209,10 +206,9 @@ def test_a_torque_on_joints_moves_the_tcp_as_the_wrench_that_does_the_same_work(
     assert np.abs(off[:3]).max() < np.abs(swivelled.joints[2] - POSE[2]), "and the TCP less"
 
 
-@pytest.mark.parametrize("tick_s", TICKS_S)
 @pytest.mark.parametrize(
-    ("surface", "arm", "stiffness"),
-    [(1e3, ARM, 0.0), (1e5, ARM, 5000.0), (1e4, SIX_AXES, 2000.0)],
+    ("tick_s", "surface", "arm", "stiffness"),
+    [(0.01, 1e3, ARM, 0.0), (0.002, 1e5, ARM, 5000.0), (0.01, 1e4, SIX_AXES, 2000.0)],
 )
 def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     arm: Arm, tick_s: float, surface: float, stiffness: float
@@ -229,10 +225,9 @@ def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     assert 0.01 - ends[-1] == pytest.approx(depth, rel=0.01)
 
 
-@pytest.mark.parametrize("tick_s", TICKS_S)
 @pytest.mark.parametrize(
-    ("arm", "stiffness", "surface", "damping"),
-    [(ARM, 0.0, 1e3, 2.0), (ARM, 5000.0, 1e5, 0.0), (SIX_AXES, 2000.0, 1e4, 2.0)],
+    ("tick_s", "arm", "stiffness", "surface", "damping"),
+    [(0.01, ARM, 0.0, 1e3, 2.0), (0.002, ARM, 5000.0, 1e5, 0.0), (0.01, SIX_AXES, 2000.0, 1e4, 2.0)],
 )
 def test_energy_never_grows_in_contact(
     arm: Arm, tick_s: float, surface: float, stiffness: float, damping: float
@@ -270,11 +265,11 @@ def pushed(draw: st.DrawFn) -> list[tuple[tuple[float, ...], tuple[float, ...]]]
     return draw(st.lists(kick, min_size=1, max_size=4))
 
 
-@pytest.mark.parametrize("arm", [ARM, SIX_AXES], ids=lambda arm: arm.description.name)
 @given(
+    arm=st.sampled_from([ARM, SIX_AXES]),
     pushes=pushed(),
     stiffness=st.sampled_from([0.0, 100.0, 5000.0]),
-    tick_s=st.sampled_from([0.001, 0.002, 0.01]),
+    tick_s=st.sampled_from([0.002, 0.01]),
     parts=st.tuples(*[st.floats(0.0, 1.0)] * 7),
 )
 def test_no_push_takes_a_joint_beyond_its_limits(
@@ -291,7 +286,7 @@ def test_no_push_takes_a_joint_beyond_its_limits(
     places = [joints]
     for wrench, joint_push in pushes:
         robot.load.wrench, robot.load.joint_push = wrench, joint_push[:count]
-        places += [robot.step(stiffness) for _ in range(round(0.3 / tick_s))]
+        places += [robot.step(stiffness) for _ in range(round(0.15 / tick_s))]
     q = np.array(places)
     assert np.isfinite(q).all()
     assert (q >= low).all()
@@ -300,7 +295,7 @@ def test_no_push_takes_a_joint_beyond_its_limits(
 
 
 def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:
-    robot = Yielding(0.002)
+    robot = Yielding(0.01)
     x, y, z = KINEMATICS.tcp(POSE).translation
     outwards = np.array([x, y, z - 0.34])
     force = 4000.0 * outwards / np.linalg.norm(outwards)
@@ -314,7 +309,7 @@ def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:
 
 def test_at_a_joint_limit_the_other_joints_go_on() -> None:
     near = (*POSE[:6], ROBOT.position_max[6] - 0.01)
-    robot = Yielding(0.002, joints=near)
+    robot = Yielding(0.01, joints=near)
     axis = np.array(KINEMATICS.tcp_and_jacobian(near)[1][3:6, 6])
     turn = rotate(transpose(KINEMATICS.tcp(near).rotation), tuple(axis.tolist()))
     robot.load.wrench = (*push_along((0.0, 0.0, 0.0))[:3], *(20.0 * np.array(turn)))
@@ -334,6 +329,6 @@ def test_the_same_again_is_the_same_to_the_bit(arm: Arm) -> None:
         robot = Yielding(0.002, Plane(1e5, (x, y, z - 0.002), (0.3, 0.1, 1.0), damping=1.0), arm=arm)
         robot.load.wrench = (20.0, 3.0, -5.0, 1.0, 2.0, 3.0)
         robot.load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)[: len(robot.joints)]
-        return [robot.step(500.0) for _ in range(600)]
+        return [robot.step(500.0) for _ in range(200)]
 
     assert run() == run()

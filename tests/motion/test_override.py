@@ -82,16 +82,6 @@ def test_a_tick_in_which_a_change_ends_is_not_even() -> None:
     assert override.even
 
 
-@given(changes, st.sampled_from([0.001, 0.002, 0.01]))
-def test_planned_time_goes_on_by_the_mean_rate_of_each_tick(
-    told: list[tuple[float, int]], tick_s: float
-) -> None:
-    coarse, fine = (Override(each, joint(5.0, 25.0)) for each in (tick_s, tick_s / 20.0))
-    _, advances = runs(coarse, told)
-    _, parts = runs(fine, [(value, 20 * ticks) for value, ticks in told])
-    np.testing.assert_allclose(advances, np.reshape(parts, (-1, 20)).sum(axis=1), atol=2e-8 * tick_s / 0.002)
-
-
 def test_what_is_already_so_is_no_change_and_at_rest_it_is_there_at_once() -> None:
     override = Override(0.002, joint(5.0, 25.0))
     override.go_to(1.0)

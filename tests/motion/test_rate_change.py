@@ -103,7 +103,7 @@ class Ridden:
 
 @pytest.mark.requirement("FRC025")
 @given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
-def test_limits_are_kept_at_every_tick_and_a_stop_is_never_long(
+def test_limits_are_kept_a_stop_is_never_long_and_the_rate_comes_to_what_was_asked_for_last(
     name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
 ) -> None:
     ridden = Ridden(Plan(name, seed), tick_s, told)
@@ -115,6 +115,8 @@ def test_limits_are_kept_at_every_tick_and_a_stop_is_never_long(
     assert rates.max() <= 1.0 + 1e-6
     for rate, slope in zip(rates[::10].tolist(), slopes[::10].tolist(), strict=True):
         assert stop_s(rate, slope) <= LONGEST_STOP_S
+    ridden.runs(1.0)  # some joint of a KR 6 may have to brake for 0.8 s first
+    assert (ridden.rates[-1], ridden.slopes[-1]) == (told[-1][0], 0.0)
 
 
 def stop_s(rate: float, slope_per_s: float) -> float:
@@ -128,17 +130,3 @@ def stop_s(rate: float, slope_per_s: float) -> float:
     assert ruckig.Ruckig(1).calculate(task, way) == ruckig.Result.Working
     duration: float = way.duration
     return duration
-
-
-@pytest.mark.requirement("FRC025")
-@given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
-def test_the_rate_comes_to_what_was_asked_for_last_exactly(
-    name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
-) -> None:
-    ridden = Ridden(Plan(name, seed), tick_s, told)
-    ridden.runs(2.0)  # some joint of a KR 6 may have to brake for 0.8 s first
-    assert ridden.rates[-1] == told[-1][0]
-    assert ridden.slopes[-1] == 0.0
-    before_s = ridden.time_s
-    ridden.runs(10.0 * tick_s)
-    assert ridden.time_s - before_s == pytest.approx(10.0 * tick_s * told[-1][0], abs=1e-12)

@@ -148,14 +148,6 @@ def ramp(name: str, velocity: Array, duration_s: float) -> Curve:
     return lambda t: middle(name) + velocity * (t - duration_s / 2.0)
 
 
-def circle(name: str, speed: Array, frequency_hz: float, phases: Array) -> Curve:
-    """All joints swinging round home, with these highest speeds."""
-    turn = 2.0 * np.pi * frequency_hz
-    return lambda t: (
-        np.array(DESCRIPTIONS[name].home) + speed / turn * (np.sin(turn * t + phases) - np.sin(phases))
-    )
-
-
 # Where it is sent: every target is made from the state, to find what is worst.
 
 ANYWHERE, CORNER, NEARBY, HERE, AHEAD, LIMIT_AHEAD = range(6)
@@ -183,13 +175,12 @@ COMMANDS = st.lists(
         st.sampled_from([0.001, 0.005, 0.02, 0.1, 0.3]),
     ),
     min_size=2,
-    max_size=25,
+    max_size=12,
 )
 
 
-@pytest.mark.parametrize("robot_name", DESCRIPTIONS)
 @pytest.mark.parametrize(("direct", "rate_hz"), [(False, 500), (True, 500), (False, 1000), (True, 100)])
-@given(commands=COMMANDS, seed=st.integers(0, 1000))
+@given(robot_name=st.sampled_from(list(DESCRIPTIONS)), commands=COMMANDS, seed=st.integers(0, 1000))
 def test_no_limit_is_passed_wherever_it_is_sent(
     robot_name: str, direct: bool, rate_hz: int, commands: list[tuple[int, float | None, float]], seed: int
 ) -> None:
@@ -345,42 +336,11 @@ def test_a_ragged_stream_is_followed_with_bounded_lag_and_never_overtaken(
     robot.assert_within_limits()
 
 
-@pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@given(
-    name=names,
-    speeds_rel=SPEEDS,
-    frequency_hz=st.floats(0.2, 0.5),
-    seed=st.integers(0, 1000),
-    gap_at_s=st.none() | st.floats(0.1, 1.5),
-)
-def test_a_ragged_stream_round_a_circle_is_followed_with_bounded_lag(
-    direct: bool,
-    period_s: float,
-    name: str,
-    speeds_rel: list[float],
-    frequency_hz: float,
-    seed: int,
-    gap_at_s: float | None,
-) -> None:
-    robot = Followed(direct, robot=name)
-    speed = robot.limits.velocity * speeds_rel[: len(robot.home)]
-    speed = np.minimum(speed, 2.0 * np.pi * frequency_hz * 0.25)  # a quarter rad to each side: within reach
-    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(speed))
-    curve = circle(name, speed, frequency_hz, phases)
-    times = arrivals(period_s, 2.0, seed, gap_at_s)
-    behind = robot.follows(curve, times, 2.0)
-    lag_s = robot.lag_s(speed, longest_wait_s(times, robot.tick_s))
-    assert (np.abs(behind) <= speed * lag_s).all()
-    robot.runs_until_at_rest()
-    robot.assert_within_limits()
-
-
 @pytest.mark.requirement("FRA104")
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
 @pytest.mark.parametrize(
     ("name", "speed_rel"),
-    [(ARMS[0], speed_rel) for speed_rel in (0.02, 0.1, 0.3, 0.8)]
-    + [(ARMS[1], speed_rel) for speed_rel in (0.1, 0.3)],
+    [(ARMS[0], 0.02), (ARMS[0], 0.8), (ARMS[1], 0.3)],
 )
 def test_an_even_stream_is_followed_smoothly(
     direct: bool, period_s: float, name: str, speed_rel: float

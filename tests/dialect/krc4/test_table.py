@@ -11,11 +11,6 @@ HEAD = 'title = "t"\nsource = "s"\n'
 STO = '[command.STO]\nid = 1\nsummary = "stop"\nrequirements = []\n'
 
 
-def test_a_table_is_read() -> None:
-    table = read_krc4_table((HEAD + STO + 'inputs = { R0 = "x mm" }').encode())
-    assert table.commands[1].inputs == {"R0": "x mm"}
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
