@@ -64,7 +64,8 @@ def test_what_is_in_the_wheel(wheel: Path) -> None:
         f"iiwa_sim/{path.relative_to(SOURCE)}"
         for folder in ("protocol", "robots")
         for path in (SOURCE / folder).rglob("*")
-        if path.suffix in (".toml", ".json", ".urdf", ".py", ".msg", ".srv", ".action")
+        if path.suffix
+        in (".toml", ".json", ".urdf", ".srdf", ".yaml", ".xml", ".py", ".msg", ".srv", ".action")
     }
     assert data
     assert code | data | {"iiwa_sim/py.typed"} <= names

@@ -1,7 +1,6 @@
 """A robot that MoveIt moves by its action, and RViz, with a distribution of ROS 2 and MoveIt sourced.
 
-iiwa-sim moveit-config config
-ros2 launch examples/ros2/moveit.launch.py config:=config
+ros2 launch examples/ros2/moveit.launch.py robot:=robots/lbr_iiwa_7_r800
 """
 
 from pathlib import Path
@@ -32,20 +31,20 @@ PLANNING = {
 
 
 def started(context):
-    config = Path(LaunchConfiguration("config").perform(context))
+    folder = Path(LaunchConfiguration("robot").perform(context))
 
     def settings(name):
-        return yaml.safe_load((config / name).read_text())
+        return yaml.safe_load((folder / "moveit" / name).read_text())
 
     robot = [
-        {"robot_description": (config / "robot.urdf").read_text()},
-        {"robot_description_semantic": (config / "robot.srdf").read_text()},
+        {"robot_description": (folder / "robot.urdf").read_text()},
+        {"robot_description_semantic": (folder / "moveit" / "robot.srdf").read_text()},
         {"robot_description_kinematics": settings("kinematics.yaml")},
         {"robot_description_planning": settings("joint_limits.yaml")},
     ]
     return [
         ExecuteProcess(
-            cmd=["iiwa-sim", "--ros2", "--ros2-python", "/usr/bin/python3"],
+            cmd=["iiwa-sim", "--robot", str(folder), "--ros2", "--ros2-python", "/usr/bin/python3"],
             output="screen",
             on_exit=Shutdown(),
         ),
@@ -60,5 +59,5 @@ def started(context):
 
 
 def generate_launch_description():
-    config = DeclareLaunchArgument("config", description="the folder that iiwa-sim moveit-config has written")
-    return LaunchDescription([config, OpaqueFunction(function=started)])
+    robot = DeclareLaunchArgument("robot", description="the robot's folder, with robot.urdf and moveit/")
+    return LaunchDescription([robot, OpaqueFunction(function=started)])

@@ -2,8 +2,7 @@
 
 A distribution of ROS 2 is sourced that has ros2_control and joint_state_topic_hardware_interface.
 
-iiwa-sim moveit-config config
-ros2 launch examples/ros2/ros2_control.launch.py config:=config
+ros2 launch examples/ros2/ros2_control.launch.py robot:=robots/lbr_iiwa_7_r800
 """
 
 from pathlib import Path
@@ -13,27 +12,29 @@ from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-NAMESPACE = "robot"  # as in ros2_control.urdf
+NAMESPACE = "robot"  # as in ros2_control.xml
 
 
 def started(context):
-    config = Path(LaunchConfiguration("config").perform(context))
-    description = {"robot_description": (config / "ros2_control.urdf").read_text()}
-    robot = ["iiwa-sim", "--ros2", "--ros2-python", "/usr/bin/python3", "--ros-namespace", NAMESPACE]
+    folder = Path(LaunchConfiguration("robot").perform(context))
+    control = (folder / "moveit" / "ros2_control.xml").read_text()
+    urdf = (folder / "robot.urdf").read_text().replace("</robot>", f"{control}</robot>")
+    description = {"robot_description": urdf}
+    ros = ["--ros2", "--ros2-python", "/usr/bin/python3", "--ros-namespace", NAMESPACE]
     controllers = ["joint_state_broadcaster", "joint_trajectory_controller"]
     return [
-        ExecuteProcess(cmd=robot, output="screen", on_exit=Shutdown()),
+        ExecuteProcess(cmd=["iiwa-sim", "--robot", str(folder), *ros], output="screen", on_exit=Shutdown()),
         Node(package="robot_state_publisher", executable="robot_state_publisher", parameters=[description]),
         Node(
             package="controller_manager",
             executable="ros2_control_node",
             output="screen",
-            parameters=[str(config / "ros2_controllers.yaml")],
+            parameters=[str(folder / "moveit" / "ros2_controllers.yaml")],
         ),
         Node(package="controller_manager", executable="spawner", arguments=controllers),
     ]
 
 
 def generate_launch_description():
-    config = DeclareLaunchArgument("config", description="the folder that iiwa-sim moveit-config has written")
-    return LaunchDescription([config, OpaqueFunction(function=started)])
+    robot = DeclareLaunchArgument("robot", description="the robot's folder, with robot.urdf and moveit/")
+    return LaunchDescription([robot, OpaqueFunction(function=started)])

@@ -11,12 +11,8 @@ CHECK = "check"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 ROS2_ENV = "ros2-env"
-MOVEIT_CONFIG = "moveit-config"
 VIEW = "view"
-SUBCOMMANDS = (
-    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),
-    MOVEIT_CONFIG,
-)
+SUBCOMMANDS = (*(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),)
 """The first arguments that select a subcommand."""
 SERVE = "serve"
 """The command without a subcommand."""

@@ -1,5 +1,5 @@
 """The launch files for ROS 2, as far as they can be run without a distribution: with stand-ins for `launch`
-and `launch_ros`, they find the files that `iiwa-sim moveit-config` writes, and say what they would start."""
+and `launch_ros`, they find the files of a robot, and say what they would start."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 
 from iiwa_sim.cli.server_options import server_parser
-from iiwa_sim.moveit.files import files
 from iiwa_sim.robot.description import load_robot
 
-LAUNCH = Path(__file__).parent.parent.parent / "examples" / "ros2"
+ROOT = Path(__file__).parent.parent.parent
+LAUNCH = ROOT / "examples" / "ros2"
+ROBOT = ROOT / "robots" / "lbr_iiwa_7_r800"
 
 
 class Said:
@@ -45,26 +46,19 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, module, made)
 
 
-def started_by(name: str, config: Path) -> list[Said]:
+def started_by(name: str) -> list[Said]:
     """Every process that the launch file starts."""
     (actions,) = runpy.run_path(str(LAUNCH / name))["generate_launch_description"]().told
     found = []
     for action in actions:
         is_function = type(action).__name__ == "OpaqueFunction"
-        found += action.named["function"]({"config": str(config)}) if is_function else [action]
+        found += action.named["function"]({"robot": str(ROBOT)}) if is_function else [action]
     return [each for each in found if type(each).__name__ in ("ExecuteProcess", "Node")]
 
 
-@pytest.fixture
-def config(tmp_path: Path) -> Path:
-    for name, text in files(load_robot(), []).items():
-        (tmp_path / name).write_text(text)
-    return tmp_path
-
-
 @pytest.mark.parametrize("name", sorted(path.name for path in LAUNCH.glob("*.launch.py")))
-def test_each_starts_a_robot_with_options_that_it_has(name: str, config: Path) -> None:
-    (robot,) = [each for each in started_by(name, config) if type(each).__name__ == "ExecuteProcess"]
+def test_each_starts_a_robot_with_options_that_it_has(name: str) -> None:
+    (robot,) = [each for each in started_by(name) if type(each).__name__ == "ExecuteProcess"]
     program, *given = robot.named["cmd"]
     assert program == "iiwa-sim"
     words = [each if isinstance(each, str) else "cell" for each in given]
@@ -72,8 +66,8 @@ def test_each_starts_a_robot_with_options_that_it_has(name: str, config: Path) -
     assert parser.parse_args(words).ros2 is True
 
 
-def test_moveit_is_told_the_robot_and_where_its_action_is(config: Path) -> None:
-    nodes = {each.named.get("executable"): each.named for each in started_by("moveit.launch.py", config)}
+def test_moveit_is_told_the_robot_and_where_its_action_is() -> None:
+    nodes = {each.named.get("executable"): each.named for each in started_by("moveit.launch.py")}
     told: dict[str, Any] = {}
     for each in nodes["move_group"]["parameters"]:
         told |= each
@@ -83,10 +77,10 @@ def test_moveit_is_told_the_robot_and_where_its_action_is(config: Path) -> None:
     assert set(told["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)
 
 
-def test_ros2_control_is_told_its_controllers(config: Path) -> None:
-    nodes = {
-        each.named.get("executable"): each.named for each in started_by("ros2_control.launch.py", config)
-    }
+def test_ros2_control_is_told_its_controllers() -> None:
+    nodes = {each.named.get("executable"): each.named for each in started_by("ros2_control.launch.py")}
     (settings,) = nodes["ros2_control_node"]["parameters"]
-    assert Path(settings).read_text() == files(load_robot(), [])["ros2_controllers.yaml"]
+    assert Path(settings) == ROBOT / "moveit" / "ros2_controllers.yaml"
+    urdf = nodes["robot_state_publisher"]["parameters"][0]["robot_description"]
+    assert "<ros2_control" in urdf
     assert nodes["spawner"]["arguments"] == ["joint_state_broadcaster", "joint_trajectory_controller"]
