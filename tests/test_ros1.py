@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import signal
-import socket
 import sys
 import xmlrpc.client
 from collections.abc import Iterator
@@ -18,12 +17,10 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
-from iiwa_sim.serve.socket_options import reset_at_close
 from tests.processes import (
     Process,
     ended,
     fails,
-    killed_unless_done,
     next_line,
     refused,
     running,
@@ -39,38 +36,9 @@ SERVICES = {
     "/robot/get_digital_ios": "robot_movement_interface/GetDigitalIOs",
     "/robot/set_digital_ios": "robot_movement_interface/SetDigitalIOs",
 }
-FEW = 60
 """Descriptors, of which the node itself needs some twenty."""
 LIST = "robot_movement_interface/CommandList"
 PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
-
-
-def header(**fields: str) -> bytes:
-    packed = [f"{name}={value}".encode() for name, value in fields.items()]
-    header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
-    return len(header).to_bytes(4, "little") + header
-
-
-def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
-    """A subscriber that nobody reads from, with a buffer that is soon full."""
-    with xmlrpc.client.ServerProxy("http://{}:{}".format(*terminal.node_at())) as proxy:
-        offered: Any = proxy.requestTopic("/deaf", topic, [["TCPROS"]])
-    _, host, port = offered[2]
-    connection = socket.socket()
-    connection.settimeout(DEADLINE_S)
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # before it connects
-    connection.connect((host, port))
-    connection.sendall(header(callerid="/deaf", topic=topic, type=kind, md5sum=message_md5(kind)))
-    return connection
-
-
-def caller(terminal: Terminal, name: str, kind: str) -> socket.socket:
-    """One who may call a service over and over, in bytes: each request with its length before it."""
-    connection = socket.create_connection(terminal.service_at(name), DEADLINE_S)
-    connection.sendall(header(callerid="/caller", service=name, md5sum=service_md5(kind), persistent="1"))
-    length = int.from_bytes(connection.recv(4, socket.MSG_WAITALL), "little")
-    connection.recv(length, socket.MSG_WAITALL)  # the header that answers
-    return connection
 
 
 def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:
@@ -267,11 +235,10 @@ def test_results_of_an_older_package_are_heard_by_its_clients(environment: Termi
 
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
-@pytest.mark.parametrize("topic", ["/joint_states", pytest.param("/robot_status", marks=pytest.mark.slow)])
 @pytest.mark.usefixtures("shared_robot")
-def test_a_topic_comes_without_gaps(terminal: Terminal, topic: str) -> None:
+def test_a_topic_comes_without_gaps(terminal: Terminal) -> None:
     """How many ticks lie between two messages is in tests/ros/rmi/test_node.py."""
-    said = terminal.says("rostopic", "echo", "-n100", "-p", f"{topic}/header/seq")
+    said = terminal.says("rostopic", "echo", "-n100", "-p", "/joint_states/header/seq")
     numbers = [int(line.split(",")[1]) for line in said.splitlines() if line[:1].isdigit()]
     assert len(numbers) == 100
     assert numbers == list(range(numbers[0], numbers[0] + 100))
@@ -312,133 +279,9 @@ def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal,
     _assert_others_are_served_during(script, terminal, robot)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("persistent", [True, False])
-def test_a_flood_of_calls_delays_neither_ticks_nor_others_nor_the_end(
-    terminal: Terminal, robot: Process, persistent: bool
-) -> None:
-    """Requests as long as are taken, from several threads of a node that does nothing else."""
-    script = (
-        "import roslib.message, rospy, threading\n"
-        "made = roslib.message.get_service_class('robot_movement_interface/GetDigitalIOs')\n"
-        "kind = roslib.message.get_message_class('robot_movement_interface/IOID')\n"
-        "ios = [kind(group_id='DO', pin_number=1) for _ in range(8000)]\n"
-        "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
-        "def calls():\n"
-        f"    called = rospy.ServiceProxy('/robot/get_digital_ios', made, persistent={persistent})\n"
-        "    while True: called(ios=ios)\n"
-        "for _ in range(8): threading.Thread(target=calls).start()\n"
-        "print('begins', flush=True)\n"
-    )
-    _assert_others_are_served_during(script, terminal, robot)
-
-
-@pytest.mark.slow
-def test_callers_that_vanish_before_their_answers_are_no_fault(terminal: Terminal, robot: Process) -> None:
-    for _ in range(20):
-        with caller(terminal, "/get_io", "robot_movement_interface/GetIO") as connection:
-            for number in range(50):
-                connection.sendall(b"\4\0\0\0" + number.to_bytes(4, "little"))
-            reset_at_close(connection)
-    assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-    assert _stops(robot) == ""
-
-
-@pytest.mark.slow
-def test_those_who_connect_and_say_nothing_keep_no_others_waiting(terminal: Terminal, robot: Process) -> None:
-    """rospy would hear what one wants before it accepts the next."""
-    for at in (terminal.service_at("/get_io"), terminal.node_at()):
-        with socket.create_connection(at, DEADLINE_S) as silent:
-            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            _hear(terminal, "/tool_frame", 20)
-            silent.setblocking(False)
-            with pytest.raises(BlockingIOError):
-                silent.recv(1)
-    assert "Traceback" not in _stops(robot)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("knocked_at", ["topics and services", "XML-RPC"])
-@pytest.mark.usefixtures("alone")
-def test_without_descriptors_the_node_waits_and_serves_again(environment: Terminal, knocked_at: str) -> None:
-    """rospy's server of topics and services ends for good where it cannot accept; that of XML-RPC spins."""
-    with_few = (
-        "import resource, runpy\n"
-        f"resource.setrlimit(resource.RLIMIT_NOFILE, ({FEW}, {FEW}))\n"
-        "runpy.run_module('iiwa_sim', run_name='__main__', alter_sys=True)\n"
-    )
-    with running("--ros", program=(sys.executable, "-c", with_few)) as robot:
-        robot.line()
-        with Iiwa("127.0.0.1", robot.port) as telnet:
-            with killed_unless_done(robot.process), ExitStack() as idle:
-                at = environment.node_at() if knocked_at == "XML-RPC" else environment.service_at("/get_io")
-                beyond = 0
-                while beyond < 5:
-                    connection = idle.enter_context(socket.socket())
-                    connection.settimeout(0.1)  # once the backlog is full, too, nobody is let in
-                    connection.connect_ex(at)
-                    beyond += len(list(Path(f"/proc/{robot.process.pid}/fd").iterdir())) >= FEW - 1
-                logged = b""
-                assert robot.process.stderr is not None
-                while b"nobody can connect for the time being" not in logged:
-                    logged = robot.process.stderr.readline().encode()
-                    assert logged, "it has ended"
-                assert telnet.get_override() == 1.0
-            said = environment.says("rosservice", "call", "/get_io", "number: 1")
-            assert said == "value: False\nerror: 0\n"
-            _hear(environment, "/tool_frame", 20)
-        log = _stops(robot)
-    assert "Traceback" not in log, log
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("alone")
-def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
-    """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
-    with running("--ros", "--clock", "30x") as robot:
-        robot.line()
-        stuck = deaf_subscriber(environment, "/joint_states", "sensor_msgs/JointState")
-        _hear(environment, "/current_speed_scale", 2400)
-        assert environment.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-        assert _stops(robot) == ""
-        stuck.close()
-
-
-@pytest.mark.slow
-def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robot: Process) -> None:
-    """A publisher whose header is right and whose bytes are not, and one with a list that is too long."""
-    terminal.python(
-        "import roslib.message, rospy, threading\n"
-        f"made = roslib.message.get_message_class('{LIST}')\n"
-        "class Wrong(made):\n"
-        "    def serialize(self, buff): buff.write(b'\\xff' * 40)\n"
-        "class Long(made):\n"
-        "    def serialize(self, buff): buff.write(b'\\0' * 300000)\n"
-        "connected = threading.Event()\n"
-        "class Listener(rospy.SubscribeListener):\n"
-        "    def peer_subscribe(self, *_): connected.set()\n"
-        "rospy.init_node('publisher', disable_rosout=True)\n"
-        "publisher = rospy.Publisher('/command_list', made, Listener(), queue_size=None)\n"  # as it is sent
-        "connected.wait()\n"
-        "for each in (Wrong, Long, Wrong): publisher.publish(each())\n"
-    )
-    assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-    log = _stops(robot)
-    told = re.findall(r"/publisher \(ROS\) refused '/command_list': (.*)", log)
-    assert told == [
-        f"what came is no {LIST}",
-        "a message of 300000 bytes: expected up to 262144",
-        f"what came is no {LIST}",
-    ]
-    assert "Traceback" not in log, log
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
-def test_at_the_end_the_master_forgets_the_node(
-    terminal: Terminal, robot: Process, number: signal.Signals
-) -> None:
+def test_at_the_end_the_master_forgets_the_node(terminal: Terminal, robot: Process) -> None:
     assert terminal.nodes_at("/joint_states") == ["/iiwa_sim"]
-    assert robot.ends(number) == (0, "")
+    assert robot.ends(signal.SIGTERM) == (0, "")
     assert terminal.nodes_at("/joint_states") == []
 
 
@@ -490,25 +333,9 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("alone")
-def test_a_process_starts_one_node() -> None:
-    script = (
-        "from iiwa_sim.simulator import Simulator\n"
-        "from iiwa_sim.ros.options import RosFault\n"
-        "with Simulator(ros=True): pass\n"
-        "try:\n"
-        "    with Simulator(ros=True): pass\n"
-        "except RosFault as fault: print(fault)\n"
-    )
-    done = ended([sys.executable, "-c", script])
-    told = "the ROS node of this process has ended, and rospy starts no second one\n"
-    assert done.stdout == told, done.stderr
-
-
-@pytest.mark.parametrize("uri", ["http://127.0.0.1:1", pytest.param("nonsense", marks=pytest.mark.slow)])
-def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
+def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_ros()
+    uri = "http://127.0.0.1:1"
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("ROS_MASTER_URI", uri)
     told = fails("--port", "0", "--ros")

@@ -142,18 +142,6 @@ def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:
     connection.close()
 
 
-def wait_if_used_up(fault: OSError) -> bool:
-    """Whether accepting failed because no descriptor is left; then this has slept for AGAIN_S.
-
-    For a thread that does nothing but accept.
-    """
-    if fault.errno not in _USED_UP:
-        return False
-    _tell_used_up(fault)
-    time.sleep(AGAIN_S)
-    return True
-
-
 _told = Throttle[str](1)  # one throttle for all ports: the process shares its descriptors
 
 

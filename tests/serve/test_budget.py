@@ -67,8 +67,7 @@ class Client:
 
 
 @pytest.mark.requirement("FRA101")
-@pytest.mark.parametrize("flooders", [10, 50, 200])
-@pytest.mark.parametrize("cost_s", [1e-6, 5e-5, 1.5e-3])
+@pytest.mark.parametrize(("flooders", "cost_s"), [(10, 1.5e-3), (200, 5e-5)])
 @pytest.mark.parametrize("in_work", [False, True])
 async def test_who_asks_now_and_then_waits_for_a_turn_at_most_however_many_flood(
     flooders: int, cost_s: float, in_work: bool
@@ -89,39 +88,7 @@ async def test_who_asks_now_and_then_waits_for_a_turn_at_most_however_many_flood
         assert world.now_s - asked_s < TURN_S + cost_s + 1e-4
 
 
-async def test_a_turn_that_took_long_makes_nobody_one_who_asks_without_end() -> None:
-    """Who pauses for milliseconds comes back within one turn, if the machine did something else meanwhile."""
-    world = World()
-    for k in range(200):
-        world.client(f"flooder {k}", 1e-4, 10**9).asks()
-    polite = world.client("polite", 3e-5, 0)
-    await world.turn(200)
-    for asked in range(60):
-        await world.turn(0 if asked % 3 == 0 else QUIET_TURNS)
-        asked_s = world.now_s
-        polite.asks()
-        while polite.jobs:
-            await world.turn()
-        assert world.now_s - asked_s < TURN_S + 2e-4
-
-
-async def test_who_asks_again_at_once_for_long_waits_like_all_others() -> None:
-    world = World()
-    flood = [world.client(f"flooder {k}", 1e-4, 10**9) for k in range(20)]
-    for each in flood:
-        each.asks()
-    hasty = world.client("hasty", 1e-4, 0)
-    await world.turn(200)
-    before = [each.share.used_s for each in flood]
-    for _ in range(1000):
-        if not hasty.share.waits:
-            hasty.asks()
-        await world.turn()
-    least = min(each.share.used_s - begun for each, begun in zip(flood, before, strict=True))
-    assert world.done.count("hasty") * 1e-4 <= 1.5 * least
-
-
-@pytest.mark.parametrize("flooders", [1, 10, 200])
+@pytest.mark.parametrize("flooders", [1, 200])
 async def test_ticks_come_before_each_piece_of_work(flooders: int) -> None:
     world, cost_s = World(), 7e-5
     for k in range(flooders):
@@ -204,52 +171,3 @@ async def test_nothing_is_done_for_who_has_left() -> None:
     await world.turn(100)
     gone.share.ask()
     assert "gone" not in world.done
-
-
-async def test_what_was_used_elsewhere_counts_up_to_a_bound() -> None:
-    world = World()
-    one, two = (world.client(name, 1e-4, 10**9) for name in ("one", "two"))
-    one.asks()
-    two.asks()
-    await world.turn(10)
-    before = world.done.count("one"), world.done.count("two")
-    for _ in range(200):
-        two.share.charge(0.05)
-        await world.turn()
-    more = world.done.count("one") - before[0], world.done.count("two") - before[1]
-    assert more[0] > 1.1 * more[1], "it waits after each time"
-    assert more[1] > 0.2 * more[0], "and does not make up for all of it"
-
-
-async def test_nobody_pays_for_what_the_machine_does_meanwhile() -> None:
-    """A piece of work in which the process has to wait for the processor is no long one."""
-    world = World()
-    for k in range(50):
-        world.client(f"flooder {k}", 1e-4, 10**9).asks()
-    unlucky = world.client("unlucky", 1e-4, 10**9)
-
-    def work(until_s: float) -> bool:
-        world.now_s += 0.05
-        world.elsewhere_s += 0.05
-        return unlucky.work(until_s)
-
-    unlucky.share.work = work
-    unlucky.asks()
-    await world.turn(1500)
-    each = world.done.count("flooder 7")
-    assert abs(world.done.count("unlucky") - each) <= 2
-
-
-async def test_when_nobody_waits_any_more_nobody_is_crowded_and_no_turn_is_taken() -> None:
-    world = World()
-    clients = [world.client(f"client {k}", 1e-4, 0) for k in range(5)]
-    for _ in range(3):
-        for client in clients:
-            client.jobs += 20
-            client.share.ask_later()
-        assert world.budget.crowded
-        await world.turn(100)
-        assert (len(world.done) % 100, world.budget.crowded) == (0, False)
-    busy = world.budget._turns
-    await world.turn(20)
-    assert world.budget._turns == busy

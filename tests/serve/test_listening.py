@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 import logging
 import os
-import resource
 import socket
 
 import pytest
 
 from iiwa_sim.serve import listening
-from iiwa_sim.serve.listening import Acceptor, open_listener, wait_if_used_up
-from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.serve.listening import Acceptor, open_listener
 from iiwa_sim.throttle import Throttle
-from tests.serve.line_sessions import EchoSession
-from tests.talking import DEADLINE_S, Client, until
+from tests.talking import DEADLINE_S
 
 
 class NoneLeft:
@@ -73,38 +69,6 @@ async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_on
     assert told == "nobody can connect for the time being: Too many open files"
 
 
-async def test_who_waits_is_served_when_others_have_gone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The limit is the system's own, just above what this process has open."""
-    monkeypatch.setattr(listening, "AGAIN_S", 0.001)
-    server = TcpServer(EchoSession, "127.0.0.1", 0)
-    await server.start()
-    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
-    highest = max(int(each) for each in os.listdir("/proc/self/fd"))  # noqa: PTH208  # names, no paths
-    waiting = await Client.connect(server.address[1])
-    assert await waiting.ask("served") == "served"
-    hoard: list[int] = []
-    late = socket.socket()
-    late.setblocking(False)
-    try:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (highest + 20, limits[1]))
-        with contextlib.suppress(OSError):
-            while True:
-                hoard.append(os.dup(0))
-        with contextlib.suppress(BlockingIOError):
-            late.connect(server.address)
-        for _ in range(50):
-            assert await waiting.ask("still served") == "still served"
-        assert len(server.connections) == 1
-    finally:
-        resource.setrlimit(resource.RLIMIT_NOFILE, limits)
-        for descriptor in hoard:
-            os.close(descriptor)
-    await until(lambda: len(server.connections) == 2)
-    late.close()
-    await waiting.leaves()
-    await server.close()
-
-
 async def test_of_many_who_knock_one_is_let_in_in_a_turn() -> None:
     turns, made = 0, list[int]()
 
@@ -123,11 +87,3 @@ async def test_of_many_who_knock_one_is_let_in_in_a_turn() -> None:
     acceptor.close()
     for each in knocking:
         each.close()
-
-
-def test_a_thread_that_accepts_waits_only_for_want_of_descriptors(monkeypatch: pytest.MonkeyPatch) -> None:
-    slept: list[float] = []
-    monkeypatch.setattr("iiwa_sim.serve.listening.time.sleep", slept.append)
-    assert not wait_if_used_up(OSError(errno.EBADF, "bad"))
-    assert wait_if_used_up(OSError(errno.EMFILE, "Too many open files"))
-    assert slept == [listening.AGAIN_S]

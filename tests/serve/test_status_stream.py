@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.serve.status_stream import StatusStream
 from tests.talking import DEADLINE_S, Client, until
 
@@ -118,9 +117,7 @@ async def number(client: Client) -> int:
 
 
 @pytest.mark.requirement("FRA201")
-@pytest.mark.parametrize(
-    ("rate_hz", "tick_rate_hz"), [(1, 100), (50, 500), (60, 500), (500, 500), (500, 1000), (333, 1000)]
-)
+@pytest.mark.parametrize(("rate_hz", "tick_rate_hz"), [(1, 100), (60, 500), (500, 500)])
 async def test_lines_come_at_their_rate_of_ticks(rate_hz: int, tick_rate_hz: int) -> None:
     async with streaming(rate_hz, tick_rate_hz, 0) as served:
         reader = await served.connect()
@@ -149,13 +146,6 @@ async def test_all_readers_get_the_same_line_which_is_made_once() -> None:
         assert served.made == 20
 
 
-async def test_no_line_is_made_for_nobody() -> None:
-    async with streaming() as served:
-        for _ in range(100):
-            served.stream.tick()
-        assert served.made == 0
-
-
 @pytest.mark.requirement("FRA201")
 async def test_a_stuck_reader_misses_lines_and_delays_nobody() -> None:
     async with streaming(500) as served:
@@ -178,7 +168,7 @@ async def test_a_stuck_reader_misses_lines_and_delays_nobody() -> None:
 
 
 @pytest.mark.requirement("FRA201")
-@pytest.mark.parametrize(("rate_hz", "most_bytes"), [(1, 4096), (50, 4096), (100, 8192), (500, 16_384)])
+@pytest.mark.parametrize(("rate_hz", "most_bytes"), [(50, 4096), (500, 16_384)])
 async def test_of_the_past_our_system_is_asked_to_hold_little(rate_hz: int, most_bytes: int) -> None:
     async with streaming(rate_hz) as served:
         await served.connect()
@@ -214,16 +204,6 @@ async def test_what_readers_say_is_heard_each_on_its_own() -> None:
         assert served.sessions[0].heard == b"stop\n"
         assert served.sessions[0].name != served.sessions[1].name
         assert served.sessions[1].calls >= 5, "a flood is heard in portions"
-
-
-async def test_a_reader_that_sends_no_more_still_gets_lines() -> None:
-    async with streaming(500) as served:
-        reader = await served.connect()
-        reader.sends_no_more()
-        await until(lambda: served.sessions[0].ended)
-        for k in range(1, 100):
-            served.stream.tick()
-            assert await number(reader) == k
 
 
 async def test_what_a_session_answers_comes_before_the_next_line_and_once() -> None:
@@ -288,7 +268,6 @@ async def test_closing_ends_every_connection_stuck_ones_too() -> None:
 @pytest.mark.parametrize(
     ("rate_hz", "tick_rate_hz", "told"),
     [
-        (0, 500, "expected 1 to 500"),
         (501, 1000, "expected 1 to 500"),
         (200, 100, "expected 1 to 100, one line per tick"),
     ],
@@ -296,13 +275,3 @@ async def test_closing_ends_every_connection_stuck_ones_too() -> None:
 def test_a_rate_out_of_range_is_refused(rate_hz: int, tick_rate_hz: int, told: str) -> None:
     with pytest.raises(ValueError, match=told):
         Streaming(rate_hz, tick_rate_hz, 0)
-
-
-async def test_a_port_in_use_is_told() -> None:
-    async with streaming() as served:
-        port = served.stream.address[1]
-        second = StatusStream(served.line, served.open, "127.0.0.1", port, tick_rate_hz=500)
-        with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{port}: Address already in use$"):
-            await second.start()
-        assert not second.listening
-        await second.close()

@@ -12,7 +12,6 @@ from typing import Any
 import rosgraph
 import rospy
 
-from iiwa_sim.ros.ros1.patience import accept_patiently
 from iiwa_sim.ros.ros1.rospy_log import shorten
 
 EVERY_S = 2.0
@@ -27,7 +26,6 @@ def start_node(name: str) -> None:
     """rospy.init_node, without rospy's signal handlers and log files."""
     logging.getLogger("rospy").setLevel(logging.WARNING)
     shorten()
-    accept_patiently()
     # Without a logging file of its own, rospy takes one that replaces all handlers of the process.
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
         nothing_new.write("{version: 1, incremental: true}\n")

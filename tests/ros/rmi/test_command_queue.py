@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS
-from iiwa_sim.ros.rmi.command_queue import LONGEST_QUEUE, CommandQueue, Result
+from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.robot import Ended, Kind, Move
 from tests.journal import Journal
@@ -100,17 +100,6 @@ def test_plain_moves_are_sent_ahead_one_per_tick() -> None:
     assert bench.codes == [(1, SUCCESS)]
 
 
-def test_a_robot_that_is_not_ready_is_sent_nothing() -> None:
-    bench = Bench()
-    bench.robot.ready = False
-    bench.take(joints(1))
-    bench.steps()
-    assert not bench.robot.running
-    bench.robot.ready = True
-    bench.steps()
-    assert len(bench.robot.running) == 1
-
-
 def test_servo_and_force_moves_wait_for_those_before_and_keep_those_behind_waiting() -> None:
     for special in (smart, force):
         bench = Bench()
@@ -135,14 +124,6 @@ def test_a_list_that_replaces_stops_the_robot_and_ends_what_waits() -> None:
     bench.robot.ends_next()
     bench.steps()
     assert bench.codes[3:] == [(4, SUCCESS)]
-
-
-def test_an_empty_list_that_replaces_only_stops() -> None:
-    bench = Bench()
-    bench.take(replace=True)
-    assert bench.robot.stops == 1
-    bench.take()
-    assert bench.robot.stops == 1
 
 
 def test_a_servo_takes_a_new_target_without_a_stop() -> None:
@@ -181,22 +162,6 @@ def test_after_a_refused_command_those_before_it_run_and_those_behind_do_not() -
     assert bench.codes == [(1, SUCCESS), (2, SUCCESS), (3, EXECUTION), (4, EXECUTION), (5, EXECUTION)]
     assert "command_type 'CIRC'" in bench.published[2].information
     assert bench.published[3].information.startswith("not carried out, after command 3: command_type 'CIRC'")
-
-
-def test_when_a_move_fails_moves_sent_behind_it_are_stopped() -> None:
-    bench = Bench()
-    bench.take(joints(1), joints(2), joints(3))
-    bench.steps()
-    bench.robot.ends_next(STOP_TRIGGERED, "cancelled")
-    bench.steps()
-    assert bench.robot.stops == 1
-    assert bench.codes == [(k, STOP_TRIGGERED) for k in (1, 2, 3)]
-
-
-def test_more_commands_than_may_wait_are_refused() -> None:
-    bench = Bench()
-    bench.take(*map(joints, range(LONGEST_QUEUE + 2)))
-    assert bench.codes == [(LONGEST_QUEUE, EXECUTION), (LONGEST_QUEUE + 1, EXECUTION)]
 
 
 makers = st.sampled_from([joints, smart, force, bad])

@@ -86,12 +86,12 @@ def test_a_pose_in_a_reference_frame(
     assert move.target.to_transform().rotation == pytest.approx(expected.rotation, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["", "base", "/base", "world", "table"])
+@pytest.mark.parametrize("name", ["", "world"])
 def test_a_reference_frame_of_zeros_is_the_base(name: str) -> None:
     assert read(pose_reference=name) == read()
 
 
-@pytest.mark.parametrize("name", ["base", "/base", "base_link", "/base_link"])
+@pytest.mark.parametrize("name", ["base", "/base_link"])
 def test_a_pose_that_is_in_the_base_by_name_is_not_moved_again(name: str) -> None:
     assert read(pose_reference=name, pose_reference_frame={"x": 1.0, "gamma": 2.0}) == read()
 
@@ -152,42 +152,20 @@ def test_force_moves_have_three_thresholds(kind: str, plain: Kind) -> None:
     ("fields", "words"),
     [
         ({"command_type": "CIRC"}, "command_type 'CIRC': expected one of LIN, PTP, SMART, DIRECT, LINFORCE"),
-        ({"command_type": "lin"}, "command_type 'lin'"),
         ({"pose_type": "EULER_ZYZ"}, "pose_type 'EULER_ZYZ'"),
         ({"pose": EULER[:5]}, "expected 6 values"),
-        ({"pose_type": "JOINTS"}, "expected 7 values"),
-        ({"pose_type": "QUATERNION", "pose": [0.4, 0.1, 0.5, 0.0, 0.0, 0.0, 0.0]}, "quaternion of length 0"),
         ({"velocity": []}, "expected 1 value, got 0"),
-        ({"velocity": [0.5] * 7}, "expected 1 value, got 7"),
-        ({**ON_JOINTS, "velocity": [0.5] * 6}, "expected 1 or 7 values, got 6"),
-        ({"velocity": [0.0]}, "above 0 and up to 1"),
         ({"velocity": [50.0]}, "above 0 and up to 1"),
-        ({**ON_JOINTS, "velocity": [0.5] * 6 + [-0.1]}, "0 or more and up to 1"),
-        ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [-0.1]}, "0 or more"),
-        ({"velocity_type": "PERCENT", "velocity": [101.0]}, "up to 100"),
         ({"velocity_type": "MM/S"}, "velocity_type 'MM/S'"),
-        ({"velocity_type": ""}, "velocity_type ''"),
-        ({"velocity_type": "M/S", "velocity": [-1.0]}, "above 0"),
         ({"velocity_type": "RAD/S"}, "RAD/S: only for"),
         ({**ON_JOINTS, "velocity_type": "M/S"}, "M/S: only for LIN"),
-        ({"command_type": "PTP", "velocity_type": "M/S"}, "M/S: only for LIN"),
         ({"blending_type": "RAD", "blending": [0.1]}, "RAD: only for PTP"),
         ({**ON_JOINTS, "blending_type": "M", "blending": [0.1]}, "expected RAD, % or PERCENT"),
-        ({"blending_type": "MM", "blending": [0.1]}, "blending_type 'MM'"),
-        ({"blending_type": "M", "blending": [0.1, 0.2]}, "1 value or none, got 2"),
-        ({"blending_type": "M", "blending": [-0.1]}, "0 or more"),
         ({"blending_type": "%", "blending": [1.1]}, "up to 1"),
         ({"command_type": "SMART", "blending_type": "M", "blending": [0.1]}, "do not blend"),
-        ({"acceleration_type": "M/S", "acceleration": [0.5]}, "acceleration_type 'M/S'"),
-        ({"acceleration_type": "", "acceleration": [0.5]}, "acceleration_type ''"),
-        ({"acceleration_type": "%", "acceleration": [50.0]}, "above 0 and up to 1"),
         ({"acceleration_type": "PERCENT", "acceleration": [0.0]}, "above 0 and up to 100"),
-        ({"acceleration_type": "RAD/S^2", "acceleration": [0.0]}, "above 0"),
-        ({"acceleration_type": "RAD/S^2", "acceleration": [1.0] * 7}, "expected 1 value, got 7"),
-        ({**ON_JOINTS, "acceleration_type": "%", "acceleration": [1.0] * 6}, "expected 1 or 7 values, got 6"),
         ({**ON_JOINTS, "acceleration_type": "M/S^2", "acceleration": [1.0]}, "M/S^2: only for LIN"),
         ({"effort": [1.0]}, "effort of LIN"),
-        ({"additional_parameters": ["x"]}, "additional_parameters"),
         ({"additional_values": [1.0]}, "additional_parameters"),
     ],
 )

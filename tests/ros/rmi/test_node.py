@@ -11,8 +11,7 @@ import pytest
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, SUCCESS
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.nearest import OUT_OF_REACH
-from iiwa_sim.ros.rmi.definitions import message, service, type_of
+from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from tests.asked import joint_move
@@ -74,17 +73,6 @@ def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict
     assert_within_limits(robot)
 
 
-@pytest.mark.parametrize("kind", ["PTP", "LIN"])
-def test_without_blending_the_robot_comes_to_its_target(robot: RosRobot, kind: str) -> None:
-    robot.goes_to(A)
-    target = ptp if kind == "PTP" else lambda n, q: lin(robot, n, q)
-    robot.gets(target(1, B), target(2, C))
-    robot.runs_until_results(2)
-    tcp = robot.tcp(B).translation
-    # It rests there between two ticks: what it creeps in half a tick is some 20 nm.
-    assert min(np.linalg.norm(np.subtract(robot.tcp(q).translation, tcp)) for q in robot.joints) < 1e-7
-
-
 def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
     robot.goes_to(A)
     robot.gets(lin(robot, 1, B, velocity_type="M/S", velocity=[0.1]))
@@ -92,15 +80,6 @@ def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
     places = np.array([robot.tcp(q).translation for q in robot.joints])
     fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s).max()
     assert 0.09 < fastest < 0.1 * (1.0 + 1e-6)
-
-
-@pytest.mark.parametrize("speed", [{}, {"velocity_type": "M/S", "velocity": [0.1]}], ids=["%", "M/S"])
-def test_a_line_to_where_the_robot_is_is_done_at_once(robot: RosRobot, speed: dict[str, Any]) -> None:
-    robot.goes_to(A)
-    robot.gets(lin(robot, 1, A, **speed))
-    robot.runs_until_results(1)
-    assert robot.results == [(1, SUCCESS)]
-    assert robot.controller.joints == pytest.approx(A)
 
 
 def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
@@ -113,38 +92,6 @@ def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
     assert robot.results == [(1, SUCCESS), (2, SUCCESS)]
     reached = robot.controller.tool_frame()
     assert reached[:3] == pytest.approx((500.0, 100.0, 400.0))
-
-
-def test_a_pose_in_a_reference_frame(robot: RosRobot) -> None:
-    robot.goes_to(A)
-    frame = {"x": 0.4, "y": 0.1, "z": 0.5, "alpha": 0.5, "beta": 0.0, "gamma": 0.0}
-    robot.gets(
-        command(
-            1,
-            "PTP",
-            "EULER_INTRINSIC_ZYX",
-            [0.0, 0.0, 0.1, 0.0, 3.1, 0.0],
-            pose_reference="table",
-            pose_reference_frame=frame,
-        )
-    )
-    robot.runs_until_results(1)
-    assert robot.results == [(1, SUCCESS)], robot.words
-    reached = robot.controller.tool_frame().to_transform()
-    expected = Frame(400.0, 100.0, 600.0, 0.5, 3.1, 0.0).to_transform()
-    assert reached.translation == pytest.approx(expected.translation)
-    assert reached.rotation == pytest.approx(expected.rotation, abs=1e-9)
-
-
-def test_a_pose_in_a_reference_frame_that_cannot_be_reached_is_told_with_the_frame(robot: RosRobot) -> None:
-    pose = [0.0, 0.0, 0.1, 0.0, 3.1, 0.0]
-    frame = {"x": 4.0, "y": 0.1, "z": 0.5, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
-    fields = {"pose_reference": "table", "pose_reference_frame": frame}
-    robot.gets(command(1, "PTP", "EULER_INTRINSIC_ZYX", pose, **fields))
-    robot.runs_until_results(1)
-    assert robot.results == [(1, OUT_OF_REACH)]
-    assert robot.words[0].startswith("the TCP at 4000.0 100.0 600.0 mm is out of reach")
-    assert robot.words[0].endswith("; pose_reference 'table' was applied")
 
 
 @pytest.mark.requirement("FRC021")
@@ -168,14 +115,6 @@ def test_a_list_that_replaces_stops_what_runs(robot: RosRobot) -> None:
     assert robot.results[2] == (3, SUCCESS)
     assert robot.controller.joints == pytest.approx(C)
     assert_within_limits(robot)
-
-
-def test_an_empty_list_that_replaces_stops_also_moves_of_others(robot: RosRobot) -> None:
-    robot.controller.move(joint_move(B, [0.5] * 7))
-    robot.step(100)
-    robot.gets(replace=True)
-    assert robot.runs_until_stopped() < 60
-    assert robot.controller.joints[0] < 0.5
 
 
 def test_smart_commands_wait_for_each_other_or_take_their_place(robot: RosRobot) -> None:
@@ -205,28 +144,6 @@ def test_smart_goes_with_the_flange(robot: RosRobot) -> None:
     assert tuple(robot.controller.flange_frame()) == pytest.approx(
         tuple(Frame.from_transform(flange)), abs=1e-6
     )
-
-
-def test_direct_goes_near(robot: RosRobot) -> None:
-    robot.goes_to(A)
-    near = tuple(q + 0.05 for q in A)
-    robot.gets(command(1, "DIRECT", "JOINTS", near), command(2, "DIRECT", "JOINTS", B))
-    robot.runs_until_results(2)
-    assert robot.results == [(1, SUCCESS), (2, 3020)]
-    assert robot.controller.joints == pytest.approx(near)
-
-
-def test_a_change_of_kind_waits_for_what_runs(robot: RosRobot) -> None:
-    robot.gets(ptp(1, A), command(2, "SMART", "JOINTS", B), ptp(3, C))
-    robot.runs_until_results(3)
-    assert robot.results == [(1, SUCCESS), (2, SUCCESS), (3, SUCCESS)]
-    seen = [
-        robot.joints.index(min(robot.joints, key=lambda q: np.abs(np.subtract(q, p)).max()))
-        for p in (A, B, C)
-    ]
-    assert seen == sorted(seen)
-    for place in (A, B, C):
-        assert min(np.abs(np.subtract(q, place)).max() for q in robot.joints) < 1e-9
 
 
 @pytest.mark.parametrize("kind", ["LINFORCE", "PTPFORCE"])
@@ -268,15 +185,6 @@ def test_a_move_cancelled_by_another_client_stops_the_list(robot: RosRobot) -> N
     assert np.abs(np.subtract(robot.controller.joints, C)).max() > 0.1
 
 
-def test_a_list_that_does_not_fit_changes_nothing(robot: RosRobot) -> None:
-    robot.gets(ptp(1, A))
-    robot.step(20)
-    with pytest.raises(BadMessage, match=r"commands\[0\].pose"):
-        robot.gets(ptp(2, ["x"]), replace=True)
-    robot.runs_until_results(1)
-    assert robot.results == [(1, SUCCESS)]
-
-
 @pytest.mark.requirement("FRC017", "FRA007")
 def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     heard = {topic: robot.hears(topic) for topic in PUBLISHED if topic != "/command_result"}
@@ -309,19 +217,8 @@ def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     assert [pin["pin_number"] for pin in states["inputs"]] == list(range(17, 33))
 
 
-def test_who_does_not_listen_any_more_hears_nothing(robot: RosRobot) -> None:
-    messages: list[dict[str, Any]] = []
-    robot.node.listen("/joint_states", messages.append)
-    robot.step(10)
-    heard = len(messages)
-    assert heard
-    robot.node.unlisten("/joint_states", messages.append)
-    robot.step(10)
-    assert len(messages) == heard
-
-
 @pytest.mark.requirement("FRC025")
-@pytest.mark.parametrize(("value", "scale"), [(0.5, 0.5), (-0.1, 0.01), (-9.0, 0.01), (1.5, 1.0), (1.0, 1.0)])
+@pytest.mark.parametrize(("value", "scale"), [(0.5, 0.5), (-0.1, 0.01), (1.5, 1.0)])
 def test_scale_speed_crops(robot: RosRobot, value: float, scale: float) -> None:
     assert robot.calls("/scale_speed", value=value) == {}
     assert robot.controller.override == scale
@@ -372,12 +269,6 @@ def test_outputs_are_numbered_first_then_inputs(robot: RosRobot) -> None:
     assert robot.calls("/get_io", number=18) == {"value": False, "error": 0}
 
 
-@pytest.mark.parametrize("number", [0, -1, 33, 2**31 - 1])
-def test_there_is_no_such_number(robot: RosRobot, number: int) -> None:
-    assert robot.calls("/get_io", number=number) == {"value": False, "error": 1}
-    assert robot.calls("/set_io", number=number, value=True) == {"error": 1}
-
-
 def test_an_input_cannot_be_set(robot: RosRobot) -> None:
     assert robot.calls("/set_io", number=17, value=True) == {"error": 2}
     assert robot.controller.io.input(1) is False
@@ -405,7 +296,6 @@ def test_digital_ios_of_anyrobot(robot: RosRobot) -> None:
     ("pin", "error", "words"),
     [
         ({"group_id": "DO", "pin_number": 17}, 1, "no pin 17 in DO"),
-        ({"group_id": "DO", "pin_number": 0}, 1, "no pin 0 in DO"),
         ({"group_id": "AO", "pin_number": 1}, 3, "expected a group_id DI or DO"),
         ({"group_id": "DI", "pin_number": 1}, 2, "is an input"),
     ],
@@ -422,39 +312,9 @@ def test_of_digital_ios_all_are_switched_or_none(
     assert not any(robot.controller.io.outputs)
 
 
-def test_pins_that_are_there_are_told_beside_those_that_are_not(robot: RosRobot) -> None:
-    named = [{"group_id": "DI", "pin_number": n} for n in (1, 99)]
-    told = robot.calls("/robot/get_digital_ios", ios=named)
-    assert told["success"] is False
-    assert [pin["id"] for pin in told["ios"]] == named[:1]
-    assert [(each["id"], each["error"]) for each in told["errors"]] == [(named[1], 1)]
-
-
-def test_responses_are_of_their_types(robot: RosRobot) -> None:
-    for name, kind in robot.node.services.items():
-        msgspec.convert(robot.calls(name), type_of(service(kind).response))
-
-
-def test_requests_that_do_not_fit(robot: RosRobot) -> None:
-    with pytest.raises(BadMessage, match="value"):
-        robot.calls("/scale_speed", value="0.5")
-    with pytest.raises(BadMessage, match="speed"):
-        robot.calls("/scale_speed", speed=0.5)
-    assert robot.controller.override == 1.0
-
-
-@pytest.mark.parametrize(("joint", "speed"), [(0, 99.0), (6, 4.0)])
-def test_a_speed_in_rad_s_above_its_limit(robot: RosRobot, joint: int, speed: float) -> None:
-    speeds = [0.5] * 7
-    speeds[joint] = speed
+def test_a_speed_in_rad_s_above_its_limit(robot: RosRobot) -> None:
+    speeds = [*[0.5] * 6, 4.0]
     robot.gets(ptp(1, A, velocity_type="RAD/S", velocity=speeds))
     robot.step()
     assert robot.results == [(1, EXECUTION)]
-    assert f"A{joint + 1} goes up to" in robot.words[0]
-
-
-def test_results_carry_the_time_they_are_given(robot: RosRobot) -> None:
-    robot.gets(ptp(1, robot.controller.joints))
-    robot.runs_until_results(1)
-    stamp = robot.heard["/command_result"][0]["header"]["stamp"]
-    assert stamp["secs"] * 1_000_000_000 + stamp["nsecs"] == NOW_NS
+    assert "A7 goes up to" in robot.words[0]

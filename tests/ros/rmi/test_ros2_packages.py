@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,8 +13,6 @@ from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.ros.ros2.environment import default_folder, python_in
 from tests.needed import lacks
 from tests.processes import succeeds
-from tests.ros1_tools import SYSTEM_PYTHON, needs_ros
-from tests.talking import DEADLINE_S
 from tools.ros2_packages import PACKAGES, RMI, ROS2, files
 
 IN_ROS2 = {"time": "builtin_interfaces/Time"}
@@ -75,15 +71,6 @@ def test_ros_2_reads_in_them_what_ros_1_reads_in_its_own() -> None:
     ours = [message(name) for name in _names("msg")]
     ours += [half for name in _names("srv") for half in (service(name).request, service(name).response)]
     assert told == {each.name: _in_ros2(each) for each in ours}
-
-
-def test_ros_1_does_not_take_them_for_its_own() -> None:
-    needs_ros()
-    script = "import rospkg, sys; print(rospkg.RosPack([sys.argv[1]]).get_path('robot_movement_interface'))"
-    found = subprocess.run(
-        [SYSTEM_PYTHON, "-c", script, RMI], capture_output=True, text=True, timeout=DEADLINE_S, check=True
-    )
-    assert Path(found.stdout.strip()) == RMI / "robot_movement_interface"
 
 
 def _names(kind: str) -> list[str]:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import json
-from math import nan
-from pathlib import Path
-from typing import Any
 
 import pytest
 from websockets.sync.client import connect
 
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
-from tests.ros.ros2.users import AWAY, HERE, User, duration, user
+from tests.ros.ros2.users import AWAY, HERE, User, duration
 from tests.talking import DEADLINE_S
 
 
@@ -65,51 +62,6 @@ def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator
     no_limit = [{"name": "A1", "position": -1.0, "velocity": -1.0}]
     assert someone.sends("free", step, path_tolerance=no_limit, goal_tolerance=no_limit)
     assert someone.asks("result", name="free")["status"] == 4
-
-
-def test_what_cannot_be_followed_is_rejected_and_nothing_moves(
-    cell: tuple[Simulator, User], caplog: pytest.LogCaptureFixture
-) -> None:
-    robot, someone = cell
-    before = robot.joints
-    far = [each + 0.5 for each in HERE]
-    bad: dict[str, tuple[list[Any], dict[str, Any]]] = {
-        "positions that are not finite": ([(1.0, [nan] * 7)], {}),
-        "has 3 positions: expected 7": ([(1.0, [0.0] * 3)], {}),
-        "is not later than the one before": ([(2.0, HERE), (1.0, HERE)], {}),
-        "there is no joint 'elbow'": (
-            [(1.0, HERE)],
-            {"trajectory": {"joint_names": ["A1", "A2", "A3", "A4", "A5", "A6", "elbow"]}},
-        ),
-        "a trajectory without points": ([], {}),
-        "2001 points: expected up to 2000": ([(0.1 * k, HERE) for k in range(1, 2002)], {}),
-        "is faster than its limit": ([(0.01, far)], {}),
-        "the stamp of the header is not within a day": (
-            [(1.0, HERE)],
-            {"trajectory": {"header": {"stamp": {"sec": 1, "nanosec": 0}}}},
-        ),
-        "component tolerances": ([(1.0, HERE)], {"component_path_tolerance": [{"joint_name": "A1"}]}),
-        "bytes as JSON: that is too long": ([(0.001 * k, HERE) for k in range(1, 10_001)], {}),
-    }
-    for reason, (points, fields) in bad.items():
-        assert not someone.sends(reason, points, **fields), reason
-    told = [record.getMessage() for record in caplog.records]
-    for reason in bad:
-        assert any(reason in each for each in told), (reason, told)
-    assert robot.joints == before
-    assert someone.sends("then", [(2.0, HERE)])
-    assert someone.asks("result", name="then")["status"] == 4
-
-
-def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(
-    whole_python: Path, cell: tuple[Simulator, User]
-) -> None:
-    robot, someone = cell
-    with user(whole_python) as other:
-        assert other.sends("left alone", [(2.0, AWAY)])
-    assert someone.sends("after", [(8.0, AWAY)]), "the other may have begun, and be there before"
-    assert someone.asks("result", name="after")["status"] == 4
-    assert [round(each, 6) for each in robot.joints] == list(AWAY)
 
 
 def test_a_goal_that_another_client_cancels_is_aborted(cell: tuple[Simulator, User]) -> None:

@@ -62,17 +62,13 @@ OPENING = (
     ("said", "status", "told"),
     [
         (OPENING.replace(b"Host: 127.0.0.1", b"Host: evil.example"), b"403", "the host 'evil.example'"),
-        (b"GET / HTTP/1.1\r\n\r\n", b"403", "0 headers Host: expected one"),
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"426", "Connection"),
-        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n", None, "request body|method"),
         (b"hello\r\n", None, "HTTP request line"),
     ],
 )
-@pytest.mark.parametrize("more", [b"", b"stop\r\n", b"\xff" * 1000])
 async def test_what_opens_no_websocket_is_refused_in_one_line(
-    said: bytes, status: bytes | None, told: str, more: bytes, caplog: pytest.LogCaptureFixture
+    said: bytes, status: bytes | None, told: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Whatever comes behind it at once; it was a traceback out of the library, or nothing at all."""
 
     def open_session(_name: str, _wake: Callable[[], None]) -> tuple[Counting, Outbox]:
         raise AssertionError("no session should be opened")
@@ -81,7 +77,7 @@ async def test_what_opens_no_websocket_is_refused_in_one_line(
     await server.start()
     async with asyncio.timeout(DEADLINE_S):
         reader, writer = await asyncio.open_connection(*server.address)
-        writer.write(said + more)
+        writer.write(said)
         answer = await reader.read()
         writer.close()
     await server.close()

@@ -19,8 +19,7 @@ from iiwa_sim.ros.rmi.serialized import serialized
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
-from iiwa_sim.ros.rosbridge.session import NOT_OURS, RosbridgeSession
-from iiwa_sim.ros.rosbridge.subscriptions import MOST_SUBSCRIPTIONS
+from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.ros_robot import NOW_NS, RosRobot, ptp
 from tests.samples import some
 
@@ -100,14 +99,6 @@ def test_a_published_list_moves_the_robot_and_its_results_come(client: Client, r
     assert client.says("unadvertise", topic="/command_list") == []
 
 
-def test_results_are_not_lost_while_a_client_is_busy(client: Client, robot: RosRobot) -> None:
-    client.says("subscribe", topic="/command_result")
-    here = robot.controller.joints
-    client.says("publish", topic="/command_list", msg={"commands": [ptp(k, here) for k in range(50)]})
-    robot.runs_until_results(50)
-    assert [message["msg"]["command_id"] for message in client.hears()] == list(range(50))
-
-
 def test_throttle_and_queue_of_several_subscriptions(client: Client, robot: RosRobot) -> None:
     def heard_in_a_second() -> int:
         count = 0
@@ -157,11 +148,8 @@ def test_services_by_name_and_by_place(client: Client, robot: RosRobot) -> None:
     [
         ("/nothing", None, "there is no /nothing"),
         ("/scale_speed", {"value": "x"}, "Expected `float`"),
-        ("/scale_speed", {"speed": 1}, "unknown field `speed`"),
         ("/scale_speed", [1, 2], "up to 1 arguments, got 2"),
-        ("/scale_speed", 7, "Expected `object`"),
         ("/rosapi/message_details", {"type": "a/B"}, "there is no a/B"),
-        ("/rosapi/topic_type", ["/joint_states", 2], "expected up to 1 arguments, got 2"),
     ],
 )
 def test_a_call_that_fails_answers_false_and_a_string(
@@ -172,22 +160,6 @@ def test_a_call_that_fails_answers_false_and_a_string(
     assert words in response["values"]
     assert response["id"] == 7
     assert robot.controller.override == 1.0
-
-
-@pytest.mark.parametrize(
-    ("field", "words"),
-    [
-        ({"fragment_size": 100}, "messages are sent whole"),
-        ({"compression": "png"}, "compression png: expected none"),
-    ],
-)
-def test_a_call_whose_answer_is_wanted_otherwise_fails(
-    client: Client, field: dict[str, Any], words: str
-) -> None:
-    response = client.calls("/get_io", {"number": 1}, **field)
-    assert response["result"] is False
-    assert words in response["values"]
-    assert client.calls("/get_io", {"number": 1}, **dict.fromkeys(field))["result"] is True
 
 
 def test_cbor_has_numbers_as_typed_arrays(client: Client, robot: RosRobot) -> None:
@@ -220,16 +192,6 @@ def test_raw_cbor_has_the_bytes_of_ros_1(client: Client, robot: RosRobot, topic:
     robot.gets(ptp(1, robot.controller.joints))
     robot.step(50)
     assert [*client.hears()][-1] == [*plain.hears()][-1], "the subscription without an encoding is left"
-
-
-def test_subscriptions_of_a_topic_are_bounded(client: Client, robot: RosRobot) -> None:
-    for k in range(MOST_SUBSCRIPTIONS):
-        assert client.says("subscribe", topic="/joint_states", id=str(k)) == []
-    assert "times: expected no more" in client.is_told("subscribe", topic="/joint_states", id="more")
-    assert "up to 200 letters" in client.is_told("subscribe", topic="/joint_states", id=201 * "x")
-    assert client.says("subscribe", topic="/joint_states", id="0", throttle_rate=1) == []
-    robot.step(5)
-    assert len(client.hears()) == 1
 
 
 def test_what_tools_ask_when_they_connect(client: Client) -> None:
@@ -277,24 +239,17 @@ def test_rosapi(client: Client) -> None:
     [
         ("publish", {"topic": "/joint_states", "msg": {}}, "nobody listens to /joint_states"),
         ("publish", {"topic": "/command_list", "msg": {"commands": [{"pose": [None]}]}}, "commands[0].pose"),
-        ("publish", {"topic": "/command_list", "msg": []}, "Expected `object`"),
         ("publish", {"topic": 5}, "topic: expected a name"),
-        ("publish", {}, "topic: expected a name"),
-        ("advertise", {"topic": "/chatter", "type": "std_msgs/String"}, "nobody listens to /chatter"),
         ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
         ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
         ("subscribe", {"topic": "/joint_states", "type": "a/B"}, "is of type sensor_msgs/JointState"),
         ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none, cbor, cbor-raw"),
-        ("subscribe", {"topic": "/joint_states", "compression": []}, "expected none, cbor, cbor-raw"),
         ("subscribe", {"topic": "/joint_states", "fragment_size": 1000}, "messages are sent whole"),
         ("subscribe", {"topic": "/joint_states", "throttle_rate": -1}, "throttle_rate: expected a number"),
-        ("subscribe", {"topic": "/joint_states", "queue_length": "x"}, "queue_length: expected a number"),
-        ("subscribe", {"topic": "/joint_states", "throttle_rate": 1e300}, "throttle_rate: expected a number"),
         ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
         ("call_service", {}, "service: expected a name"),
-        ("set_level", {"level": "loud"}, "level loud"),
         ("dance", {}, "op dance: expected advertise"),
-        *[(operation, {}, "is not offered here") for operation in NOT_OURS],
+        ("fragment", {}, "is not offered here"),
     ],
 )
 def test_misuse_is_told_with_the_id_and_changes_nothing(
@@ -311,21 +266,10 @@ def test_misuse_is_told_with_the_id_and_changes_nothing(
     "text",
     [
         b"",
-        b"{",
         b"[]",
-        b"null",
-        b"7",
-        b'"op"',
-        b"{}",
-        b'{"op":null}',
-        b'{"op":["publish"]}',
         b'{"op":"publish","topic":"/command_list","msg":{"commands":[{"pose":[NaN]}]}}',
-        b'{"op":"publish","topic":"/command_list","msg":{"commands":[{"pose":[1e999]}]}}',
         b"\xff\xfe",
-        b'{"op":"\xff"}',
-        b'{"op":"\\ud800"}',
         b"[" * 100_000,
-        b'{"a":' * 50_000,
         b"\x16\x00\x00\x00\x02op\x00\x05\x00\x00\x00auth\x00\x00",
     ],
 )
@@ -365,12 +309,6 @@ def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, 
     assert client.calls("/rosapi/nodes")["result"] is True
     client.session.end()
     assert not ROBOT.node._listeners["/joint_states"]
-
-
-def test_errors_can_be_turned_off(client: Client) -> None:
-    assert client.says("set_level", level="none") == []
-    assert client.says("dance") == []
-    assert client.says("status", level="error", msg="of the client") == []
 
 
 def test_a_fault_of_ours_costs_no_connection(
@@ -418,14 +356,9 @@ def test_with_a_secret_a_client_that_knows_it_is_let_in(robot: RosRobot) -> None
     ("message", "words"),
     [
         (auth("another"), "mac: made with another secret"),
-        ({**auth(), "level": "root"}, "mac: made with another secret"),
         (auth(t=NOW_S - 6), "t is more than 5 s"),
-        (auth(t=NOW_S + 6), "t is more than 5 s"),
         (auth(end=NOW_S - 1), "end is over"),
-        (auth(t=None), "t: expected whole seconds"),
-        (auth(end=True), "end: expected whole seconds"),
         ({**auth(), "mac": 7}, "mac: expected text"),
-        ({**auth(), "mac": "é"}, "mac: made with another secret"),
         ({}, "client: expected text"),
     ],
 )
