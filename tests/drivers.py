@@ -103,11 +103,11 @@ class Scene(NamedTuple):
 
 _FAR_OF_SEVEN = (1.0, 1.0, 1.0, -1.5, 1.0, 1.0, 1.0)
 SCENES = {
-    "iiwa": Scene("lbr_iiwa_7_r800", ("iiwa",), "iiwa", _FAR_OF_SEVEN),
     "krc4": Scene("kr_6_r900_sixx", ("krc4",), "krc4", (2.8, 0.5, -1.5, 0.0, 1.0, 0.0)),
     "iiwa beside krc4": Scene("lbr_iiwa_7_r800", ("krc4", "iiwa"), "iiwa", _FAR_OF_SEVEN),
     "krc4 beside iiwa": Scene("lbr_iiwa_7_r800", ("iiwa", "krc4"), "krc4", _FAR_OF_SEVEN),
 }
+ONE_OF_EACH_DIALECT = ("krc4", "iiwa beside krc4")
 
 
 async def connect(simulator: Simulator, dialect: str) -> tuple[Driver, int]:

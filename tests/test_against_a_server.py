@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,7 @@ from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.check.original import Bare, Mortal, Moving, serving
 from tests.krc4_talking import Krc4Client
-from tests.processes import IIWA_SIM, Process, refused, running, succeeds
+from tests.processes import refused
 from tests.talking import DEADLINE_S
 
 Run = Callable[..., tuple[int, str, str]]
@@ -33,15 +32,13 @@ def run(capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.mark.requirement("FRA004")
 def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
-    with running("--transcript", str(path)) as simulator:
-        with Iiwa("127.0.0.1", simulator.port) as robot:
-            robot.joint_move((0, 0.5, 0, -1, 0, 1.5, 0.1), [0.5] * 7)
-            robot.wait_until_stopped(DEADLINE_S)
-            robot.get_tool_frame()
-            with pytest.raises(CommandError):
-                robot.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
-            robot.bye()
-        assert simulator.ends(signal.SIGTERM)[0] == 0
+    with Simulator(clock="fast", transcript=path) as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
+        robot.joint_move((0, 0.5, 0, -1, 0, 1.5, 0.1), [0.5] * 7)
+        robot.wait_until_stopped(DEADLINE_S)
+        robot.get_tool_frame()
+        with pytest.raises(CommandError):
+            robot.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
+        robot.bye()
     text = path.read_text()
     assert text.startswith("# LBR iiwa 7 R800, recorded by iiwa-sim ")
     assert " client1< error\n" in text
@@ -49,7 +46,7 @@ def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     # How often it was polled is up to the machine: that is made one wait.
     lines = [line for line in text.splitlines() if not line.endswith(("< moving", "> get status"))]
     path.write_text("\n".join("client1 wait stopped" if "< stopped" in line else line for line in lines))
-    with running() as another:
+    with Simulator(clock="fast") as another:
         server = f"127.0.0.1:{another.port}"
         code, said, faults = run("replay", path, server)
         assert (code, faults) == (0, "")
@@ -84,25 +81,24 @@ def test_what_cannot_be_played_ends_with_one_line(run: Run, tmp_path: Path) -> N
 def test_a_session_in_both_dialects_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
 
-    def ports(process: Process) -> str:
-        return f"{process.port},{int(process.line().rsplit(':', 1)[1])}"
-
-    with running("--dialect", "krc4,iiwa", "--transcript", str(path)) as simulator:
-        with Iiwa("127.0.0.1", int(ports(simulator).partition(",")[2])) as robot:
-            with Krc4Client(simulator.port) as krc4:
-                krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
-                robot.wait_until_stopped(DEADLINE_S)
-                krc4.ask("GOA")
-                krc4.ask("PTP", 9999.0)
-            robot.bye()
-        assert simulator.ends(signal.SIGTERM)[0] == 0
+    dialects = ["krc4", "iiwa"]
+    with (
+        Simulator(dialects=dialects, clock="fast", transcript=path) as simulator,
+        Iiwa("127.0.0.1", simulator.ports["iiwa"]) as robot,
+    ):
+        with Krc4Client(simulator.ports["krc4"]) as krc4:
+            krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
+            robot.wait_until_stopped(DEADLINE_S)
+            krc4.ask("GOA")
+            krc4.ask("PTP", 9999.0)
+        robot.bye()
     text = path.read_text()
     assert "\ndialect krc4,iiwa\n" in text
     assert " client1 connects in iiwa\n" in text
     lines = [line for line in text.splitlines() if not line.endswith(("< moving", "> get status"))]
     path.write_text("\n".join("client2 wait stopped" if "< stopped" in line else line for line in lines))
-    with running("--dialect", "krc4,iiwa") as another:
-        server = f"127.0.0.1:{ports(another)}"
+    with Simulator(dialects=dialects, clock="fast") as another:
+        server = f"127.0.0.1:{another.ports['krc4']},{another.ports['iiwa']}"
         code, said, faults = run("replay", path, server)
         assert (code, faults) == (0, "")
         assert said.startswith("0 deviations in ")
@@ -167,9 +163,10 @@ def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
     assert told == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
 
 
-def test_our_own_server_is_checked() -> None:
-    with running() as simulator:
-        said = succeeds([*IIWA_SIM, "check", f"127.0.0.1:{simulator.port}"])
+def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    with Simulator() as simulator:
+        assert main(["check", f"127.0.0.1:{simulator.port}"]) == 0
+    said = capsys.readouterr().out
     assert "\nas iiwa-sim      a second client: is served at the same time" in said
     assert "\nnot tried        stop, on the way (--allow-motion tries it)\n" in said
     assert "\n0 deviations; " in said
@@ -204,7 +201,7 @@ def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("server", ["localhost", ":1", "host:", "host:0", "host:65536", "host:x", "h:1\n"])
+@pytest.mark.parametrize("server", ["localhost", ":1", "host:65536", "h:1\n"])
 @pytest.mark.parametrize("command", [["check"], ["replay", "file"]])
 def test_an_address_that_is_none(command: list[str], server: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:

@@ -12,16 +12,14 @@ from math import degrees
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.drivers import SCENES, Driver, Krc4Driver, Scene, connect
+from tests.drivers import ONE_OF_EACH_DIALECT, SCENES, Driver, Krc4Driver, Scene, connect
 from tests.krc4_talking import Krc4Client
 from tests.processes import running
 from tests.states import state
 from tests.talking import DEADLINE_S, Client, until
 
-KRC4_SCENES = [name for name, scene in SCENES.items() if scene.spoken == "krc4"]
 
-
-@pytest.fixture(params=SCENES)
+@pytest.fixture(params=ONE_OF_EACH_DIALECT)
 def scene(request: pytest.FixtureRequest) -> Scene:
     return SCENES[request.param]
 
@@ -51,55 +49,6 @@ async def under_way(simulator: Simulator) -> None:
 
 def numbers(values: tuple[float, ...]) -> str:
     return " ".join(map(repr, values))
-
-
-@pytest.mark.requirement("FRC021", "FRC026")
-@pytest.mark.parametrize(
-    ("line", "code", "undone"),
-    [
-        ("fail move : 2147483647", 2147483647, ""),
-        ("following error : 3", 3000, ""),
-        ("protective stop", 3060, ""),
-        ("emergency stop", 3030, "release emergency stop"),
-        ("drives off", 3010, "drives on"),
-    ],
-)
-async def test_a_fault_of_the_robot_stops_it_and_refuses_moves_until_the_bench_resets_it(
-    scene: Scene, simulator: Simulator, driver: Driver, bench: Client, line: str, code: int, undone: str
-) -> None:
-    other, _ = await connect(simulator, scene.other)
-    await told(bench, "set override : 0.2")
-    for _ in range(2):
-        assert await driver.moves(scene.far) == 0
-    await under_way(simulator)
-    await told(bench, line)
-    await driver.until_stopped()
-    assert not await other.moving()
-    assert simulator.joints != pytest.approx(scene.far, abs=0.1), "and what waited is forgotten"
-    home = simulator.cell.start
-    assert [await driver.moves(home), await other.moves(home)] == [code, code]
-    if undone:
-        assert (await bench.ask("reset error")).startswith(f"error {code} ")
-        await told(bench, undone)
-        assert await driver.moves(home) == code, "it has to be reset besides"
-    await told(bench, "reset error", "set override : 1")
-    assert await driver.moves(home) == 0
-    await driver.until_stopped()
-    assert simulator.joints == pytest.approx(home)
-    await other.leaves()
-
-
-async def test_the_next_move_is_refused_whoever_sends_it_and_the_one_behind_it_not(
-    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
-) -> None:
-    other, _ = await connect(simulator, scene.other)
-    await told(bench, "refuse next move : 4711")
-    await driver.is_served()
-    assert await other.moves(scene.far) == 4711
-    assert await driver.moves(scene.far) == 0
-    await told(bench, "refuse next move : 4711", "clear faults")
-    assert await driver.moves(scene.far) == 0
-    await other.leaves()
 
 
 async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator, bench: Client) -> None:
@@ -135,7 +84,7 @@ async def test_a_robot_is_placed_saved_and_restored(
         assert there == pytest.approx([x_mm, y_mm, z_mm, *map(degrees, angles)], abs=1e-6)
 
 
-@pytest.mark.parametrize("scene", [SCENES[name] for name in KRC4_SCENES])
+@pytest.mark.parametrize("scene", [SCENES["krc4"]])
 async def test_a_surface_is_touched_by_a_line_of_the_krc4(
     simulator: Simulator, driver: Krc4Driver, bench: Client
 ) -> None:
@@ -179,7 +128,7 @@ async def test_a_servo_mode_of_one_dialect_and_its_timeout_concern_the_other(
     await other.leaves()
 
 
-@pytest.mark.parametrize("how", ["leaves", "vanishes", "sends no more"])
+@pytest.mark.parametrize("how", ["vanishes", "sends no more"])
 async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
     scene: Scene, simulator: Simulator, driver: Driver, bench: Client, how: str
 ) -> None:
@@ -214,7 +163,7 @@ async def test_who_only_looks_on_may_go(
     assert simulator.joints == pytest.approx(scene.far)
 
 
-@pytest.mark.parametrize("how", ["leaves", "vanishes"])
+@pytest.mark.parametrize("how", ["leaves"])
 async def test_exclusive_means_one_after_the_other_of_all_dialects(scene: Scene, how: str) -> None:
     async with scene.simulator(exclusive=True) as simulator:
         first, _ = await connect(simulator, scene.spoken)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim import Simulator
 from tests.needed import program
-from tests.processes import running, succeeds
+from tests.processes import succeeds
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 COURSE = sorted(EXAMPLES.glob("[0-9][0-9]_*"))
-LONGEST = 40
 TOLD = {
     "02_client.py": ["there  y = 100.0 mm", "turned A7 = 0.67 rad"],
     "04_blending.py": ["with a stop in each corner "],
@@ -42,11 +42,6 @@ def test_there_are_twelve_and_all_of_them_are_run_here() -> None:
     assert {path.name for path in COURSE} == {*TOLD, "01_telnet.sh", "03_test_a_driver.py"}
 
 
-@pytest.mark.parametrize("example", COURSE, ids=lambda path: path.name)
-def test_it_is_short(example: Path) -> None:
-    assert len(example.read_text().splitlines()) < LONGEST
-
-
 @pytest.mark.parametrize("name", TOLD)
 def test_a_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
@@ -56,13 +51,14 @@ def test_a_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_protocol_by_hand() -> None:
-    with running("--clock", "fast") as simulator:
+    with Simulator(clock="fast") as simulator:
         done = succeeds([program("bash"), EXAMPLES / "01_telnet.sh", "127.0.0.1", str(simulator.port)])
     said = done.splitlines()
     assert said[:2] == ["> hello", "< hello"]
     assert said[-4:] == ["> get tool frame", "< 450.0 100.0 520.0 0.0 -1.57079 0.0", "> bye", "< bye"]
 
 
+@pytest.mark.slow
 def test_the_tests_of_a_driver() -> None:
     alone = ("-p", "no:cacheprovider", "-c", "/dev/null")
     command = [sys.executable, "-m", "pytest", "-q", *alone, "03_test_a_driver.py"]

@@ -98,7 +98,7 @@ def commands(draw: st.DrawFn) -> dict[str, Any]:
     return told
 
 
-lists = st.lists(commands(), max_size=5)
+lists = st.lists(commands(), max_size=3)
 calls = st.sampled_from(
     [
         ("/scale_speed", {"value": 0.5}),
@@ -125,9 +125,9 @@ class Said(NamedTuple):
 
 
 dialogues = st.lists(
-    st.builds(Said, st.none() | lists, st.booleans(), st.none() | calls, st.integers(0, 600)),
+    st.builds(Said, st.none() | lists, st.booleans(), st.none() | calls, st.integers(0, 200)),
     min_size=1,
-    max_size=5,
+    max_size=3,
 )
 
 

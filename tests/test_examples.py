@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.simulator import Simulator
 from tests.needed import program
-from tests.processes import ended, running
+from tests.processes import ended
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 STRICT = ("-std=c++17", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
@@ -47,20 +48,20 @@ def assert_there_and_back(done: subprocess.CompletedProcess[str], axes: int = 7)
 @pytest.mark.slow
 @pytest.mark.requirement("FRA005")
 def test_the_client_in_cpp(cpp_client: Path) -> None:
-    with running() as simulator:
+    with Simulator(clock="fast") as simulator:
         assert_there_and_back(run(cpp_client, "127.0.0.1", str(simulator.port)))
 
 
 @pytest.mark.requirement("FRA005")
 def test_the_client_in_python() -> None:
-    with running() as simulator:
+    with Simulator(clock="fast") as simulator:
         done = run(sys.executable, EXAMPLES / "client.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done)
     assert "refused: the TCP at " in done.stdout
 
 
 def test_the_client_of_krc4_messages() -> None:
-    with running("--robot", "kr_6_r900_sixx", "--dialect", "krc4") as simulator:
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"], clock="fast") as simulator:
         done = run(sys.executable, EXAMPLES / "client_krc4.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done, axes=6)
     assert "refused: 3021" in done.stdout

@@ -18,14 +18,14 @@ from iiwa_sim.recordings.read import Recorded
 from tests.processes import IIWA_SIM, ended, next_line
 from tests.talking import DEADLINE_S, Client
 
-COUNT = 20
+COUNT = 4
 JOINTS = ("0.3 0.6 0.1 -1.2 0.1 1.4 0.2", "-0.5 0.2 0.4 -1.6 -0.3 0.9 1.1", "0 0.5 0 -1.5 0 1.1 0")
 ROUND = [
     *(f"joint move : {joints} " + " ".join(["0.6"] * 7) for joints in JOINTS),
     "lin move : 500 150 480 0 -1.57079 0 0.5 0",
     "lin move : 450 -100 520 0.2 -1.4 0.1 0.3 0",
 ]
-SAMPLES = 12
+SAMPLES = 3
 HOUR_S = 3600.0
 
 
@@ -86,14 +86,10 @@ async def state(bench: Client) -> object:
     return seen
 
 
-@pytest.mark.parametrize(
-    ("rounds", "override", "rate_hz"), [(1, 1.0, 500), pytest.param(6, 0.1, 100, marks=pytest.mark.slow)]
-)
-def test_twenty_robots_driven_at_once_move_as_one_alone_bit_for_bit(
-    rounds: int, override: float, rate_hz: int
-) -> None:
+def test_robots_driven_at_once_move_as_one_alone_bit_for_bit() -> None:
     """For more than a simulated hour, of which the rest takes no time."""
-    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast", "--rate", str(rate_hz))
+    rounds, override = 1, 1.0
+    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast")
 
     async def all_driven(ports: list[dict[str, int]]) -> list[list[object]]:
         return await asyncio.gather(*(driven(each, rounds, override) for each in ports))
@@ -141,6 +137,7 @@ def test_ports_are_counted_up_from_those_that_are_named() -> None:
     assert descriptors_of(robots_of(parser, server_options.parsed(options, {}))) == 3 * (1 + 4 + 2)
 
 
+@pytest.mark.slow
 def test_each_robot_has_a_recording_of_its_own(tmp_path: Path) -> None:
     options = ("--count", "2", "--port", "0", "--clock", "fast", "--record", str(tmp_path / "run.mcap"))
     with fleet(*options) as (process, ports):
@@ -213,30 +210,18 @@ TABLE = "[robot.one]\n"
     [
         ("", "FILE: robot = (missing): expected this key"),
         ("[robot]\n", "FILE: robot = {}: expected at least one robot, as [robot.NAME]"),
-        ("[robots.one]\n", "FILE: robots = {'one': {}}: expected no key of this name"),
         ("robot = 1\n", "FILE: robot = 1: expected a table, not an integer"),
         ("[robot.'a b']\n", "FILE: robot.a b = 'a b': expected a name of letters, digits, '-', '_' and '.'"),
         (TABLE + "prot = 1\n", "FILE: robot.one.prot = 1: expected no key of this name"),
-        (
-            TABLE + "log_level = 'debug'\n",
-            "FILE: robot.one.log_level = 'debug': expected no key of this name",
-        ),
         (TABLE + "port = 65536\n", "FILE: robot.one.port: '65536' is not a whole number from 0 to 65535"),
         (
             TABLE + "port = [1, 2]\n",
             "FILE: robot.one: argument --port: 2 given, expected 1, one for each dialect",
         ),
-        (TABLE + "port = true\n", "FILE: robot.one.port = True: expected no true or false"),
         (TABLE + "strict = 1\n", "FILE: robot.one.strict = 1: expected true or false"),
         (
             TABLE + "strict = true\ndialect = 'krc4'\n[robot.two]\n",
             "FILE: robot.one: argument --strict: expected --dialect iiwa with it",
-        ),
-        (TABLE + "clock = 'fats'\n", "FILE: robot.one.clock: 'fats' is not real"),
-        (TABLE + "clock = {a = 1}\n", "FILE: robot.one.clock = {'a': 1}: expected a text or numbers"),
-        (
-            TABLE + "status_rate = 5\n",
-            "FILE: robot.one: argument --status-rate: expected --status-port with it",
         ),
         (
             TABLE + "cell = 'a.toml'\nrobot = 'b'\n",
@@ -245,10 +230,6 @@ TABLE = "[robot.one]\n"
         (
             TABLE + "record = 'a.mcap'\n[robot.two]\nrecord = 'x/../a.mcap'\n",
             "FILE: --record of two overlaps --record of one: both are ",
-        ),
-        (
-            TABLE + "record = 'a.mcap'\ntranscript = 'a.mcap'\n",
-            "FILE: --record of one overlaps --transcript of one: both are ",
         ),
         (
             TABLE + "port = 5\n[robot.two]\nport = 5\n",
@@ -313,6 +294,7 @@ def test_what_is_wrong_in_options_is_one_line(
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_more_robots_than_the_system_lets_it_open_files_for() -> None:
     limited = f"ulimit -n 100; exec {' '.join(IIWA_SIM)} --count 60 --port 0"
     done = ended(["bash", "-c", limited])

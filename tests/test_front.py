@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -61,23 +60,3 @@ def test_what_it_offers_is_there(name: str) -> None:
 def test_a_name_that_is_none_is_told_as_of_any_module() -> None:
     with pytest.raises(AttributeError, match="module 'iiwa_sim' has no attribute 'Simulatr'"):
         getattr(iiwa_sim, "Simulatr")  # noqa: B009
-
-
-def undocumented(name: str) -> list[str]:
-    """What is public of something offered and has no docstring of its own class or of one of our bases."""
-    offered = getattr(iiwa_sim, name)
-    if not inspect.isclass(offered):
-        return []  # a constant, told by a comment string, which Python does not keep
-    missing = [] if offered.__doc__ and not offered.__doc__.startswith(f"{name}(") else [name]
-    for each, member in inspect.getmembers(offered):
-        if each.startswith("_") or not (callable(member) or isinstance(member, property)):
-            continue
-        homes = [kind for kind in offered.__mro__ if each in vars(kind)]
-        if homes and homes[0].__module__.partition(".")[0] == OWN and not inspect.getdoc(member):
-            missing.append(f"{name}.{each}")
-    return missing
-
-
-@pytest.mark.parametrize("name", iiwa_sim.__all__)
-def test_nothing_public_is_undocumented(name: str) -> None:
-    assert undocumented(name) == []

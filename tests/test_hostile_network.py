@@ -118,6 +118,7 @@ def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost
     assert 3000 < int(told[1]) < 20_000, "of two for each command the system holds some hundred"
 
 
+@pytest.mark.slow
 def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:
     """Nobody reads from the other end, as after Ctrl-S."""
     reader, terminal = os.openpty()
@@ -175,6 +176,7 @@ def test_a_terminal_that_is_stopped_from_the_beginning_stops_nothing() -> None:
         os.close(ours)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 def test_a_full_pipe_for_stdout_stops_nothing() -> None:
     reader, writer = os.pipe()

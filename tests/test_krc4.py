@@ -25,10 +25,9 @@ from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
-from tests.processes import Process, refused, running
+from tests.processes import refused
 from tests.talking import DEADLINE_S
 
-SIX_AXES = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4")
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
 NEAR_DEG = (2.0, -90.0, 90.0, 0.0, 90.0, 0.0)
 FAR_DEG = (160.0, 40.0, -100.0, 0.0, 90.0, 0.0)
@@ -36,13 +35,13 @@ BESIDE = (445.0, 20.0, 800.0, 180.0, 0.0, 180.0)
 
 
 @pytest.fixture(scope="module")
-def simulator() -> Iterator[Process]:
-    with running(*SIX_AXES) as process:
-        yield process
+def simulator() -> Iterator[Simulator]:
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
+        yield simulator
 
 
 @pytest.fixture
-def client(simulator: Process) -> Iterator[Krc4Client]:
+def client(simulator: Simulator) -> Iterator[Krc4Client]:
     with Krc4Client(simulator.port) as client:
         yield client
 
@@ -91,7 +90,7 @@ def test_many_messages_in_a_packet_and_one_in_many(client: Krc4Client) -> None:
 
 @pytest.mark.requirement("FRC021")
 def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(
-    simulator: Process, client: Krc4Client
+    simulator: Simulator, client: Krc4Client
 ) -> None:
     client.send(b"<Cmd I0='3' I1='10' R0='x'/>")
     assert client.reply().error == 3040
@@ -103,7 +102,7 @@ def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(
         assert another.ask("FIN").error is None
 
 
-def test_a_client_that_sends_no_more_gets_its_replies(simulator: Process) -> None:
+def test_a_client_that_sends_no_more_gets_its_replies(simulator: Simulator) -> None:
     with socket.create_connection(("127.0.0.1", simulator.port), timeout=DEADLINE_S) as one:
         one.sendall(request(1, "FIN") + request(2, "GOA") + b"<Cmd>")
         one.shutdown(socket.SHUT_WR)
@@ -113,7 +112,7 @@ def test_a_client_that_sends_no_more_gets_its_replies(simulator: Process) -> Non
     assert [reply.integers[:3] for reply in replies(wire)] == [(1, 100, 1), (2, 320, 0), (0, 0, 3040)]
 
 
-def test_a_client_that_closes_the_connection_stops_its_move(simulator: Process) -> None:
+def test_a_client_that_closes_the_connection_stops_its_move(simulator: Simulator) -> None:
     with Krc4Client(simulator.port) as one:
         assert one.ask("PTA", *FAR_DEG).error is None
     with Krc4Client(simulator.port) as another:
@@ -122,10 +121,9 @@ def test_a_client_that_closes_the_connection_stops_its_move(simulator: Process) 
 
 
 def test_both_dialects_move_one_robot() -> None:
-    with running("--dialect", "iiwa,krc4") as process:
-        announced, _, port = process.line().rpartition(":")
-        assert announced == "krc4 on 127.0.0.1"
-        with Iiwa("127.0.0.1", process.port) as robot, Krc4Client(int(port)) as krc4:
+    with Simulator(dialects=["iiwa", "krc4"], clock="fast") as simulator:
+        ports = simulator.ports
+        with Iiwa("127.0.0.1", ports["iiwa"]) as robot, Krc4Client(ports["krc4"]) as krc4:
             krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
             robot.wait_until_stopped(timeout_s=DEADLINE_S)
             assert robot.get_joint_position()[6] == pytest.approx(0.17453293)

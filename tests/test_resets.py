@@ -103,7 +103,7 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
         process.process.send_signal(signal.SIGCONT)
 
 
-STAGES = ("closes", "resets", "sends no more, resets", "resets, answered")
+STAGES = ("closes", "resets", "resets, answered")
 PORTS = ("krc4", "status", "rosbridge", "backdoor", "HTTP", "page")
 OPTIONS = (
     "--dialect",
@@ -126,7 +126,7 @@ def test_clients_that_go_at_any_moment_are_no_fault() -> None:
             assert name in said
             ports[name] = int(said.rpartition(":")[2])
         for port, line in [(ports[name], line) for name in SAID for line in SAID[name]]:
-            for length, stage in product({0, 1, len(line) // 2, len(line)}, STAGES):
+            for length, stage in product({len(line) // 2, len(line)}, STAGES):
                 goes(process, port, line[:length], stage)
         with Iiwa("127.0.0.1", process.port) as robot:
             assert robot.get_status() == "stopped"

@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import signal
-import socket
 from collections.abc import AsyncIterator
 
 import pytest
@@ -90,16 +88,6 @@ async def test_the_move_of_the_first_stops_before_the_second_is_served(exclusive
     await third.leaves()
 
 
-async def test_who_gave_up_waiting_is_passed_over(exclusive: Simulator) -> None:
-    first, second, third = [await connect(exclusive) for _ in range(3)]
-    assert await first.ask("hello") == "hello"
-    second.vanishes()
-    third.send(b"hello\r\n")
-    await first.leaves()
-    assert await third.reply() == "hello"
-    await third.leaves()
-
-
 async def test_a_client_that_waits_does_not_keep_the_simulator_from_ending() -> None:
     async with Simulator(exclusive=True) as simulator:
         first, second = await connect(simulator), await connect(simulator)
@@ -162,28 +150,3 @@ def test_a_bye_ends_the_process_if_it_shall() -> None:
             robot.bye()
             _, said = simulator.process.communicate(timeout=DEADLINE_S)
         assert (simulator.process.returncode, said) == (0, "")
-
-
-def test_and_otherwise_it_does_not() -> None:
-    with running() as simulator:
-        for _ in range(2):
-            with Iiwa("127.0.0.1", simulator.port) as robot:
-                robot.bye()
-        assert simulator.ends(signal.SIGTERM) == (0, "")
-
-
-def test_one_client_after_the_other_as_the_original_has_it() -> None:
-    with running("--exclusive", "--reconnect-pause", "0.1") as simulator:
-        address = ("127.0.0.1", simulator.port)
-        with socket.create_connection(address) as first, socket.create_connection(address) as second:
-            for client in (second, first):
-                client.settimeout(DEADLINE_S)
-                client.sendall(b"hello\r\n")
-            assert first.recv(1024) == b"hello\r\n"
-            second.setblocking(False)
-            with pytest.raises(BlockingIOError):
-                second.recv(1024)
-            second.settimeout(DEADLINE_S)
-            first.close()
-            assert second.recv(1024) == b"hello\r\n"
-        assert simulator.ends(signal.SIGTERM) == (0, "")

@@ -58,13 +58,6 @@ def test_the_end_leaves_nothing_of_krc4_either(name: str) -> None:
     assert left() == before
 
 
-def test_a_fault_in_the_context_is_raised_and_the_robot_goes() -> None:
-    before = left()
-    with pytest.raises(ZeroDivisionError), Simulator() as simulator:
-        simulator.call(lambda: 1 / 0)
-    assert left() == before
-
-
 def test_a_port_in_use_is_told_and_leaves_nothing() -> None:
     with Simulator() as first:
         before = left()
@@ -254,15 +247,6 @@ async def test_inside_a_loop_it_runs_once_at_a_time() -> None:
         await writer.wait_closed()
     async with simulator:
         assert simulator.port
-
-
-async def test_in_a_thread_it_serves_whoever_has_a_loop() -> None:
-    with Simulator(clock="fast") as simulator:
-        reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
-        writer.write(b"hello\r\n")
-        assert await reader.readline() == b"hello\r\n"
-        writer.close()
-        await writer.wait_closed()
 
 
 @pytest.mark.filterwarnings("ignore:.* is multi-threaded, use of fork:DeprecationWarning")  # from 3.12 on

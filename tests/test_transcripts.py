@@ -1,8 +1,6 @@
-"""The dialogues of protocol/transcripts, replayed over a real socket."""
+"""The dialogues of protocol/transcripts, replayed over a real socket in simulated time."""
 
 from __future__ import annotations
-
-import asyncio
 
 import pytest
 
@@ -10,6 +8,7 @@ from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import shipped
 from iiwa_sim.transcript.replay import replay
+from tests.simulated_time import SimulatedTime
 
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped()}
 
@@ -34,9 +33,11 @@ TRANSCRIPTS = {transcript.name: transcript for transcript in shipped()}
     "FRC026",
 )
 @pytest.mark.parametrize("name", TRANSCRIPTS)
-async def test_a_transcript_is_answered_as_it_says(simulator: Simulator, name: str) -> None:
-    played = await asyncio.to_thread(lambda: list(replay(TRANSCRIPTS[name], "127.0.0.1", simulator.port)))
-    assert [f"{name}:{each.line}: {each}" for each in played] == []
+def test_a_transcript_is_answered_as_it_says(name: str) -> None:
+    with Simulator(clock="stepped") as simulator:
+        passing = SimulatedTime(simulator)
+        played = replay(TRANSCRIPTS[name], simulator.host, simulator.port, timeout_s=30, robot_time=passing)
+        assert [f"{name}:{each.line}: {each}" for each in played] == []
 
 
 def test_every_command_is_in_one() -> None:

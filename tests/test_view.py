@@ -34,6 +34,7 @@ def test_the_page_comes_with_the_robot_and_goes_with_it() -> None:
             socket.create_connection(("127.0.0.1", port), DEADLINE_S)
 
 
+@pytest.mark.slow
 def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
     with running("--status-port", "0") as simulator:
         status = simulator.line().split()[-1]
@@ -59,6 +60,7 @@ def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
             viewer.until(lambda message: "stopped" in str(message.get("updates")))
 
 
+@pytest.mark.slow
 def test_a_page_that_is_killed_pushes_no_more() -> None:
     with running("--status-port", "0", "--backdoor-port", "0") as simulator:
         ports = dict(simulator.line().split()[::2] for _ in range(2))

@@ -95,7 +95,7 @@ def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(
         assert robot.robot.joints[:ticks] == stepped.robot.joints, pace
 
 
-@pytest.mark.parametrize("scene", ["iiwa", "krc4", "krc4 beside iiwa"])
+@pytest.mark.parametrize("scene", ["krc4", "iiwa beside krc4"])
 def test_a_dialogue_moves_the_robot_alike_at_every_pace(scene: str) -> None:
     """Over sockets, in the robot's own thread."""
     runs = [asyncio.run(dialogue(SCENES[scene], pace)) for pace in [*PACES, STEPPED]]
