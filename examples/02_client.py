@@ -17,9 +17,9 @@ def main() -> None:
         print(f"there  y = {robot.get_tool_frame().y:.1f} mm")
 
         joints = robot.get_joint_position()
-        robot.joint_move([*joints[:6], joints.j6 + 0.5], [0.3] * 7)  # rad; speeds relative to the limits
+        robot.joint_move([*joints[:6], joints[6] + 0.5], [0.3] * 7)  # rad; speeds relative to the limits
         robot.wait_until_stopped(timeout_s=30)
-        print(f"turned A7 = {robot.get_joint_position().j6:.2f} rad")
+        print(f"turned A7 = {robot.get_joint_position()[6]:.2f} rad")
 
 
 if __name__ == "__main__":

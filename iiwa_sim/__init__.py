@@ -3,8 +3,7 @@
 What a program or a test uses is offered here, each name loaded when it is first asked for:
 
     from iiwa_sim import Simulator          # a robot that listens, in a thread or in an asyncio loop
-    from iiwa_sim import Iiwa, AsyncIiwa    # a client of one, with a method for each command
-    from iiwa_sim import Krc4, AsyncKrc4    # the same for KRC4 messages
+    from iiwa_sim import Iiwa, Krc4         # clients of one, for the text protocol and for KRC4 messages
     from iiwa_sim import Drop, Delay        # wire faults, for `simulator.backdoor.set_fault`
     from iiwa_sim import BoxSettings        # surfaces, for `simulator.backdoor.add_surface`
 
@@ -20,8 +19,6 @@ if TYPE_CHECKING:
     from iiwa_sim.cell.settings import CellFault
     from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
     from iiwa_sim.client import (
-        AsyncIiwa,
-        AsyncKrc4,
         CommandError,
         Iiwa,
         Krc4,
@@ -58,8 +55,6 @@ __all__ = [
     "EVERY",
     "NEXT",
     "UNTIL_CLEARED",
-    "AsyncIiwa",
-    "AsyncKrc4",
     "BoxSettings",
     "CellFault",
     "CloseAfter",
@@ -97,10 +92,7 @@ _HOMES = {
     "backdoor.ports": ("HttpFault",),
     "cell.settings": ("CellFault",),
     "cell.surfaces": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
-    "client": (
-        *("AsyncIiwa", "AsyncKrc4", "Iiwa", "Krc4"),
-        *("CommandError", "Krc4Error", "ReplyError", "UnknownCommandError"),
-    ),
+    "client": ("CommandError", "Iiwa", "Krc4", "Krc4Error", "ReplyError", "UnknownCommandError"),
     "clock.errands": ("StillMoving",),
     "controller.errors": ("Refused",),
     "controller.snapshot": ("Snapshot",),

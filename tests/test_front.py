@@ -33,7 +33,7 @@ def test_importing_it_loads_nothing_else_of_ours_and_no_library() -> None:
 
 
 def test_its_clients_load_nothing_of_the_simulator() -> None:
-    loaded = loaded_by("from iiwa_sim import Iiwa, AsyncIiwa, Krc4, AsyncKrc4, CommandError")
+    loaded = loaded_by("from iiwa_sim import Iiwa, Krc4, CommandError")
     assert not loaded & set(HEAVY)
     assert {"iiwa_sim.client"} <= loaded
 

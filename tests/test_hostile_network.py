@@ -74,7 +74,7 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
         )
         assert said_to(ports["rosbridge"], rebound).startswith(b"HTTP/1.1 403 ")
         with Iiwa("127.0.0.1", simulator.port) as robot:
-            assert robot.get_override() == 1.0
+            assert robot.command("get override") == "1.0"
         code, log = simulator.ends(signal.SIGTERM)
     assert code == 0
     closed = [line for line in log.splitlines() if "closed: it sent an HTTP request" in line]

@@ -173,7 +173,7 @@ def test_services_are_called_from_another_terminal(terminal: Terminal, shared_ro
     ]
     assert ios.startswith('/robot/get_digital_ios ios: - id: group_id: "DO" pin_number: 3 value: True ')
     with Iiwa("127.0.0.1", shared_robot.port) as telnet:
-        assert telnet.get_override() == 0.01
+        assert telnet.command("get override") == "0.01"
         telnet.set_override(1.0)
     code, said = terminal.runs("rosservice", "call", "/scale_speed", "value: .nan")
     assert code != 0

@@ -23,7 +23,7 @@ def test_a_driver_tells_the_load_and_feels_the_rest(tmp_path: Path) -> None:
         Simulator(cell=tmp_path / "cell.toml", clock="stepped", status_port=0) as simulator,
         Iiwa("127.0.0.1", simulator.port) as robot,
     ):
-        assert robot.get_tool_load() == (2.0, 0.0, 0.0, 80.0)
+        assert robot.command("get tool load") == "2.0 0.0 0.0 80.0"
         assert robot.get_cartesian_force() == (0.0,) * 6
         robot.set_tool_load(1.5, (0.0, 0.0, 80.0))
         force = robot.get_cartesian_force()
@@ -39,5 +39,5 @@ def test_a_driver_tells_the_load_and_feels_the_rest(tmp_path: Path) -> None:
         robot.set_tool_load(2.0, (0.0, 0.0, 80.0))
         assert robot.get_cartesian_force() == (0.0,) * 6
         simulator.backdoor.restore_state("lighter")
-        assert robot.get_tool_load().mass == 1.5
+        assert robot.command("get tool load") == "1.5 0.0 0.0 80.0"
         assert robot.get_cartesian_force() == pytest.approx(force)

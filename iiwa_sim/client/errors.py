@@ -2,7 +2,7 @@
 
 
 class CommandError(Exception):
-    """The robot refused the command, which the message quotes."""
+    """The robot rejected the command, which the message quotes."""
 
 
 class UnknownCommandError(CommandError):
@@ -10,16 +10,12 @@ class UnknownCommandError(CommandError):
 
 
 class Krc4Error(CommandError):
-    """The robot refused a KRC4 message."""
+    """The robot rejected a KRC4 message."""
 
     def __init__(self, message: str, code: int) -> None:
-        super().__init__(message, code)
+        super().__init__(message)
         self.code = code
-        """Number of the error, see docs/krc4.md; numbers from 3000 on are those of
-        robot_movement_interface."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
+        """Number of the error, see docs/krc4.md; from 3000 on those of robot_movement_interface."""
 
 
 class ReplyError(Exception):

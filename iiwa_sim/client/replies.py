@@ -14,30 +14,6 @@ class Frame(NamedTuple):
     gamma: float
 
 
-class JointPosition(NamedTuple):
-    """Positions of A1 to A7 in rad."""
-
-    j0: float
-    j1: float
-    j2: float
-    j3: float
-    j4: float
-    j5: float
-    j6: float
-
-
-class JointTorque(NamedTuple):
-    """External torques on A1 to A7 in Nm."""
-
-    t0: float
-    t1: float
-    t2: float
-    t3: float
-    t4: float
-    t5: float
-    t6: float
-
-
 class CartesianForce(NamedTuple):
     """Force (N) and torque (Nm) at the TCP, in TCP orientation, acting on the robot."""
 
@@ -49,33 +25,9 @@ class CartesianForce(NamedTuple):
     tz: float
 
 
-class CollisionThresholds(NamedTuple):
-    """Force (N) and torque (Nm) from outside at the TCP that stop the robot; 0 for one that is off."""
-
-    max_force: float
-    max_torque: float
-
-
-class ToolLoad(NamedTuple):
-    """What the controller takes its arm to carry: a mass (kg), and its centre in the flange (mm)."""
-
-    mass: float
-    cx: float
-    cy: float
-    cz: float
-
-
 class LastError(NamedTuple):
     """A result code of robot_movement_interface, and the reason in words."""
 
-    code: int
-    reason: str
-
-
-class Reachability(NamedTuple):
-    """Whether a target can be reached; if not, the code and reason with which a move there is refused."""
-
-    reachable: bool
     code: int
     reason: str
 

@@ -4,12 +4,11 @@ Replies are lines in the iiwa's protocol, XML messages in that of KRC4.
 """
 
 import contextlib
+import re
 import socket
 import struct
 import time
 
-from iiwa_sim.client.exchange import MAX_REPLY_BYTES
-from iiwa_sim.client.lines import ReplyLines
 from iiwa_sim.dialect.krc4.stream import Broken, XmlStream
 from iiwa_sim.dialect.krc4.table import REPLY
 from iiwa_sim.dialect.wire.decimals import readable
@@ -17,8 +16,10 @@ from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.wording import harmless
 
-RECEIVE_BYTES = 65536
+RECEIVE_BYTES = MAX_REPLY_BYTES = 65536
 TIMEOUT_S = 5.0
+_END = re.compile(rb"[\r\n]")
+_PARTNER = {b"\r": b"\n", b"\n": b"\r"}
 _OPENING = f"<{REPLY}".encode()
 
 
@@ -77,6 +78,35 @@ class Connection:
             raise NoReply(f"no reply within {patience_s:g} s") from None
         except OSError as fault:
             raise NoReply(_why(fault)) from None
+
+
+class ReplyLines:
+    r"""Splits received bytes into replies, which end with `\n`, `\r`, `\r\n` or `\n\r`."""
+
+    def __init__(self) -> None:
+        self._received = b""
+        self._partner = b""  # would complete the line end of the last reply
+
+    def feed(self, data: bytes) -> None:
+        """Add received bytes."""
+        self._received += data
+
+    @property
+    def unread(self) -> bytes:
+        """Received bytes that have not been taken as a line."""
+        if self._received:
+            self._received = self._received.removeprefix(self._partner)
+            self._partner = b""
+        return self._received
+
+    def take(self) -> bytes | None:
+        """Return the next line, without its end; None until it is complete."""
+        end = _END.search(self.unread)
+        if end is None:
+            return None
+        line, self._received = self._received[: end.start()], self._received[end.end() :]
+        self._partner = _PARTNER[end.group()]
+        return line
 
 
 class Wire(Connection):

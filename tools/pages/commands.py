@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import NamedTuple
 
 from iiwa_sim.check import connections, lines, motion, numbers
+from iiwa_sim.client import Iiwa, Krc4
 from iiwa_sim.dialect.krc4.table import Command as Message
 from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.wire.command import Command, Quantity
@@ -74,7 +75,7 @@ def _command(command: Command, said: Sequence[Sequence[Turn]], refused: Sequence
         _refusals(dialogues.refusals(said, command.name), refused),
         _original(command),
         _requirements(command.requirements),
-        _method("Iiwa", command.name.replace(" ", "_")),
+        _method(Iiwa, command.name.replace(" ", "_")),
     ]
     return _joined(parts)
 
@@ -182,7 +183,7 @@ def _message(message: Message, said: Sequence[Sequence[Turn]], refused: Sequence
         f"```\n{dialogues.text(dialogues.example(said, message.tag))}\n```",
         _refusals([row for row in others if int(row[1].split()[0]) not in codes], refused),
         _requirements(message.requirements),
-        _method("Krc4", message.tag.lower()),
+        _method(Krc4, message.tag.lower()),
     ]
     return _joined(parts)
 
@@ -210,8 +211,9 @@ def _backdoor() -> Iterable[Page]:
     yield Page("reference/bench/index.md", "\n".join([*head, "| | |", "|---|---|", *rows, ""]))
 
 
-def _method(client: str, name: str) -> str:
-    return f"In Python: [`{client}.{name}`][iiwa_sim.client.{client}.{name}]."
+def _method(client: type, name: str) -> str:
+    method = f"{client.__name__}.{name}"
+    return f"In Python: [`{method}`][iiwa_sim.client.{method}]." if hasattr(client, name) else ""
 
 
 def _joined(parts: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from tools.pages.commands import Page
 
 API = {
     "A robot": ("Simulator", "StillMoving"),
-    "Clients": ("Iiwa", "AsyncIiwa", "Krc4", "AsyncKrc4"),
+    "Clients": ("Iiwa", "Krc4"),
     "What a client raises": ("CommandError", "UnknownCommandError", "Krc4Error", "ReplyError"),
     "Faults on the wire": (
         *("Pass", "Delay", "Split", "Drop", "Garble", "CloseBefore", "CloseAfter", "ResetBefore", "Silence"),

@@ -1,1 +1,0 @@
-"""The methods of the clients, written from the tables in protocol/ by `python -m tools.client_source`."""
