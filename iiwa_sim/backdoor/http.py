@@ -15,7 +15,6 @@ import msgspec
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
-from iiwa_sim.backdoor.openapi import COMMANDS, description
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -24,7 +23,9 @@ from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.serve.http import HttpAnswer, HttpRequest
 from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 
-HEALTH, STATE, DIALOGUE, OPENAPI = "/healthz", "/state", "/dialogue", "/openapi.json"
+COMMANDS = "/backdoor/"
+"""What the path of each command begins with."""
+HEALTH, STATE, DIALOGUE = "/healthz", "/state", "/dialogue"
 OF_A_CONNECTION = (HELP, BYE, RELEASE_WHEN_GONE)
 """Commands that belong to a connection of lines and have no path."""
 _BEARER = "bearer "
@@ -56,12 +57,7 @@ class BackdoorHttp:
             return _error(status, EXECUTION, reason)._replace(headers=headers)
         if request.path.startswith(COMMANDS):
             return self._command(request)
-        pages = {
-            HEALTH: self._health,
-            STATE: self._state,
-            DIALOGUE: self._dialogue.as_json,
-            OPENAPI: self._openapi,
-        }
+        pages = {HEALTH: self._health, STATE: self._state, DIALOGUE: self._dialogue.as_json}
         page = pages.get(request.path)
         if page is None:
             ways = f"POST {COMMANDS}COMMAND, or GET {', '.join(pages)}"
@@ -96,7 +92,7 @@ class BackdoorHttp:
         calls = LineCalls(self._backdoor, self._log, self._name(request))
         command = calls.table.commands.get(request.path.removeprefix(COMMANDS).replace("-", " "))
         if command is None or command.name in OF_A_CONNECTION:
-            reason = f"there is no {request.path}: {OPENAPI} names all commands"
+            reason = f"there is no {request.path}: docs/backdoor.md names all commands"
             return _error(HTTPStatus.NOT_FOUND, EXECUTION, reason)
         if request.method != "POST":
             return _not_allowed(request, "POST")
@@ -116,11 +112,6 @@ class BackdoorHttp:
 
     def _state(self) -> object:
         return msgspec.to_builtins(self._backdoor.state(), str_keys=True)
-
-    def _openapi(self) -> object:
-        table = LineCalls(self._backdoor, self._log, "").table
-        commands = [each for each in table.commands.values() if each.name not in OF_A_CONNECTION]
-        return description(commands, with_token=self._token is not None)
 
     def _name(self, request: HttpRequest) -> str:
         return f"{request.client} (backdoor, HTTP)"

@@ -127,7 +127,7 @@ def server_parser() -> Parser:
         type=whole(0, MAX_PORT),
         metavar="PORT",
         help="the same as JSON over HTTP, as POST /backdoor/emergency-stop, with GET /state, /dialogue, "
-        "/healthz, /openapi.json; 0 picks a port (default: no such port)",
+        "/healthz; 0 picks a port (default: no such port)",
     )
     add_reach(parser, "backdoor-", BACKDOOR)
     parser.add_argument(

@@ -23,7 +23,7 @@ TABLES = {
 """What has a page that is written from it."""
 _LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s#]+)(#[^)\s]*)?\)")
 _LANGUAGES = {".py": "python", ".toml": "toml", ".yaml": "yaml", ".yml": "yaml", ".cpp": "cpp", ".hpp": "cpp"}
-_LANGUAGES |= {".mjs": "javascript", ".json": "json", ".ini": "ini", ".robot": "robotframework"}
+_LANGUAGES |= {".mjs": "javascript", ".json": "json", ".ini": "ini"}
 _TEXTS = {*_LANGUAGES, ".txt", ".md", ".cmake", ""}
 
 
