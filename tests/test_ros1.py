@@ -132,6 +132,7 @@ def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) ->
     assert {name: types[name] for name in topics | SERVICES} == topics | SERVICES
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA002")
 def test_the_tools_know_the_types_with_our_sums(terminal: Terminal) -> None:
     """Types of ROS's own packages come from Debian here, the others from our folder of packages."""
@@ -235,6 +236,7 @@ def test_results_of_an_older_package_are_heard_by_its_clients(environment: Termi
 
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
+@pytest.mark.slow
 @pytest.mark.usefixtures("shared_robot")
 def test_a_topic_comes_without_gaps(terminal: Terminal) -> None:
     """How many ticks lie between two messages is in tests/ros/rmi/test_node.py."""
@@ -244,6 +246,7 @@ def test_a_topic_comes_without_gaps(terminal: Terminal) -> None:
     assert numbers == list(range(numbers[0], numbers[0] + 100))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shared_robot")
 def test_every_state_can_be_echoed(terminal: Terminal) -> None:
     topics = [topic for topic, (_, rate_hz) in PUBLISHED.items() if rate_hz]
@@ -279,6 +282,7 @@ def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal,
     _assert_others_are_served_during(script, terminal, robot)
 
 
+@pytest.mark.slow
 def test_at_the_end_the_master_forgets_the_node(terminal: Terminal, robot: Process) -> None:
     assert terminal.nodes_at("/joint_states") == ["/iiwa_sim"]
     assert robot.ends(signal.SIGTERM) == (0, "")
@@ -310,6 +314,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.nodes_at("/joint_states") == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Terminal) -> None:
     script = (
@@ -333,6 +338,7 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
+@pytest.mark.slow
 def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     needs_ros()
     uri = "http://127.0.0.1:1"

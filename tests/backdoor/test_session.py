@@ -257,7 +257,7 @@ def test_an_error_is_reset_when_its_cause_is_gone(robot: str) -> None:
     assert bench.backdoor.state().robot_status.in_error == 0
 
 
-@settings(max_examples=some(200))
+@settings(max_examples=some(60))
 @given(
     st.one_of(
         st.binary(max_size=60),

@@ -12,6 +12,7 @@ from websockets.asyncio.client import connect
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.server import RosbridgeServer
 from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.web_access import WebAccess
 from tests.talking import DEADLINE_S
 
 
@@ -42,7 +43,7 @@ async def test_all_that_waits_is_sent_also_where_there_is_time_for_one_message_a
         return Counting(outbox), outbox
 
     in_a_hurry = Budget(now_s=lambda: 0.0)  # each piece should have ended long ago
-    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=in_a_hurry)
+    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, in_a_hurry, WebAccess())
     await server.start()
     async with asyncio.timeout(DEADLINE_S), connect("ws://{}:{}".format(*server.address)) as client:
         for word in ("one", "two"):
@@ -73,7 +74,7 @@ async def test_what_opens_no_websocket_is_refused_in_one_line(
     def open_session(_name: str, _wake: Callable[[], None]) -> tuple[Counting, Outbox]:
         raise AssertionError("no session should be opened")
 
-    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=Budget())
+    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, Budget(), WebAccess())
     await server.start()
     async with asyncio.timeout(DEADLINE_S):
         reader, writer = await asyncio.open_connection(*server.address)
@@ -92,7 +93,7 @@ async def test_frames_right_behind_the_opening_are_heard() -> None:
         outbox = Outbox(wake)
         return Counting(outbox), outbox
 
-    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=Budget())
+    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, Budget(), WebAccess())
     await server.start()
     async with asyncio.timeout(DEADLINE_S):
         reader, writer = await asyncio.open_connection(*server.address)

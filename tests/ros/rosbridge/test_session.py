@@ -299,7 +299,7 @@ _operations = st.sampled_from(
 ROBOT = RosRobot()
 
 
-@settings(max_examples=some(300))
+@settings(max_examples=some(100))
 @given(st.lists(st.tuples(_operations | st.text(max_size=5), _fields), max_size=5))
 def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
     client = Client(ROBOT)  # its log raises what is a fault of ours
