@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
 from math import hypot
 from typing import NamedTuple
 
@@ -39,12 +38,6 @@ def joints_in(robot: ET.Element) -> list[UrdfJoint]:
         )
         for joint in robot.findall("joint")
     ]
-
-
-def base_of(joints: Sequence[UrdfJoint]) -> str:
-    """The link that is in no other."""
-    children = {joint.child for joint in joints}
-    return next(joint.parent for joint in joints if joint.parent not in children)
 
 
 def origin_of(parent: ET.Element) -> Transform:

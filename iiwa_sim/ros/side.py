@@ -45,12 +45,11 @@ class RosSide:
         options: RosOptions,
         *,
         on_heard: Callable[[], None],
-        budget: Budget | None = None,
+        budget: Budget,
     ) -> None:
-        """`on_heard` is called after a message that may have started a command; `budget` may be shared with
+        """`on_heard` is called after a message that may have started a command; `budget` is shared with the
         other servers of the loop."""
         options.check()
-        budget = budget or Budget()
         access = WebAccess(options.rosbridge_origins, options.rosbridge_hosts)
         now_ns = time.time_ns
         if options.ros_stamps == SIMULATED:
@@ -147,7 +146,7 @@ def _rosbridge(
         session = RosbridgeSession(graph, api, outbox, log, name, secret=secret)
         return session, outbox
 
-    return RosbridgeServer(open_session, *address, on_heard, budget=budget, access=access)
+    return RosbridgeServer(open_session, *address, on_heard, budget, access)
 
 
 def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> "Ros1Node":

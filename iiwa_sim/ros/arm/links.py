@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from iiwa_sim.frames import Transform, quaternion_from_rotation
-from iiwa_sim.robot.urdf_joints import base_of, joints_in
+from iiwa_sim.robot.urdf_joints import joints_in
 
 
 class Links:
@@ -17,8 +17,6 @@ class Links:
         named = {joint.name: joint for joint in found}
         self._moved = [named[name] for name in moved]
         self._fixed = [joint for joint in found if joint.name not in moved]
-        self.base = base_of(found)
-        """The link that is in no other."""
 
     def moving(self, joints: Sequence[float]) -> list[dict[str, Any]]:
         """geometry_msgs/TransformStamped, without headers' stamps, of the joints at positions (rad)."""

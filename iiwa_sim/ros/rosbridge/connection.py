@@ -8,7 +8,7 @@ import asyncio
 import logging
 import time
 from collections import deque
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from websockets.frames import Frame, Opcode
 from websockets.http11 import Request
@@ -19,7 +19,9 @@ from iiwa_sim.serve.connection import CLOSING_S, Connection
 from iiwa_sim.serve.socket_options import find_out
 
 if TYPE_CHECKING:
+    from iiwa_sim.ros.rosbridge.outbox import Outbox
     from iiwa_sim.ros.rosbridge.server import RosbridgeServer
+    from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection. About a hundred commands fit in, and are parsed in some
@@ -39,28 +41,6 @@ _quiet = logging.getLogger(f"{__name__}.connections")
 _quiet.setLevel(logging.CRITICAL)  # the library logs a traceback for every client that speaks something else
 
 
-class Waiting(Protocol):
-    """The source of frames for a client."""
-
-    overflown: bool
-
-    def next(self, now_s: float) -> tuple[str | bytes | None, float | None]:
-        """The next frame, str as text and bytes as binary; or seconds until one is due; None if none
-        waits."""
-
-
-class ClientSession(Protocol):
-    """One client's messages, without sockets."""
-
-    closing: bool
-
-    def receive(self, text: bytes) -> None:
-        """Take a message."""
-
-    def end(self) -> None:
-        """Notice that the client has gone."""
-
-
 class RosbridgeConnection(Connection):
     """One client.
 
@@ -76,8 +56,8 @@ class RosbridgeConnection(Connection):
         self._parsed = 0  # bytes of what was received
         self._messages: deque[bytes] = deque()  # not handled yet
         self._parts = bytearray()  # parts of a fragmented message
-        self._session: ClientSession | None = None  # until the handshake is complete
-        self._waiting: Waiting
+        self._session: RosbridgeSession | None = None  # until the handshake is complete
+        self._waiting: Outbox
         self._refused = False  # the opening request
         self._heard = False  # a message came that on_heard has not been called for
         self._unread = False  # the last frame has been sent

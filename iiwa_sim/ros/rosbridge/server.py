@@ -2,7 +2,9 @@
 
 from collections.abc import Callable
 
-from iiwa_sim.ros.rosbridge.connection import ClientSession, RosbridgeConnection, Waiting
+from iiwa_sim.ros.rosbridge.connection import RosbridgeConnection
+from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.server import Server
 from iiwa_sim.serve.web_access import WebAccess
@@ -16,19 +18,18 @@ class RosbridgeServer(Server[RosbridgeConnection]):
 
     def __init__(
         self,
-        open_session: Callable[[str, Callable[[], None]], tuple[ClientSession, Waiting]],
+        open_session: Callable[[str, Callable[[], None]], tuple[RosbridgeSession, Outbox]],
         host: str,
         port: int,
         on_heard: Callable[[], None],
-        *,
-        budget: Budget | None = None,
-        access: WebAccess | None = None,
+        budget: Budget,
+        access: WebAccess,
     ) -> None:
         """`open_session` gets the client's name and a function to call when there is something to send.
 
-        `on_heard` is called after messages. `budget` may be shared with other servers of the loop.
+        `on_heard` is called after messages. `budget` is shared with other servers of the loop.
         """
         super().__init__(lambda: RosbridgeConnection(self), host, port, budget, system_bytes=SYSTEM_BYTES)
         self.open_session = open_session
         self.on_heard = on_heard
-        self.access = access or WebAccess()
+        self.access = access
