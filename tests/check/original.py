@@ -87,24 +87,9 @@ def _but(what: str, **ways: Any) -> type[Deviating]:
     return type(what, (Deviating,), ways)
 
 
-def _in_pieces(_: Deviating, connection: socket.socket, reply: str) -> None:
-    connection.sendall(reply.encode())
-    threading.Event().wait(0.002)
-    connection.sendall(b"\r\n")
-
-
-def _dies_of_a_capital_letter(server: Deviating, connection: socket.socket, line: bytes) -> bool:
-    if line == b"HELLO":
-        server.shutdown()
-        server.socket.close()
-    return line != b"HELLO" and Deviating.answer(server, connection, line)
-
-
 reply, answer, split = Deviating.reply, Deviating.answer, Deviating.split
 Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
-Piecemeal = _but("writes the line end by itself", write=_in_pieces)
 OnlyNewlines = _but(r"waits for \n", split=lambda _, data: [line.strip(b"\r") for line in data.split(b"\n")])
-ForgetsTheRest = _but("drops what has no line end", answers_a_rest=False)
 SaysNothingToNothing = _but(
     "skips empty lines, as line-oriented code often does",
     answer=lambda self, to, line: not line.strip() or answer(self, to, line),
@@ -113,13 +98,6 @@ MindsCase = _but(
     "takes small letters only",
     reply=lambda self, text: reply(self, text) if text == text.lower() else "unknown command",
 )
-ManyColons = _but(
-    "looks no further than the first colon", reply=lambda self, text: reply(self, text.partition(":")[0])
-)
-NoIdleParameters = _but(
-    "wants nothing behind a command that takes nothing",
-    reply=lambda self, text: "error" if text.count(":") == 1 and text != ":" else reply(self, text),
-)
 Hasty = _but(
     "reads one command per packet and forgets what came with it",
     split=lambda self, data: [(lines := split(self, data))[0], *lines[1:][-1:]],
@@ -127,18 +105,9 @@ Hasty = _but(
 Exponents = _but(
     "writes numbers as Python and C do", reply=lambda self, text: reply(self, text).replace("E-5", "e-05")
 )
-Whole = _but(
-    "writes whole numbers without a point",
-    reply=lambda self, text: reply(self, text).replace("450.0 0.0", "450 0"),
-)
 Stubborn = _but(
     "lets a client that said bye talk on", answer=lambda self, to, line: answer(self, to, line) or True
 )
-StopsNothing = _but(
-    "refuses to stop a robot at rest",
-    reply=lambda self, text: "error" if text == "stop" else reply(self, text),
-)
-Mortal = _but("dies of a capital letter", answer=_dies_of_a_capital_letter)
 Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).replace("stopped", "moving"))
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.check import connections, lines, motion, numbers, report
+from iiwa_sim.check import connections, lines, motion, numbers
 from iiwa_sim.check.check import check
-from iiwa_sim.check.findings import Finding, Probe, Verdict
+from iiwa_sim.check.findings import Finding, Verdict
 from iiwa_sim.check.link import COMMANDS, HARMLESS, NONSENSE, Link
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
@@ -119,26 +119,16 @@ def test_the_original_does_as_the_original() -> None:
     ("kind", "events", "words"),
     [
         (original.Bare, {"any reply"}, r"compares with 'hello\\r\\n'"),
-        (original.Piecemeal, {"any reply"}, "in pieces"),
         (original.OnlyNewlines, {lines.PROBES[1].event}, r"line that ends with \\r"),
-        (original.ForgetsTheRest, {"a rest without a line end, at the end of the stream"}, "ended"),
         (
             original.SaysNothingToNothing,
             {"an empty line, `:`, only blanks", "the dialogue lines.txt"},
             "leaves a driver waiting",
         ),
         (original.MindsCase, {"capital and small letters", "the dialogue lines.txt"}, "'HELLO' was answered"),
-        (original.ManyColons, {"more than one colon", "the dialogue lines.txt"}, "'hello : :' was answered"),
-        (
-            original.NoIdleParameters,
-            {"parameters behind a command that takes none", "the dialogue lines.txt"},
-            "'error'",
-        ),
         (original.Hasty, {"hundreds of lines at once"}, "no reply within"),
         (original.Exponents, {"numbers in replies"}, "'1.0e-05' in a reply"),
-        (original.Whole, {"numbers in replies"}, "'450' in a reply"),
         (original.Stubborn, {"bye"}, "stays open"),
-        (original.StopsNothing, {"stop, at rest", "the dialogue status.txt"}, "'stop' was answered 'error'"),
     ],
 )
 def test_a_deviation_is_told_by_its_name(
@@ -168,12 +158,3 @@ def test_every_row_of_the_table_of_reference_is_in_the_report() -> None:
     page = (Path(__file__).parent.parent.parent / "docs" / "check.md").read_text()
     for probe in probes:
         assert f"| {probe.event} | {probe.original} | {probe.ours or 'the same'} |" in page
-
-
-def test_a_line_of_the_report() -> None:
-    probe = Probe("stop", "`done`", "`error`", lambda _: Finding(Verdict.ORIGINAL))
-    assert report.line(probe, Finding(Verdict.ORIGINAL)) == "as the original  stop: `done`"
-    assert report.line(probe, Finding(Verdict.OURS)).endswith("stop: `error`; the original: `done`")
-    told = report.line(probe, Finding(Verdict.DEVIATION, "no reply\x1b within 3 s"))
-    assert told == r"DEVIATION        stop: no reply\x1b within 3 s (the original: `done`; iiwa-sim: `error`)"
-    assert report.line(probe, Finding(Verdict.UNTRIED, "why")) == "not tried        stop (why)"

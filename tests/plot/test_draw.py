@@ -87,6 +87,7 @@ def test_numbers_at_one_place_share_it() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_the_same_motion_gives_the_same_picture(motion: Motion) -> None:
     """Any name can stand in its title."""
     named = replace(motion, path="of/$\\alpha$ \u6f22\n%.txt")

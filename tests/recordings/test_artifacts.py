@@ -143,16 +143,3 @@ def test_wrong_options_are_told(project: pytest.Pytester, options: tuple[str, ..
     result = run(project, "def test_one(iiwa): pass", *options)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([f"*ERROR: {told}"])
-
-
-def test_a_recording_that_cannot_be_written_fails_its_test(project: pytest.Pytester) -> None:
-    code = """
-    import pytest
-
-    @pytest.mark.iiwa(record="missing/a.mcap")
-    def test_one(iiwa):
-        pass
-    """
-    result = run(project, code)
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*fixture iiwa: *a.mcap: cannot be written: No such file or directory"])

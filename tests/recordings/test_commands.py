@@ -20,7 +20,7 @@ from iiwa_sim.transcript.replay import replay
 from tests.processes import fails
 from tests.recordings.recorded import FAR, Robot, contents
 
-SPEEDS = [0.3] * 7
+SPEEDS = [1.0] * 7
 DOWN = (3.14159265359, 0, 3.14159265359)
 TABLE = Path(__file__).parents[2] / "examples" / "table.toml"
 
@@ -77,15 +77,6 @@ def test_export_writes_what_is_in_it(run: Path, tmp_path: Path, capsys: pytest.C
     assert [row["kind"] for row in events] == [each["kind"] for each in contents(run, "/events")]
 
 
-def test_export_writes_beside_the_recording(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "other.mcap"
-    path.write_bytes(run.read_bytes())
-    assert said(capsys, "export", path, "--csv")[0] == 0
-    assert (tmp_path / "other.state.csv").exists()
-
-
 def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,28 +92,13 @@ def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
     assert 100 < len(rows) < len(contents(run, "/state"))
 
 
-def test_a_recording_that_is_damaged_in_the_middle_tells_from_when_on_it_is_lost(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    data = bytearray(run.read_bytes())
-    middle = len(data) // 2
-    data[middle : middle + 2000] = bytes(2000)
-    path = tmp_path / "damaged.mcap"
-    path.write_bytes(data)
-    recorded = Recorded(path)
-    states = list(recorded.states())
-    assert recorded.cut_at_s == pytest.approx(states[-1].time_s, abs=0.05)
-    _, _, err = said(capsys, "export", path, "--csv")
-    assert f"damaged at {round(recorded.cut_at_s or 0.0, 3):g} s: what follows is lost" in err
-
-
 def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
     motion = motion_in(Recorded(run))
     states = contents(run, "/state")
     assert motion.joints.tolist() == [state["joint_position"] for state in states]
     assert motion.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
     assert motion.description.name == "LBR iiwa 7 R800"
-    assert [(move.name, move.streamed) for move in motion.moves] == [("JOINT 0.3", False)] * 2
+    assert [(move.name, move.streamed) for move in motion.moves] == [("JOINT 1", False)] * 2
     ends = [event["time_s"] for event in contents(run, "/events") if event["kind"] == "move ends"]
     assert [move.end_s for move in motion.moves] == pytest.approx(ends)
     assert motion.moves[1].goal_mm == pytest.approx(tuple(motion.tcp_mm[-1]), abs=1e-3)
@@ -196,7 +172,7 @@ def test_a_dialogue_that_began_before_is_played_in_its_dialect(tmp_path: Path) -
 @pytest.mark.parametrize(
     "command", [("plot", "{}", "-o", "a.png"), ("export", "{}", "--csv"), ("replay", "{}", "127.0.0.1:1")]
 )
-@pytest.mark.parametrize("content", [b"", b"rubbish", bytes([0x89]) + b"MCAP0\r\n" + b"\xff" * 100, None])
+@pytest.mark.parametrize("content", [bytes([0x89]) + b"MCAP0\r\n" + b"\xff" * 100, None])
 def test_rubbish_ends_in_one_line(
     command: tuple[str, ...], content: bytes | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -217,16 +193,6 @@ def test_nothing_to_draw_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert err == f"iiwa-sim: {path}: expected two states at least, to draw a picture of\n"
 
 
-@pytest.mark.parametrize("option", [("--robot", "lbr_iiwa_14_r820"), ("--rate", "500"), ("--cell", "a.toml")])
-def test_a_recording_names_its_own_robot(
-    option: tuple[str, str], run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as left:
-        main(["plot", str(run), "-o", str(tmp_path / "a.png"), *option])
-    assert left.value.code == 2
-    assert "expected none with a recording" in capsys.readouterr().err
-
-
 WITHOUT = """
 import sys
 sys.modules["mcap"] = None
@@ -241,7 +207,6 @@ sys.exit(main(sys.argv[1:]))
     [
         ("--port", "0", "--record", "a.mcap"),
         ("export", "a.mcap", "--csv"),
-        pytest.param(("plot", "a.mcap", "-o", "a.png"), marks=pytest.mark.slow),
     ],
 )
 def test_without_the_library_one_line_tells_how_to_get_it(

@@ -102,23 +102,6 @@ def test_the_tool_is_a_body_at_the_flange(tmp_path: Path) -> None:
     assert [first["radius_mm"], second["radius_mm"]] == pytest.approx([25.0, 20.0])
 
 
-def test_parts_are_told_in_the_order_of_the_cell(tmp_path: Path) -> None:
-    """What becomes of them is found from the lowest one upwards; that order is nobody's concern."""
-    upper = CELL[CELL.index('[[part]]\nname = "pin"') :].replace("pin", "upper").replace("= 500", "= 600")
-    cell = cell_from(tmp_path, upper.replace("z_mm = 60", "z_mm = 121") + CELL)
-    path = tmp_path / "run.mcap"
-    robot = Robot(path, cell)
-    handling = robot.controller.handling
-    assert handling is not None
-    assert handling.workpieces is not None
-    assert [*handling.workpieces.bodies] == ["block", "pin", "upper"]
-    names = ["upper", "block", "pin"]
-    assert [each.name for each in handling.parts] == names
-    robot.end()
-    assert [each["name"] for each in contents(path, STATE)[-1]["parts"]] == names
-    assert [each["name"] for each in contents(path, CELLS)[-1]["parts"]] == names
-
-
 def test_tables_have_gripper_and_parts(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with recorded(path) as (simulator, robot):

@@ -12,31 +12,10 @@ from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.opening import MAGIC, opened
 from tests.talking import DEADLINE_S
 
-NO_ROOM = """
-import resource, signal, sys
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-from pathlib import Path
-from iiwa_sim.recordings.opening import opened
-opened(Path(sys.argv[1]))
-"""
 RECORDS = ("-m", "iiwa_sim", "--port", "0", "--record")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="its limits are others")
-def test_where_nothing_finds_room_no_file_is_left(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    done = subprocess.run(
-        [sys.executable, "-c", NO_ROOM, str(path)],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert done.stderr.endswith(f"{path}: cannot be written: File too large\n")
-    assert not path.exists()
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_where_the_program_speaks_it_does_not_record(stream: str, tmp_path: Path) -> None:
     path = tmp_path / "said.txt"

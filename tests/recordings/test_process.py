@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
 from pathlib import Path
-from shutil import rmtree
 
 import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.simulator import Simulator
-from tests.processes import Process, ended, killed_unless_done, refused, running, started
+from tests.processes import Process, ended, killed_unless_done, refused, running
 from tests.recordings.recorded import FAR, Robot, is_whole, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
@@ -113,37 +110,6 @@ def test_a_robot_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     wait_for_the_end_of(writer)
 
 
-# Forks, as multiprocessing does: the child keeps all that is open.
-FORKS = """
-import os, sys, time
-from iiwa_sim import Simulator
-robot = Simulator(port=0, record=sys.argv[1])
-robot.__enter__()
-child = os.fork()
-if child == 0:
-    time.sleep(600)
-print(child, flush=True)
-time.sleep(600)
-"""
-
-
-@pytest.mark.slow
-def test_a_robot_that_is_killed_leaves_a_whole_file_though_a_child_holds_its_connections(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "run.mcap"
-    with started(sys.executable, "-W", "ignore", "-c", FORKS, path) as robot:
-        child = int(robot.line())
-        try:
-            seen = wait_for_states(path, 100)
-            robot.process.send_signal(signal.SIGKILL)
-            robot.process.wait(DEADLINE_S)
-            wait_until(lambda: is_whole(path))
-            assert check_whole(path) >= seen
-        finally:
-            os.kill(child, signal.SIGKILL)
-
-
 @pytest.mark.slow
 @LINUX
 def test_what_ends_a_group_of_processes_leaves_a_whole_file(tmp_path: Path) -> None:
@@ -202,21 +168,7 @@ def test_one_process_writes_all_recordings_of_a_process(tmp_path: Path) -> None:
         assert check_whole(tmp_path / f"{robots.index(robot)}.mcap") == 10
 
 
-def test_a_folder_that_vanishes_takes_its_recording_with_it_and_nothing_else(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    folder = tmp_path / "gone"
-    folder.mkdir()
-    with Simulator(clock="stepped") as simulator:
-        recording = simulator.record(folder / "a.mcap")
-        simulator.advance(1.0)
-        rmtree(folder)
-        simulator.advance(1.0)
-        recording.close()
-        assert simulator.state().tick == 1000
-    assert not caplog.records
-
-
+@pytest.mark.slow
 def test_the_program_that_records_is_not_run_again(tmp_path: Path) -> None:
     """It need not guard its main part, and its folder need not be free of names such as socket.py."""
     (tmp_path / "socket.py").write_text("raise RuntimeError('another one')")
@@ -235,48 +187,6 @@ def test_the_program_that_records_is_not_run_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_modules_of_a_user_that_are_called_as_one_of_pythons_come_last(tmp_path: Path) -> None:
-    """Such as those beside a test, whose folder pytest puts in front; Python leaves out what is no text."""
-    folder = tmp_path / "tests"
-    folder.mkdir()
-    for name in ("random", "signal", "platform", "numbers", "msgspec", "mcap"):
-        (folder / f"{name}.py").write_text("raise RuntimeError('another one')")
-    script = tmp_path / "main.py"
-    script.write_text(
-        "import sys, pathlib\n"
-        "from iiwa_sim import Simulator\n"
-        "with Simulator(port=0, clock='stepped') as robot:\n"
-        f"    sys.path[:0] = [{str(folder)!r}, pathlib.Path('.')]\n"
-        "    with robot.record('run.mcap'):\n"
-        "        robot.advance(0.1)\n"
-    )
-    done = ended([sys.executable, script], cwd=tmp_path)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    assert check_whole(tmp_path / "run.mcap") == 50
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="needs prlimit")
-def test_a_process_that_can_open_no_more_files_goes_on_with_those_it_has(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    first = Robot(tmp_path / "first.mcap")
-    first.step(1000)
-    wait_for_states(tmp_path / "first.mcap", 1)
-    writer = first.recorder.writing_process
-    limits = resource.prlimit(writer, resource.RLIMIT_NOFILE)
-    resource.prlimit(writer, resource.RLIMIT_NOFILE, (3, limits[1]))
-    second = Robot(tmp_path / "second.mcap")
-    second.step(10)
-    assert not second.recorder.finish()
-    assert [record.message for record in caplog.records] == [
-        f"{tmp_path / 'second.mcap'}: the recording ends here: the process that writes it says no more"
-    ]
-    resource.prlimit(writer, resource.RLIMIT_NOFILE, limits)
-    first.end()
-    check_whole(tmp_path / "first.mcap")
-
-
 def test_nothing_is_left_where_a_recording_is_never_closed(tmp_path: Path) -> None:
     script = (
         "from iiwa_sim import Simulator\n"

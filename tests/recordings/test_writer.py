@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -13,12 +12,10 @@ import pytest
 
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.handed import Beginning, Frames, Ready, frame_of, handed_in
+from iiwa_sim.recordings.handed import Beginning, Frames, Ready, handed_in
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import LOG
 from iiwa_sim.recordings.writer import MOST_BYTES, Writer
-from iiwa_sim.recordings.written import write
-from tests.recordings.recorded import contents
 from tests.talking import DEADLINE_S, wait_until
 
 METADATA = {"version": "0", "rate_hz": "500", "joints": "A1"}
@@ -137,21 +134,6 @@ def test_in_haste_nobody_waits_for_ever(
     assert len(logged(caplog)) == 2, "which is all that is said of it"
 
 
-@pytest.mark.usefixtures("other")
-def test_a_process_that_never_begins_is_not_waited_for_as_one_that_starts_slowly(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    """Nobody waited less than a minute for one that had been halted at its start."""
-    monkeypatch.setattr("iiwa_sim.recordings.writer.PATIENCE_S", 0.01)
-    path = tmp_path / "a.mcap"
-    writer = begun(path)
-    looks = itertools.count()
-    monkeypatch.setattr(Other, "computed", property(lambda _: min(next(looks), 50)))
-    assert not writer.close()
-    assert next(looks) > 50, "as long as it computes it is waited for"
-    assert logged(caplog) == [f"{path}: the recording is cut off: the file takes nothing"]
-
-
 @pytest.mark.parametrize(
     ("leaves", "told"),
     [
@@ -176,55 +158,3 @@ def test_what_ends_the_recording_is_one_line(
     assert not writer.close()
     assert logged(caplog) == [f"{path}: the recording ends here: {told}"]
     assert caplog.records[0].levelname == "ERROR"
-
-
-def test_what_was_recorded_is_in_the_file_soon_without_more(tmp_path: Path) -> None:
-    """Also where too little is said to fill a chunk."""
-    writer = begun(tmp_path / "a.mcap")
-    writer.put(message(0))
-    wait_until(lambda: logs_by_now(tmp_path / "a.mcap") == 1)
-    assert writer.close()
-    assert len(contents(tmp_path / "a.mcap", LOG)) == 1
-
-
-def test_what_found_no_room_is_handed_on_without_more(other: Other, tmp_path: Path) -> None:
-    """A stepped clock may make no further tick."""
-    writer = begun(tmp_path / "a.mcap")
-    for number in range(40):
-        writer.put(message(number, BIG))
-    assert writer._waiting
-    other.theirs.setblocking(False)
-
-    def all_handed_on() -> bool:
-        try:
-            other.theirs.recv(1 << 20)
-        except BlockingIOError:
-            return not writer._waiting
-        return False
-
-    wait_until(all_handed_on)
-
-
-class Full(BytesIO):
-    """A file on a disk without room."""
-
-    def write(self, _: object) -> int:
-        raise OSError(28, "No space left on device")
-
-
-@pytest.mark.parametrize(
-    ("stream", "frame", "sign"),
-    [
-        (Full(), frame_of(BEGINNING), "fault No space left on device"),
-        (BytesIO(), b"\3\0\0\0bad", "fault internal error: ValidationError"),
-    ],
-)
-def test_a_fault_over_there_is_told(stream: BytesIO, frame: bytes, sign: str) -> None:
-    ours, theirs = socket.socketpair()
-    with ours:
-        ours.sendall(frame)
-        ours.shutdown(socket.SHUT_WR)
-        write(theirs, stream, lambda: False)
-        *_, last = ours.recv(1000).decode().splitlines()
-    assert last.startswith(sign)
-    assert stream.closed

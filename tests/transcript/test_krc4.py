@@ -12,7 +12,7 @@ from iiwa_sim.dialect.krc4.table import reply, understand
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import ask_idle, filled, is_moving, sent
 from iiwa_sim.transcript.krc4_compare import deviation
-from iiwa_sim.transcript.lines import Answered, Compare, Connects, Said, Step, Transcript, read
+from iiwa_sim.transcript.lines import Answered, Compare, Connects, Step, Transcript, read
 
 INTEGERS = st.lists(st.integers(-(2**31), 2**31 - 1), min_size=2, max_size=10)
 REALS = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 9) + 0.0), max_size=10)
@@ -107,11 +107,7 @@ def test_what_was_never_heard_or_refused_is_not(text: str) -> None:
             "Res I0=1 I1=310 R0=1.6",
             "R0 is 1.6, expected 1.0 within 0.5",
         ),
-        ("Res I0=1 I1=310", Compare.NUMBERS, "Res I0=1 I1=310 R9=-1", "R9 is -1.0, expected 0.0 within 0.5"),
-        ("Res I0=1 I1=310", Compare.NUMBERS, "Res I0=1 I1=310 I2=1", "expected 'Res I0=1 I1=310', got"),
-        ("Res I0=1 I1=310", Compare.NUMBERS, "<Rex/>", "got '<Rex/>': Rex: expected Res"),
         ("Res I0=1 I1=310", Compare.NUMBERS, "<Res><I0>x</I0></Res>", "I0 = x: expected an integer"),
-        ("Res I0=1 I1=310", Compare.NUMBERS, "unknown command", "a message begins with <"),
         ("Res I0=1 I1=320 {GOA}", Compare.NUMBERS, "Res", "'GOA' has not been asked yet"),
         ("<Res><I0>1</I0></Res>", Compare.EXACT, "<Res I0='1'/>", "expected '<Res><I0>1</I0></Res>', got"),
         (r"<Res a='\x7b'/>", Compare.EXACT, "<Res a='{'/>", ""),
@@ -133,27 +129,15 @@ def test_any_reals_will_do_but_not_any_ids() -> None:
     ("text", "told"),
     [
         ("> Cmd I0\n<?", "one.txt:2: '> Cmd I0': 'I0': expected NAME=VALUE"),
-        ("> Cmd I0=1 I0=1\n<?", "I0 twice"),
-        ("> Cmd I0=\\x31\n<?", "expected NAME=VALUE"),
         ("> <Cmd>\\q\n<?", "no escape"),
         ("> Cmd {GOX}\n<?", "{GOX}: expected one of STO, LIN"),
         ("> Cmd {GOP + x}\n<?", "{GOP + x}: expected finite numbers behind the +, got 'x'"),
-        ("> Cmd {GOP R2 + 1 2}\n<?", "{GOP R2 + 1 2}: expected a number behind the +, got 2"),
-        ("> Cmd {GOP + }\n<?", "expected 1 to 10 numbers behind the +, got 0"),
-        ("> Cmd I2={FIN I2 + 1}\n<?", "{FIN I2 + 1}: expected nothing behind an integer register"),
-        ("> Cmd {GOP + nan}\n<?", "expected finite numbers"),
-        ("> Cmd {GOP + 1 2 3 4 5 6 7 8 9 10 11}\n<?", "expected 1 to 10 numbers behind the +, got 11"),
         ("> Cmd\n< Res X=1", "one.txt:3: '< Res X=1': X: expected I0 to I9"),
         ("> Cmd\n< Cmd I0=1", "Cmd: expected Res"),
-        ("> Cmd\n<~ 1 2 3", "a message begins with <"),
-        ("> Cmd\n<~ <Res>", "the stream ends within a message"),
-        ("> Cmd\n<~x Res", "expected a number, at least 0, got 'x'"),
         ("> Cmd\nwait stopped\n<?", "one.txt:3: 'wait stopped': expected the replies to the lines above"),
         ("a connects in iiwa", "expected one of the dialects of this transcript, krc4"),
         ("dialect iiwa,klingon", "expected iiwa or krc4, each at most once"),
-        ("dialect iiwa,iiwa", "each at most once"),
         ("> Cmd\n<?\ndialect iiwa", "one.txt:4: 'dialect iiwa': expected above all that is said"),
-        ("a leaves in krc4", "expected `> words`"),
     ],
 )
 def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> None:
@@ -161,16 +145,6 @@ def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> No
         krc4(text)
     assert told in str(caught.value)
     assert str(caught.value).isprintable()
-
-
-@given(st.text(st.sampled_from("CmdRes I0R1=<>/{}GOP+- \\x7\n"), max_size=60))
-def test_any_text_is_read_or_told_of(text: str) -> None:
-    try:
-        transcript = krc4(text)
-    except TranscriptFault:
-        return
-    said = sum(isinstance(step, Said) for step in transcript.steps)
-    assert said == sum(isinstance(step, Answered) for step in transcript.steps)
 
 
 def test_each_client_speaks_its_own() -> None:

@@ -72,19 +72,6 @@ async def test_a_server_that_never_ends_a_line_ends_the_play() -> None:
     assert found == [(2, "'hello': no line end within 65536 bytes")]
 
 
-async def test_a_server_that_sends_blanks_without_end_ends_the_play() -> None:
-    async def blanks(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with contextlib.suppress(ConnectionError):
-            while True:
-                writer.write(b" " * 10_000)
-                await writer.drain()
-
-    async with await asyncio.start_server(blanks, "127.0.0.1", 0) as server:
-        text = "dialect krc4\n> Cmd I0=1 I1=100\n<?\n"
-        found = await played(text, server.sockets[0].getsockname()[1], 0.2)
-    assert found == [(3, "'Cmd I0=1 I1=100': no reply within 0.2 s")]
-
-
 async def test_more_replies_than_lines_are_told() -> None:
     async def twice(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await reader.readline()

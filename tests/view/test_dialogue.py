@@ -36,11 +36,6 @@ def test_the_lines_stand_with_time_client_and_reason() -> None:
     ]
 
 
-def test_refusals_are_red() -> None:
-    rows = listed(LINES).split("</div>")
-    assert [("#c92a2a" in row) for row in rows if "4000" in row] == [False, False, True, False]
-
-
 def test_the_filter_is_of_clients_and_of_text_with_reasons() -> None:
     assert len(texts(listed(LINES, "127.0.0.1:40002"))) == 2
     assert len(texts(listed(LINES, text="STATUS"))) == 1

@@ -116,17 +116,6 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
         viewer.until(marks_a_contact)
 
 
-@pytest.mark.slow
-def test_what_a_link_touches_is_marked(simulator: Simulator) -> None:
-    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
-        shows(viewer, "stopped")
-        ask(simulator, "add box : wall 0 850 600 0 0 0 1200 800 1200 50 0 0")
-        robot.joint_move((0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.5,) * 7)
-        robot.wait_until_stopped(timeout_s=DEADLINE_S)
-        assert simulator.state().link_touches
-        viewer.until(marks_a_contact)
-
-
 def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(GRIPPER.replace("[gripper]", "[gripper]\njaw_mm = [30, 12, 70]"))
     with (
@@ -191,21 +180,6 @@ def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator) -> None:
         viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
         wait_until(lambda: abs(simulator.joints[0]) < 0.01)
         assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
-
-
-def test_in_a_stiffness_move_the_robot_yields_to_a_drag_and_ends_at_its_target(simulator: Simulator) -> None:
-    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
-        shows(viewer, "stopped")
-        target = robot.get_tool_frame()
-        robot.linstiff_move((*target[:2], target[2] - 15.0, *target[3:]), 0.01, 1000.0, (0.0,) * 6)
-        shows(viewer, "impedance")
-        viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
-        viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
-        wait_until(lambda: simulator.state().tool_frame.y_mm > target[1] + 40.0)
-        viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
-        viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
-        end = pytest.approx((*target[:2], target[2] - 15.0), abs=0.1)
-        wait_until(lambda: simulator.state().tool_frame[:3] == end)
 
 
 def test_a_force_move_ends_where_it_is_dragged(simulator: Simulator) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import gzip
 import logging
@@ -10,17 +9,14 @@ import socket
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import pytest
 import viser
-from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from iiwa_sim.backdoor.token import Token
-from iiwa_sim.view.gate import Gate
-from iiwa_sim.view.page import _Guard, open_page
+from iiwa_sim.view.page import open_page
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import CAMERA, Viewer, viewing
 
@@ -109,14 +105,11 @@ def floods(viewer: Viewer) -> None:
     "rubbish",
     [
         lambda viewer: viewer.connection.send("text"),
-        lambda viewer: viewer.connection.send(b"\xc1"),
-        lambda viewer: viewer.connection.send(b"\0" * 100_000),
         lambda viewer: viewer.send(type="GuiUpdateMessage", uuid="a", updates={"update_cb": []}),
-        lambda viewer: viewer.send(type="GuiUpdateMessage", nothing="of that"),
         lambda viewer: viewer.send(type="ViewerCameraMessage"),
         floods,
     ],
-    ids=["text", "no message", "huge", "inner parts", "fields", "no camera", "flood"],
+    ids=["text", "inner parts", "no camera", "flood"],
 )
 def test_who_sends_rubbish_is_dropped_and_others_see_on(
     page: Page,
@@ -137,20 +130,3 @@ def test_who_sends_rubbish_is_dropped_and_others_see_on(
     assert len(caplog.messages) <= 2, caplog.messages
     assert all(line.startswith("page: ") and "\n" not in line for line in caplog.messages)
     assert capfd.readouterr().err == ""
-
-
-async def test_who_comes_before_viser_is_ready_waits_for_it() -> None:
-    guard = _Guard(Gate(None), 1)
-    served: list[Any] = []
-
-    async def serve(connection: Any) -> None:
-        served.append(connection)
-
-    came = cast("ServerConnection", SimpleNamespace(recv=None, protocol=SimpleNamespace(close_sent=None)))
-    handling = asyncio.ensure_future(guard.handling(serve)(came))
-    await asyncio.sleep(0.0)
-    await asyncio.sleep(0.0)
-    assert not served
-    guard.ready.set()
-    await handling
-    assert served == [came]

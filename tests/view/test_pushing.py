@@ -13,7 +13,7 @@ from iiwa_sim.frames import Frame, apply, compose
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.pushing import STRONGEST_N, joint_torques, spring_force, told, wrench_at_tcp
+from iiwa_sim.view.pushing import STRONGEST_N, joint_torques, spring_force, wrench_at_tcp
 
 ROBOT = load_robot()
 DRAWING = Drawing.of_urdf(ROBOT.urdf, ROBOT.joints, ROBOT.flange)
@@ -55,13 +55,3 @@ def test_the_spring_pulls_towards_its_end_and_not_too_hard(
     assert np.linalg.norm(force) == pytest.approx(min(n_per_m * np.linalg.norm(way), STRONGEST_N))
     assert np.linalg.norm(np.cross(force, way)) <= 1e-9
     assert force @ way >= 0.0
-
-
-@pytest.mark.parametrize("end", [(float("nan"), 0.0, 0.0), (float("inf"), 0.0, 0.0), (0.0, 0.0, 0.0)])
-def test_what_is_no_place_pulls_at_nothing(end: tuple[float, float, float]) -> None:
-    assert spring_force((0.0, 0.0, 0.0), end, 400.0) == (0.0, 0.0, 0.0)
-
-
-def test_a_stiff_robot_says_why_it_does_not_yield() -> None:
-    assert told(96.7, "impedance") == "97 N"
-    assert told(96.7, "normal") == "97 N, stiff: see Push"
