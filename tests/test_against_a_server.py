@@ -11,9 +11,8 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
-from tests.check.original import Bare, Mortal, Moving, serving
+from tests.check.original import Bare, Moving, serving
 from tests.krc4_talking import Krc4Client
-from tests.processes import refused
 from tests.talking import DEADLINE_S
 
 Run = Callable[..., tuple[int, str, str]]
@@ -158,11 +157,6 @@ def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[
     assert capsys.readouterr() == ("", f"iiwa-sim: {told}\n")
 
 
-def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
-    told = refused("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
-    assert told == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
-
-
 def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator() as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 0
@@ -182,16 +176,6 @@ def test_a_server_that_deviates(capsys: pytest.CaptureFixture[str]) -> None:
     assert "\n1 deviation; " in said
 
 
-def test_a_server_that_dies_ends_the_check(capsys: pytest.CaptureFixture[str]) -> None:
-    with serving(Mortal) as server:
-        assert main(["check", f"127.0.0.1:{server.port}"]) == 2
-    said, faults = capsys.readouterr()
-    assert "\nas the original  a command that does not exist: " in said
-    assert "cannot connect" not in said
-    gone = "iiwa-sim: the server has gone, at 'capital and small letters': cannot connect to 127.0.0.1:"
-    assert faults == f"{gone}{server.port}: Connection refused\n"
-
-
 def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     with serving(Moving) as server:
         assert main(["check", f"127.0.0.1:{server.port}"]) == 2
@@ -199,15 +183,6 @@ def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert out == ""
     assert err.startswith("iiwa-sim: the robot at 127.0.0.1:")
     assert err.count("\n") == 1
-
-
-@pytest.mark.parametrize("server", ["localhost", ":1", "host:65536", "h:1\n"])
-@pytest.mark.parametrize("command", [["check"], ["replay", "file"]])
-def test_an_address_that_is_none(command: list[str], server: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main([*command, server])
-    assert caught.value.code == 2
-    assert "is not HOST:PORT" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -136,18 +136,6 @@ def test_options_that_are_wrong(
     assert said.count("\n") == 1
 
 
-def test_a_file_of_token_and_a_token(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "token"
-    file.write_text(TOKEN)
-    with pytest.raises(SystemExit):
-        main(["--backdoor-port", "0", "--backdoor-token", TOKEN, "--backdoor-token-file", str(file)])
-    assert "--backdoor-token-file: expected no --backdoor-token with it" in capsys.readouterr().err
-    file.write_text("\n")
-    with pytest.raises(SystemExit):
-        main(["--backdoor-port", "0", "--backdoor-token-file", str(file)])
-    assert "is empty, expected a secret" in capsys.readouterr().err
-
-
 def test_a_simulator_for_others_wants_a_token() -> None:
     with pytest.raises(ValueError, match=r"the backdoor at '0\.0\.0\.0' can be reached from other machines"):
         Simulator(backdoor_port=0, backdoor_host="0.0.0.0")

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import signal
-import socket
 from collections.abc import AsyncIterator
 from math import degrees
 
@@ -13,10 +10,7 @@ import pytest
 
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_DIALECT, SCENES, Driver, Krc4Driver, Scene, connect
-from tests.krc4_talking import Krc4Client
-from tests.processes import running
-from tests.states import state
-from tests.talking import DEADLINE_S, Client, until
+from tests.talking import Client, until
 
 
 @pytest.fixture(params=ONE_OF_EACH_DIALECT)
@@ -190,47 +184,3 @@ async def test_exclusive_means_one_after_the_other_of_all_dialects(scene: Scene,
         await second.leaves()
         assert [await third.whole_reply() for _ in range(3)] == list(third.ANSWERS)
         await third.leaves()
-
-
-async def test_a_pause_before_the_next_client_of_any_dialect(scene: Scene) -> None:
-    pause_s, loop = 0.1, asyncio.get_running_loop()
-    async with scene.simulator(reconnect_pause_s=pause_s) as simulator:
-        first, number = await connect(simulator, scene.spoken)
-        await first.is_served()
-        over = loop.create_future()
-        loop.call_later(pause_s, over.set_result, None)
-        await first.leaves()
-        await until(lambda: number not in simulator.backdoor.connections())
-        following, _ = await connect(simulator, scene.other)
-        await following.is_served()
-        assert over.done()
-        await following.leaves()
-
-
-def test_all_of_it_as_a_process_with_six_axes() -> None:
-    options = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4", "--clock", "fast", "--exclusive")
-    with running(*options, "--status-port", "0", "--backdoor-port", "0") as process:
-        ports = {}
-        for _ in range(2):
-            said, _, port = process.line().rpartition(":")
-            ports[said.split()[0]] = int(port)
-        with (
-            Krc4Client(process.port) as client,
-            socket.create_connection(("127.0.0.1", ports["status"]), DEADLINE_S) as reader,
-            reader.makefile("rb") as lines,
-            socket.create_connection(("127.0.0.1", ports["backdoor"]), DEADLINE_S) as bench,
-            bench.makefile("rb") as replies,
-        ):
-            assert client.ask("PTA", 90.0, -60.0, 60.0, 0.0, 90.0, 0.0).error is None
-            client.until_idle()
-            while abs((seen := state(lines.readline()))["joint_position"][0] - 1.5707963) > 1e-6:
-                pass
-            assert len(seen["joint_torque"]) == 6
-            bench.sendall(b"emergency stop\nrelease emergency stop\n")
-            assert [replies.readline(), replies.readline()] == [b"done\r\n"] * 2
-            assert client.ask("PTA", 0.0, -90.0, 90.0, 0.0, 90.0, 0.0).error == 3030
-            bench.sendall(b"reset error\nrun until stopped : 10\n")
-            assert [replies.readline(), replies.readline()] == [b"done\r\n", b"0.0\r\n"]
-            assert client.ask("PTA", 0.0, -90.0, 90.0, 0.0, 90.0, 0.0).error is None
-            client.until_idle()
-        assert process.ends(signal.SIGTERM)[0] == 0

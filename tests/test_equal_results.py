@@ -6,36 +6,22 @@ The numbers sent have no more digits than a float32 holds: nodes round to it, JS
 
 from __future__ import annotations
 
-import contextlib
 import json
-import subprocess
-import time
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import msgspec
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from websockets.sync.client import ClientConnection, connect
 
-from iiwa_sim.client import Iiwa
 from iiwa_sim.ros.rmi.definitions import message, service, type_of
 from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.node import SUBSCRIBED
 from iiwa_sim.ros.rmi.serialized import deserialized, serialized
-from iiwa_sim.ros.ros2.environment import default_folder, python_in
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
-from tests.needed import lacks
-from tests.processes import next_line, running
-from tests.ros.ros2.users import domain
-from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
 from tests.ros_robot import RosRobot, command
-from tests.talking import DEADLINE_S
 
 HOME = [0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0]
 HOME_POSE = [0.5, 0.0, 0.4, 0.0, 1.5, 0.0]  # m, rad
@@ -267,222 +253,3 @@ def test_results_and_motion_are_the_same_over_every_front(dialogue: list[Said]) 
     ros1, joints = plays(Rosbridge(ros2=False), dialogue)
     for other in (Rosbridge(ros2=True), Ros1Bytes()):
         assert plays(other, dialogue) == (ros1, joints)
-
-
-OF_ROS1 = """
-import json, sys, threading
-import rospy
-from genpy.message import fill_message_args
-from roslib.message import get_message_class
-from sensor_msgs.msg import JointState
-
-rospy.init_node("user", anonymous=True, disable_rosout=True)
-made = get_message_class("robot_movement_interface/CommandList")
-heard = []
-changed = threading.Condition()
-
-def hear(result):
-    with changed:
-        heard.append((result.command_id, result.result_code, result.additional_information))
-        changed.notify()
-
-results = rospy.Subscriber("/command_result", get_message_class("robot_movement_interface/Result"), hear)
-lists = rospy.Publisher("/command_list", made, queue_size=10)
-while not (results.get_num_connections() and lists.get_num_connections()):
-    rospy.sleep(0.01)
-print("ready", flush=True)
-for line in sys.stdin:
-    told = json.loads(line)
-    if told is None:  # where is it?
-        asked = rospy.Time.now()
-        while (state := rospy.wait_for_message("/joint_states", JointState)).header.stamp < asked:
-            pass
-        print(json.dumps(state.position), flush=True)
-        continue
-    if isinstance(told, dict):
-        message = made()
-        fill_message_args(message, [told])
-        lists.publish(message)
-        print("true", flush=True)
-        continue
-    with changed:
-        changed.wait_for(lambda: len(heard) >= told)
-        print(json.dumps(heard), flush=True)
-        heard.clear()
-"""
-"""A user's node of ROS 1: publishes a list that it reads, prints as many results as it is told to, or where
-the robot is."""
-
-OF_ROS2 = """
-import json, sys
-import rclpy
-from rclpy.time import Time
-from robot_movement_interface.msg import Command, CommandList, EulerFrame, Result
-from sensor_msgs.msg import JointState
-
-rclpy.init()
-node = rclpy.create_node("user")
-states, heard = [], []
-node.create_subscription(JointState, "joint_states", states.append, 10)
-node.create_subscription(
-    Result,
-    "command_result",
-    lambda result: heard.append((result.command_id, result.result_code, result.additional_information)),
-    1000,
-)
-lists = node.create_publisher(CommandList, "command_list", 10)
-
-def until(holds):
-    while not holds():
-        rclpy.spin_once(node)
-
-def command(told):
-    return Command(**told | {"pose_reference_frame": EulerFrame(**told.get("pose_reference_frame", {}))})
-
-until(lambda: states and lists.get_subscription_count() and node.count_publishers("command_result"))
-print("ready", flush=True)
-for line in sys.stdin:
-    told = json.loads(line)
-    if told is None:
-        asked = node.get_clock().now()
-        until(lambda: Time.from_msg(states[-1].header.stamp) >= asked)
-        print(json.dumps(states[-1].position.tolist()), flush=True)
-        del states[:-1]
-    elif isinstance(told, dict):
-        lists.publish(CommandList(commands=[command(each) for each in told["commands"]]))
-        print("true", flush=True)
-    else:
-        until(lambda: len(heard) >= told)
-        print(json.dumps(heard), flush=True)
-        heard.clear()
-node.destroy_node()
-rclpy.shutdown()
-"""
-"""A program for an interpreter that has rclpy: sends the command lists of its lines, prints what is heard."""
-
-
-class User:
-    """A program that answers each line with one."""
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self._process = process
-        assert next_line(process) == "ready\n"
-
-    def asks(self, told: Any) -> Any:
-        assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps(told) + "\n")
-        self._process.stdin.flush()
-        return json.loads(next_line(self._process))
-
-
-@contextlib.contextmanager
-def user(*command: str, env: dict[str, str]) -> Iterator[User]:
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, env=env, stdin=pipe, stdout=pipe, text=True) as process:
-        try:
-            yield User(process)
-        finally:
-            process.kill()
-
-
-def _seconds(stamp: dict[str, int]) -> float:
-    """A time as ROS 1 or ROS 2 has it."""
-    whole, nanoseconds = stamp.values()
-    return whole + 1e-9 * nanoseconds
-
-
-class Socket:
-    """A user of rosbridge, in the words of ROS 1 or of ROS 2."""
-
-    def __init__(self, connection: ClientConnection, *, ros2: bool) -> None:
-        self._connection = connection
-        between = "/msg/" if ros2 else "/"
-        self._states = f"sensor_msgs{between}JointState"
-        self._says("subscribe", topic=RESULTS, type=f"robot_movement_interface{between}Result")
-
-    def asks(self, told: Any) -> Any:
-        if told is None:
-            asked_s = time.time()  # older ones may still come of the last time it was asked
-            self._says("subscribe", topic=STATES, type=self._states)
-            while _seconds((state := self._hears(STATES))["header"]["stamp"]) < asked_s:
-                pass
-            self._says("unsubscribe", topic=STATES)
-            return state["position"]
-        if isinstance(told, dict):
-            self._says("publish", topic=COMMAND_LIST, msg=told)
-            return True
-        return [list(self._hears(RESULTS).values())[1:] for _ in range(told)]
-
-    def _says(self, operation: str, **fields: Any) -> None:
-        self._connection.send(json.dumps({"op": operation, **fields}))
-
-    def _hears(self, topic: str) -> dict[str, Any]:
-        while (heard := json.loads(self._connection.recv(DEADLINE_S))).get("topic") != topic:
-            assert heard["op"] == "publish", heard
-        told: dict[str, Any] = heard["msg"]
-        return told
-
-
-class Users(NamedTuple):
-    """Of one robot."""
-
-    senders: list[User | Socket]
-    telnet: Iiwa
-
-
-@pytest.fixture(scope="module")
-def users(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Users]:
-    needs_ros()
-    python = python_in(default_folder())
-    if not python.exists():
-        lacks("an environment of iiwa-sim ros2-env")
-    with (
-        contextlib.ExitStack() as there,
-        master(tmp_path_factory.mktemp("home")) as terminal,
-        pytest.MonkeyPatch.context() as monkeypatch,
-    ):
-        for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
-            monkeypatch.setenv(name, terminal.environment[name])
-        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain()))
-        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        yield _users(there, terminal, python)
-
-
-def _users(there: contextlib.ExitStack, terminal: Terminal, python: Path) -> Users:
-    options = ("--clock", "fast", "--rosbridge-port", "0", "--ros", "--ros2", "--ros2-python", str(python))
-    process = there.enter_context(running(*options, stderr=subprocess.DEVNULL))
-    said = process.line()
-    while not said.startswith("rosbridge on "):
-        assert said
-        said = process.line()
-    url = f"ws://{said.removeprefix('rosbridge on ').strip()}"
-    sockets = [there.enter_context(connect(url)) for _ in range(2)]
-    ros1 = there.enter_context(user(SYSTEM_PYTHON, "-c", OF_ROS1, env=terminal.environment))
-    environment = terminal.environment | {
-        "ROS_DOMAIN_ID": str(domain()),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    }
-    ros2 = there.enter_context(user(str(python), "-c", OF_ROS2, env=environment))
-    telnet = there.enter_context(Iiwa("127.0.0.1", process.port))
-    return Users([Socket(sockets[0], ros2=False), Socket(sockets[1], ros2=True), ros1, ros2], telnet)
-
-
-@pytest.mark.slow
-@given(lists.filter(bool))
-def test_results_are_the_same_over_sockets_and_all_see_the_robot_at_one_place(
-    users: Users, told: list[dict[str, Any]]
-) -> None:
-    seen = []
-    for sender in users.senders:
-        users.telnet.joint_move(HOME, [1.0] * 7)
-        users.telnet.wait_until_stopped(DEADLINE_S)
-        assert sender.asks({"commands": told}) is True
-        results, *others = [each.asks(len(told)) for each in users.senders]
-        assert all(each == results for each in others), "all hear the same"
-        users.telnet.stop()
-        users.telnet.wait_until_stopped(DEADLINE_S)
-        place = list(users.telnet.get_joint_position())
-        for each in users.senders:
-            assert each.asks(None) == pytest.approx(place, abs=1e-6), "telnet tells six digits"
-        seen.append((results, place))
-    assert all(each == seen[0] for each in seen)

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main, server_options
-from iiwa_sim.cli.fleet import OF_THE_PROCESS, descriptors_of, robots_of
+from iiwa_sim.cli.fleet import descriptors_of, robots_of
 from iiwa_sim.recordings.read import Recorded
-from tests.processes import IIWA_SIM, ended, next_line
+from tests.processes import IIWA_SIM, next_line
 from tests.talking import DEADLINE_S, Client
 
 COUNT = 4
@@ -252,17 +252,6 @@ def test_what_is_wrong_in_a_file_is_one_line(
     assert told.replace("FILE", str(file)) in err
 
 
-def test_robots_of_a_fleet_may_be_strict_where_one_speaks_the_protocol_of_the_iiwa(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "fleet.toml"
-    file.write_text("[robot.one]\ndialect = 'krc4'\n[robot.two]\n")
-    assert robots("--fleet", str(file), "--strict") == ["one", "two"]
-    assert main(["--fleet", str(file), "--strict", "--dialect", "krc4"]) == 2
-    told = f"iiwa-sim: {file}: argument --strict: expected --dialect iiwa with it\n"
-    assert capfd.readouterr().err == told
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -292,17 +281,3 @@ def test_what_is_wrong_in_options_is_one_line(
     err = capfd.readouterr().err
     assert told in err
     assert err.count("\n") == 1
-
-
-@pytest.mark.slow
-def test_more_robots_than_the_system_lets_it_open_files_for() -> None:
-    limited = f"ulimit -n 100; exec {' '.join(IIWA_SIM)} --count 60 --port 0"
-    done = ended(["bash", "-c", limited])
-    assert (done.returncode, done.stderr) == (
-        2,
-        "iiwa-sim: 60 robots need 184 open files: expected up to 100 (ulimit -Hn)\n",
-    )
-
-
-def test_what_belongs_to_the_process_is_an_option() -> None:
-    assert set(OF_THE_PROCESS) <= {each.dest for each in server_options.server_parser().options}

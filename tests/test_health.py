@@ -15,7 +15,6 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, ended, started
-from tests.talking import DEADLINE_S
 
 
 @contextmanager
@@ -47,15 +46,6 @@ def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line(
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-@pytest.mark.parametrize("program", ["iiwa-sim", "/opt/iiwa-sim/bin/iiwa-sim"])
-@pytest.mark.parametrize("everywhere", ["0.0.0.0", "127.0.0.1"])
-def test_options_behind_those_of_the_image_count(program: str, everywhere: str) -> None:
-    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
-        options = ["--host", "0.0.0.0", "--dialect", "krc4", "--port", str(simulator.port)]
-        with started_as("--", program, *options, "--host", everywhere) as process:
-            assert main(["health", str(process)]) == 0
-
-
 def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
         port = simulator.port
@@ -83,12 +73,6 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
     assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
 
 
-def test_nothing_of_the_robot_is_loaded_for_it() -> None:
-    loaded = "import sys, iiwa_sim.cli, iiwa_sim.cli.health; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True)
-    assert not {"asyncio", "msgspec", "numpy", "logging", "json", "pinocchio"} & set(done.stdout.split())
-
-
 def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
     (nobody,) = free_ports(1)
     with Simulator() as simulator:
@@ -108,15 +92,3 @@ def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().err == (
         f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer\n"
     )
-
-
-def test_a_process_that_cannot_be_asked(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["health", str(os.getpid())]) == 1
-    assert capsys.readouterr().err == f"iiwa-sim: process {os.getpid()} is no iiwa-sim\n"
-    with started_as("iiwa-sim", "--port", "0") as process:
-        assert main(["health", str(process)]) == 1
-    assert "was told to pick a port for iiwa" in capsys.readouterr().err
-    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
-        gone.wait(DEADLINE_S)
-    assert main(["health", str(gone.pid)]) == 1
-    assert "cannot be read: No such file or directory" in capsys.readouterr().err

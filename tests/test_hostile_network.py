@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
 import signal
 import socket
-import subprocess
-import sys
-import termios
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cli import main
 from iiwa_sim.client import Iiwa
-from tests.processes import IIWA_SIM, running
-from tests.talking import DEADLINE_S, wait_until
+from tests.processes import running
+from tests.talking import DEADLINE_S
 
 FROM_A_PAGE = (
     b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: 20\r\n\r\n"
@@ -127,81 +122,3 @@ def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:
     finally:
         os.close(reader)
         os.close(terminal)
-
-
-def listening_port(process: subprocess.Popen[bytes]) -> int:
-    """Of a program that may say nothing of itself, as the system has it."""
-    inode = re.compile(r"socket:\[(\d+)\]")
-    found: list[int] = []
-
-    def listens() -> bool:
-        assert process.poll() is None, "it has ended"
-        ours = set()
-        for descriptor in Path(f"/proc/{process.pid}/fd").iterdir():
-            with contextlib.suppress(OSError):  # closed meanwhile
-                ours |= set(inode.findall(str(descriptor.readlink())))
-        for line in Path("/proc/net/tcp").read_text().splitlines()[1:]:
-            fields = line.split()
-            if fields[3] == "0A" and fields[9] in ours:
-                found.append(int(fields[1].rpartition(":")[2], 16))
-        return bool(found)
-
-    wait_until(listens)
-    return found[0]
-
-
-def answers_and_ends(process: subprocess.Popen[bytes]) -> None:
-    with process:
-        try:
-            with Iiwa("127.0.0.1", listening_port(process)) as robot:
-                robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
-                robot.wait_until_stopped(DEADLINE_S)
-            process.send_signal(signal.SIGTERM)
-            assert process.wait(DEADLINE_S) == 0
-        finally:
-            process.kill()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-def test_a_terminal_that_is_stopped_from_the_beginning_stops_nothing() -> None:
-    """Ctrl-S before the program says where it listens, and how to try it."""
-    ours, theirs = os.openpty()
-    try:
-        termios.tcflow(theirs, termios.TCOOFF)
-        command = [*IIWA_SIM, "--port", "0"]
-        answers_and_ends(subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs))
-    finally:
-        os.close(theirs)
-        os.close(ours)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-def test_a_full_pipe_for_stdout_stops_nothing() -> None:
-    reader, writer = os.pipe()
-    try:
-        os.set_blocking(writer, False)
-        with contextlib.suppress(BlockingIOError):
-            while True:
-                os.write(writer, b"\0" * 4096)
-        os.set_blocking(writer, True)
-        answers_and_ends(subprocess.Popen([*IIWA_SIM, "--port", "0"], stdout=writer))
-    finally:
-        os.close(reader)
-        os.close(writer)
-
-
-@pytest.mark.parametrize(
-    ("option", "value", "told"),
-    [("origin", "app.example", "is no origin"), ("host", "http://robot", "is no host name")],
-)
-def test_what_is_named_wrongly_is_told_in_one_line(
-    option: str, value: str, told: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as left:
-        main(["--rosbridge-port", "0", f"--rosbridge-{option}", value])
-    assert left.value.code == 2
-    said = capfd.readouterr().err
-    assert told in said
-    assert said.count("\n") == 1

@@ -20,7 +20,6 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
-from iiwa_sim.dialect.wire.wire_faults import Drop, Split
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
@@ -177,34 +176,3 @@ def test_the_table_holds_appendix_c() -> None:
     }
     assert used | {COMPONENT_NOT_READY} == set(load_error_codes())
     assert all(command.requirements and command.summary for command in table.commands.values())
-
-
-@pytest.mark.requirement("FRA004")
-def test_faults_on_the_wire_and_the_dialogue_are_those_of_the_iiwas_protocol() -> None:
-    with Simulator("kr_6_r900_sixx", dialects=["krc4"], clock="fast") as simulator:
-        heard: list[tuple[str, str]] = []
-        simulator.call(
-            lambda: simulator.dialogue.listeners.append(
-                lambda said: heard.append((said.direction.value, said.text))
-            )
-        )
-        with Krc4Client(simulator.port) as client:
-            simulator.backdoor.set_fault(Drop(), replies=1)
-            client.send(request(1, "FIN") + request(2, "FIN"))
-            assert client.reply().id == 2, "the first one does not come"
-            simulator.backdoor.set_fault(Split(20, 0.0), replies=1)
-            assert client.ask("PTA", 171.0).error == 3023
-            assert client.ask("PTA", *FAR_DEG).error is None
-            simulator.run_until_stopped()
-            assert client.ask("GOA").reals[:6] == pytest.approx(FAR_DEG)
-            simulator.backdoor.refuse_connections()
-            with pytest.raises(ConnectionRefusedError):
-                Krc4Client(simulator.port)
-            simulator.backdoor.accept_connections()
-            with Krc4Client(simulator.port) as another:
-                assert another.ask("FIN").error is None
-    assert [text for mark, text in heard if mark == "<"][:3] == [
-        "Res I0=1 I1=100 I2=1",
-        "Res I0=2 I1=100 I2=1",
-        "Res I0=1 I1=-25 I2=3023",
-    ]

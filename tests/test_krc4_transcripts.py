@@ -23,12 +23,6 @@ def test_a_transcript_is_answered_as_it_says(name: str) -> None:
     assert deviations(TRANSCRIPTS[name]) == []
 
 
-@pytest.mark.parametrize("robot", ["lbr_iiwa_14_r820"])
-@pytest.mark.parametrize("name", [name for name, each in TRANSCRIPTS.items() if not each.robot])
-def test_one_that_names_no_robot_holds_for_any(name: str, robot: str) -> None:
-    assert deviations(TRANSCRIPTS[name]._replace(robot=robot)) == []
-
-
 def test_every_message_is_carried_out_in_one_and_refused_in_one() -> None:
     answered = {
         int(found[1])

@@ -132,40 +132,6 @@ def test_a_flood_of_refusals_leaves_the_log_readable() -> None:
 
 
 @pytest.mark.usefixtures("root_restored")
-def test_of_a_driver_that_is_refused_now_and_then_every_refusal_is_told() -> None:
-    now_ns = 0
-    pipe = Pipe("warning", as_json=True)
-    ours = log.SessionLog(lambda: now_ns)
-    for number in range(200):
-        ours.refused("driver", f"lin move : {number}", 3021, "out of reach")
-        now_ns += SECOND_NS // log.REFUSALS_TOLD
-    told = [json.loads(line) for line in pipe.lines()]
-    assert [each["line"] for each in told] == [f"lin move : {number}" for number in range(200)]
-
-
-@pytest.mark.usefixtures("root_restored")
-def test_whoever_wants_every_command_is_told_every_refusal() -> None:
-    pipe = Pipe("debug", as_json=False)
-    ours = log.SessionLog(lambda: 0)
-    for _ in range(100):
-        ours.refused("driver", "hullo", -1, "no such command")
-    told = pipe.lines()
-    assert len(told) == 100
-    assert not any("the number is told" in each for each in told)
-
-
-@pytest.mark.usefixtures("root_restored")
-def test_a_robot_that_stops_since_its_client_has_gone_is_told() -> None:
-    pipe = Pipe("info", as_json=True)
-    log.SessionLog().stopped("127.0.0.1:1", vanished=True)
-    log.SessionLog().stopped("127.0.0.1:1", vanished=False)
-    vanished, bye = [json.loads(line) for line in pipe.lines()]
-    assert (vanished["level"], bye["level"]) == ("warning", "info")
-    assert vanished["message"].startswith("127.0.0.1:1 vanished while the robot moved: it stops")
-    assert bye["message"].startswith("127.0.0.1:1 said bye while the robot moved: it stops")
-
-
-@pytest.mark.usefixtures("root_restored")
 def test_a_traceback_longer_than_a_pipe_takes_at_once_is_written_whole() -> None:
     pipe = Pipe("error", as_json=True)
     log.SessionLog().exception("s", "x" * 20_000, ValueError("y" * 20_000))

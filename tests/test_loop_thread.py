@@ -42,16 +42,6 @@ def test_what_it_raises_is_raised_where_one_waits(loop: LoopThread) -> None:
     assert loop.wait_for(thread).is_alive()
 
 
-@pytest.mark.parametrize("kind", [SystemExit, KeyboardInterrupt])
-def test_what_ends_a_program_ends_not_the_loop(loop: LoopThread, kind: type[BaseException]) -> None:
-    async def exits() -> None:
-        raise kind("on purpose")
-
-    with pytest.raises(kind, match="on purpose"):
-        loop.wait_for(exits)
-    assert loop.wait_for(thread).is_alive()
-
-
 def test_the_loop_cannot_wait_for_itself(loop: LoopThread) -> None:
     async def waits() -> None:
         loop.wait_for(thread)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import pty
 import signal
 import socket
 import subprocess
@@ -65,32 +64,12 @@ def test_a_signal_while_it_loads_ends_it(module: str, tmp_path: Path) -> None:
     assert (done.stdout, done.returncode, done.stderr) == ("signalled\n", 0, "")
 
 
-@pytest.mark.slow
-def test_a_second_signal_changes_nothing() -> None:
-    with running() as simulator:
-        simulator.process.send_signal(signal.SIGTERM)
-        assert simulator.ends(signal.SIGINT) == (0, "")
-
-
 def test_a_port_in_use() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert refused("--port", str(port)) == (
             f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
         )
-
-
-def test_a_robot_folder_with_a_fault(tmp_path: Path) -> None:
-    (tmp_path / "robot.toml").write_text("name = 7\n")
-    (tmp_path / "robot.urdf").write_text("<robot/>")
-    assert str(tmp_path / "robot.toml") in refused("--robot", str(tmp_path), "--port", "0")
-
-
-@pytest.mark.parametrize("command", [("--port", "0"), pytest.param(("check-cell",), marks=pytest.mark.slow)])
-def test_a_cell_with_a_fault(tmp_path: Path, command: tuple[str, ...]) -> None:
-    (tmp_path / "cell.toml").write_text("[[plane]]\nname = 'table'\nstiffness_n_per_m = 0\n")
-    told = refused(*command, str(tmp_path / "cell.toml"))
-    assert "cell.toml: plane[0].stiffness_n_per_m = 0.0: expected a number from 1 to 10000000 N/m" in told
 
 
 @pytest.mark.parametrize(
@@ -174,20 +153,3 @@ def test_the_log_as_json() -> None:
     assert ours[3]["line"] == '{"level": "error"}'
     assert ours[3]["reason"]
     assert {"time", "level", "message"} <= set(events[0])
-
-
-@pytest.mark.slow
-def test_at_a_terminal_it_says_how_to_try_it() -> None:
-    ours, theirs = pty.openpty()
-    with running("--robot", "lbr_iiwa_14_r820", stderr=theirs) as simulator:
-        os.close(theirs)
-        said = b""
-        while b"help" not in said:
-            said += os.read(ours, 1024)
-        simulator.process.send_signal(signal.SIGTERM)
-        assert simulator.process.wait(DEADLINE_S) == 0
-        assert simulator.process.stdout is not None
-        assert simulator.process.stdout.read() == "", "stdout holds the listening line and nothing else"
-    os.close(ours)
-    assert f"telnet 127.0.0.1 {simulator.port}" in said.decode()
-    assert "LBR iiwa 14 R820" in said.decode()

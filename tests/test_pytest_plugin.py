@@ -145,21 +145,6 @@ def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
     result.assert_outcomes(passed=3)
 
 
-@pytest.mark.slow
-def test_under_xdist(project: Project) -> None:
-    result = project.tests(
-        """
-        @pytest.mark.parametrize("number", range(40))
-        def test_many(driver, number):
-            assert driver.ask("hello") == "hello"
-        """,
-        "-n",
-        "2",
-        process=True,
-    )
-    result.assert_outcomes(passed=40)
-
-
 @pytest.mark.parametrize(
     "options", [pytest.param((), id="plain"), pytest.param(("-n", "1"), id="xdist", marks=pytest.mark.slow)]
 )
@@ -236,90 +221,6 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
         "10x",
     )
     result.assert_outcomes(passed=3)
-
-
-def test_more_values_than_a_command_takes_are_an_error_where_a_test_is_strict(
-    project: Project, pytester: pytest.Pytester
-) -> None:
-    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\niiwa_strict = true\n")
-    code = """
-        import socket
-
-        def answer(iiwa):
-            with socket.create_connection((iiwa.host, iiwa.port)) as client:
-                client.sendall(b"set override : 1 1\\n")
-                return client.recv(1024)
-
-        def test_ini(iiwa):
-            assert answer(iiwa) == b"error\\r\\n"
-
-        @pytest.mark.iiwa(strict=False)
-        def test_marker_over_ini(iiwa):
-            assert answer(iiwa) == b"done\\r\\n"
-        """
-    project.tests(code).assert_outcomes(passed=2)
-    result = project.tests("def test_wrong(iiwa):\n    pass\n", "--iiwa-strict", "yes")
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["fixture iiwa: strict 'yes': expected true or false"])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("fails", [pytest.param(False, marks=pytest.mark.slow), True])
-def test_a_test_that_blocks_the_robots_thread_ends_and_is_named(project: Project, fails: bool) -> None:
-    result = project.tests(
-        f"""
-        import threading
-        from iiwa_sim import loop_or_thread, pytest_plugin
-
-        def blocks_for_ever(began):
-            began.set()
-            threading.Event().wait()
-
-        def test_it(iiwa):
-            loop_or_thread.LEAVE_S = pytest_plugin.REPORT_S = 0.2
-            began = threading.Event()
-            call = lambda: iiwa.call(lambda: blocks_for_ever(began))
-            threading.Thread(target=call, daemon=True).start()
-            assert began.wait(60)
-            assert not {fails}
-        """,
-        process=True,
-    )
-    result.assert_outcomes(passed=int(not fails), failed=int(fails), errors=1)
-    result.stdout.fnmatch_lines(
-        ["fixture iiwa: the robot could not be ended: *is blocked by *.py:* in blocks_for_ever: *wait()*"]
-    )
-    if fails:
-        result.stdout.fnmatch_lines(["nothing can be told: *blocked by *blocks_for_ever*"])
-
-
-def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pytester) -> None:
-    pytester.makeini(
-        """
-        [pytest]
-        asyncio_default_fixture_loop_scope = function
-        iiwa_robot = kr_6_r900_sixx
-        iiwa_dialect = krc4
-        """
-    )
-    code = """
-        def of(iiwa):
-            return (len(iiwa.joints), list(iiwa.ports), iiwa.port == next(iter(iiwa.ports.values())))
-
-        def test_ini(iiwa):
-            assert of(iiwa) == (6, ["krc4"], True)
-
-        @pytest.mark.iiwa(robot="lbr_iiwa_7_r800", dialects=["iiwa", "krc4"])
-        def test_marker_over_ini(iiwa):
-            assert of(iiwa) == (7, ["iiwa", "krc4"], True)
-        """
-    project.tests(code).assert_outcomes(passed=2)
-    options = ("--iiwa-robot", "lbr_iiwa_14_r820", "--iiwa-dialect", "krc4, iiwa")
-    result = project.tests(code.replace('(6, ["krc4"]', '(7, ["krc4", "iiwa"]'), *options)
-    result.assert_outcomes(passed=2)
-    result = project.tests("def test_wrong(iiwa):\n    pass\n", "--iiwa-dialect", "krc4,")
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["fixture iiwa: dialect '', expected iiwa or krc4"])
 
 
 def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
@@ -442,38 +343,6 @@ def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
     result.stdout.fnmatch_lines(list(WRONG.values()))
     result.stdout.no_fnmatch_line("*Traceback*")
     result.stdout.no_fnmatch_line("*During handling*")
-
-
-@pytest.mark.slow
-def test_an_interrupted_run_keeps_no_robot_either(project: Project, pytester: pytest.Pytester) -> None:
-    """Objects of nanobind that outlive the interpreter are told on 40 lines, in some environments."""
-    pytester.makeconftest(
-        """
-        import atexit, gc, weakref
-
-        robots = weakref.WeakSet()
-
-        @atexit.register
-        def tell():
-            gc.collect()
-            print("robots:", len(robots))
-        """
-    )
-    result = project.tests(
-        """
-        import signal
-        from conftest import robots
-
-        def test_interrupted(iiwa):
-            robots.add(iiwa)
-            os.kill(os.getpid(), signal.SIGINT)
-            iiwa.advance(1.0)
-        """,
-        "-s",
-        process=True,
-    )
-    assert result.ret == pytest.ExitCode.INTERRUPTED
-    result.stdout.fnmatch_lines(["robots: 0"])
 
 
 def test_a_test_may_end_the_robot_itself(project: Project) -> None:
@@ -624,16 +493,3 @@ def test_tests_may_share_a_robot(project: Project) -> None:
     )
     result.assert_outcomes(passed=3, failed=1)
     result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*joint move*", "*iiwa_session state*"])
-
-
-@pytest.mark.slow
-def test_a_program_that_has_loaded_the_simulator_may_call_pytest(pytester: pytest.Pytester) -> None:
-    program = pytester.makepyfile(
-        program="""
-        import sys, pytest
-        import iiwa_sim.simulator
-        sys.exit(pytest.main(["-W", "error", "-p", "no:asyncio", "--co", "-q", "."]))
-        """
-    )
-    result = pytester.runpython(program)
-    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED

@@ -1,8 +1,5 @@
 """The text of a dialogue for a report."""
 
-from hypothesis import given
-from hypothesis import strategies as st
-
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.recording import LONGEST, Recording
 
@@ -29,10 +26,6 @@ class Conversation:
     def lines(self) -> list[str]:
         """Without times."""
         return [line[21:] for line in self.recording.text().splitlines()[1:]]
-
-
-def test_nothing_said_is_told() -> None:
-    assert Conversation().recording.text() == "nothing was said"
 
 
 def test_times_are_simulated_and_real() -> None:
@@ -78,19 +71,6 @@ def test_what_went_over_the_wire_stands_below_what_was_answered() -> None:
         "       < moving",
         "other ~ no answer",
     ]
-
-
-@given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xy"), st.sampled_from("12")), max_size=60))
-def test_only_what_follows_itself_is_drawn_together(said: list[tuple[str, str, str]]) -> None:
-    conversation = Conversation()
-    for session, line, reply in said:
-        conversation.exchange(line, reply, session)
-    heard = [line.split() for line in conversation.lines()]
-    told = []
-    for first, second in zip(heard[::2], heard[1::2], strict=True):
-        times = int(second[2][1:]) if len(second) > 2 else 1
-        told += [(first[0], first[2], second[1])] * times
-    assert told == said
 
 
 def test_the_newest_are_kept_and_it_is_said_how_many_are_not() -> None:

@@ -65,23 +65,6 @@ def test_a_part_that_slips_is_a_warning_and_what_is_wanted_is_none(caplog: pytes
     assert [line.text for line in said] == ["the gripper holds part 'it'", "part 'it' has slipped"]
 
 
-def test_the_log_has_the_fields_of_an_event(caplog: pytest.LogCaptureFixture) -> None:
-    events = RobotEvents(Dialogue(lambda: 0))
-    events.fault(3040, "odd")
-    events.contact(CONTACT)
-    fault, contact = (record.__dict__["fields"] for record in caplog.records)
-    assert fault == {"code": 3040, "reason": "odd"}
-    assert "-12.500 N along z of the TCP" in caplog.records[1].getMessage()
-    assert contact["move"] == 7
-    assert [contact[key] for key in ("axis", "force_n", "offset_n", "threshold_n")] == [
-        "z",
-        -12.5,
-        0.25,
-        10.0,
-    ]
-    assert contact["tcp"]["z_mm"] == 120.0
-
-
 @pytest.mark.parametrize(("moves", "which"), [([4], "move 4"), ([4, 5, 6], "3 moves, 4 to 6")])
 def test_moves_that_a_stop_ends_are_logged_by_number(
     moves: list[int], which: str, caplog: pytest.LogCaptureFixture

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 from collections.abc import AsyncIterator
 
 import pytest
@@ -100,16 +99,6 @@ async def test_a_client_that_waits_does_not_keep_the_simulator_from_ending() -> 
     await second.leaves()
 
 
-async def test_waiting_is_told_in_the_log(exclusive: Simulator, caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, "iiwa_sim"):
-        first, second = await connect(exclusive), await connect(exclusive)
-        await first.leaves()
-        assert await second.ask("hello") == "hello"
-        await second.leaves()
-    said = [message.split(" ", 1)[1] for message in caplog.messages]
-    assert said[:5] == ["connected", "connected", "waits for its turn", "disconnected", "is served"]
-
-
 @pytest.mark.parametrize("exclusive", [False, True])
 async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None:
     pause_s = 0.1
@@ -125,20 +114,6 @@ async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None
         assert await next_one.ask("hello") == "hello"
         assert over.done()
         await next_one.leaves()
-
-
-async def test_bye_is_answered_before_it_is_told() -> None:
-    said_bye = asyncio.Event()
-    async with Simulator(on_bye=said_bye.set) as simulator:
-        one, two = await connect(simulator), await connect(simulator)
-        await one.leaves()
-        await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
-        assert not said_bye.is_set(), "to leave is not to say bye"
-        two.send(b"hello\r\nbye\r\nhello\r\n")
-        async with asyncio.timeout(DEADLINE_S):
-            await said_bye.wait()
-    assert await two.rest() == b"hello\r\nbye\r\n"
-    await two.leaves()
 
 
 def test_a_bye_ends_the_process_if_it_shall() -> None:

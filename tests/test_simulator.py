@@ -5,18 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock.clock import CATCH_UP_WAKES
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.robot.description import RobotFault
-from iiwa_sim.serve.http import HttpServer
 from iiwa_sim.serve.listening import ListenFault
-from iiwa_sim.serve.status_stream import StatusStream
-from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client, until
 
@@ -80,11 +74,6 @@ async def test_a_cell_names_inputs_and_outputs(tmp_path: Path) -> None:
     io = Simulator(cell=tmp_path / "cell.toml").controller.io
     assert io.input_names == ("door",)
     assert io.output_names == ("output 1", "output 2", "output 3")
-
-
-def test_a_robot_beside_a_cell_is_refused() -> None:
-    with pytest.raises(ValueError, match="robot and cell are both given"):
-        Simulator("lbr_iiwa_7_r800", cell=EXAMPLES / "table.toml")
 
 
 @pytest.mark.requirement("FRA006", "FRA101", "FRA104")
@@ -278,18 +267,6 @@ async def test_smart_targets_are_followed_as_they_come(simulator: Simulator, cli
     assert simulator.controller.joints == (0.002 * 49, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
 
 
-async def test_a_client_whose_target_was_replaced_by_anothers_may_go(
-    simulator: Simulator, client: Client
-) -> None:
-    early = await Client.connect(simulator.port)
-    assert await early.ask(SMART) == "done"
-    assert await client.ask("smart joint move : 0.1 0.5 0 -1 0 1.5 0 " + "0.1 " * 7) == "done"
-    early.vanishes()
-    await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
-    await client.until_stopped()
-    assert (await client.ask("get joint position")).startswith("0.1 ")
-
-
 @pytest.mark.requirement("FRC021")
 async def test_a_servo_mode_without_commands_ends_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
     async with Simulator(servo_timeout_s=0.05) as simulator:
@@ -311,16 +288,6 @@ async def test_a_servo_mode_without_commands_ends_and_says_so(caplog: pytest.Log
 async def test_the_reason_of_a_refusal_can_be_asked_for(client: Client) -> None:
     assert await client.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
     assert (await client.ask("get error")).startswith("3023 A1 at 9 rad is outside -2.96706 to 2.96706 rad")
-
-
-async def test_two_simulators_in_one_loop_are_two_robots(simulator: Simulator, client: Client) -> None:
-    async with Simulator("lbr_iiwa_14_r820", rate_hz=1000) as second:
-        other = await Client.connect(second.port)
-        assert await client.ask(FAR) == "done"
-        assert await other.ask("get status") == "stopped"
-        assert await other.ask("get joint position") == HOME
-        assert (simulator.controller.tick_s, second.controller.tick_s) == (0.002, 0.001)
-        await other.leaves()
 
 
 async def test_after_the_context_nothing_listens_and_nothing_ticks() -> None:
@@ -345,43 +312,7 @@ async def test_a_port_in_use_is_told(simulator: Simulator) -> None:
     assert second.controller.tick == 0
 
 
-async def test_who_reaches_the_robots_port_finds_all_others_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    opened = []
-
-    def noted(server: type[TcpServer | HttpServer | StatusStream]) -> None:
-        start = server.start
-
-        async def start_and_note(self: Any) -> None:
-            await start(self)
-            opened.append(self.address[1])
-
-        monkeypatch.setattr(server, "start", start_and_note)
-
-    for server in (TcpServer, HttpServer, StatusStream):
-        noted(server)
-    async with Simulator(
-        dialects=["iiwa", "krc4"], status_port=0, backdoor_port=0, backdoor_http_port=0
-    ) as simulator:
-        others = {simulator.status_port, simulator.backdoor_port, simulator.backdoor_http_port}
-        assert set(opened[:3]) == others
-        assert opened[3:] == list(simulator.ports.values())
-
-
 @pytest.mark.parametrize("rate_hz", [99, 1001, 0])
 def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
     with pytest.raises(ValueError, match="expected 100 to 1000"):
         Simulator(rate_hz=rate_hz)
-
-
-def test_a_robot_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(RobotFault):
-        Simulator(tmp_path / "nothing")
-
-
-def test_a_file_in_place_of_a_robot_is_a_cell(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text('robot = "lbr_iiwa_14_r820"\n')
-    assert Simulator(file).cell.description.name == "LBR iiwa 14 R820"
-    assert Simulator(str(file)).cell.description.name == "LBR iiwa 14 R820"
-    with pytest.raises(CellFault, match=r"none\.toml"):
-        Simulator("none.toml")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
 import signal
 import threading
-from math import degrees
 from pathlib import Path
 
 import pytest
@@ -15,11 +13,8 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.clock import clock
 from iiwa_sim.clock.errands import StillMoving
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
-from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.asked import gravity_hold, joint_move
-from tests.drivers import SCENES
-from tests.krc4_talking import Krc4Client
 from tests.talking import DEADLINE_S
 
 THERE = [1, 1, 1, -1.5, 1, 1, 1]
@@ -40,31 +35,6 @@ def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
             robot.hello()
             robot.joint_move(THERE, SLOWLY)
     assert left() == before
-
-
-@pytest.mark.parametrize("name", ["krc4", "krc4 beside iiwa"])
-def test_the_end_leaves_nothing_of_krc4_either(name: str) -> None:
-    scene = SCENES[name]
-    before = left()
-    for _ in range(10):
-        with scene.simulator(clock="fast", status_port=0) as simulator:
-            drivers = [Krc4Client(simulator.ports["krc4"]) for _ in range(2)]
-            assert drivers[0].ask("PTA", *map(degrees, scene.far)).error is None
-            drivers[0].until_idle()
-            assert drivers[0].ask("PTA", *map(degrees, simulator.cell.start)).error is None
-        for driver in drivers:
-            with driver:
-                driver.rest()
-    assert left() == before
-
-
-def test_a_port_in_use_is_told_and_leaves_nothing() -> None:
-    with Simulator() as first:
-        before = left()
-        second = Simulator(port=first.port)
-        with pytest.raises(ListenFault, match="cannot listen"):
-            second.__enter__()
-        assert left() == before
 
 
 @pytest.mark.requirement("FRA101")
@@ -133,22 +103,6 @@ def test_in_fast_a_move_begins_when_its_driver_only_asks_whether_it_is_done(
         assert simulator.joints != home
 
 
-@pytest.mark.parametrize("name", ["krc4", "krc4 beside iiwa"])
-def test_and_so_with_krc4(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    for constant in ("HOLD_NS", "LONGEST_HOLD_NS"):
-        monkeypatch.setattr(clock, constant, 10**12)
-    scene = SCENES[name]
-    with scene.simulator(clock="fast") as simulator, Krc4Client(simulator.ports["krc4"]) as driver:
-        home = simulator.joints
-        for joints in (scene.far, home, scene.far):
-            assert driver.ask("PTA", *map(degrees, joints)).error is None
-            assert driver.ask("FIN").integers[2] == 0
-            assert simulator.joints == home
-        assert simulator.run_until_stopped() > 1.0
-        assert simulator.joints == pytest.approx(scene.far)
-        assert driver.ask("FIN").integers[2] == 1
-
-
 def test_time_is_paused_and_its_pace_changed() -> None:
     with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
         simulator.pause()
@@ -180,16 +134,6 @@ def test_the_servo_timeout_comes_at_rest_in_fast_too() -> None:
         robot.smart_joint_move(list(simulator.joints), [1.0] * 7)
         assert told.wait(60)
         assert robot.get_error().code == 3040
-
-
-def test_many_threads_let_time_pass() -> None:
-    with Simulator(clock="stepped") as simulator:
-        threads = [threading.Thread(target=simulator.advance, args=(0.1,)) for _ in range(10)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        assert simulator.state().tick == 500
 
 
 def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
@@ -232,21 +176,6 @@ async def test_inside_a_loop_time_is_awaited() -> None:
         simulator.call(lambda: simulator.controller.move(joint_move(THERE, SLOWLY)))
         assert await simulator.clock.run_until_stopped(60.0) > 9.0
         assert simulator.joints == tuple(map(float, THERE))
-
-
-async def test_inside_a_loop_it_runs_once_at_a_time() -> None:
-    async with Simulator() as simulator:
-        with pytest.raises(RuntimeError, match="runs already"):
-            simulator.__enter__()
-        with pytest.raises(RuntimeError, match="runs already"):
-            await simulator.__aenter__()
-        reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
-        writer.write(b"hello\r\n")
-        assert await reader.readline() == b"hello\r\n"
-        writer.close()
-        await writer.wait_closed()
-    async with simulator:
-        assert simulator.port
 
 
 @pytest.mark.filterwarnings("ignore:.* is multi-threaded, use of fork:DeprecationWarning")  # from 3.12 on

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 from collections.abc import AsyncIterator
-from pathlib import Path
 
 import pytest
 
@@ -181,18 +180,6 @@ async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> Non
             await each.leaves()
 
 
-async def test_after_the_context_neither_port_listens() -> None:
-    async with Simulator(status_port=0) as ending:
-        ports = [ending.port, ending.status_port]
-        clients = [await Client.connect(port) for port in ports]
-        await next_state(clients[1])
-    for port, client in zip(ports, clients, strict=True):
-        await client.rest()
-        await client.leaves()
-        with pytest.raises(ConnectionRefusedError):
-            await Client.connect(port)
-
-
 async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simulator: Simulator) -> None:
     second = Simulator(status_port=simulator.status_port)
     with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.status_port}: "):
@@ -202,16 +189,5 @@ async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simula
     assert second.controller.tick == 0
 
 
-def test_the_line_on_the_page_has_what_a_line_has() -> None:
-    page = (Path(__file__).parent.parent / "docs" / "status.md").read_text()
-    line = page[page.index("{") : page.index("```", page.index("{"))].replace("\n ", "")
-    state(line.encode())
-
-
 def test_there_is_none_unless_it_is_asked_for() -> None:
     assert Simulator().status_port is None
-
-
-def test_a_rate_above_that_of_the_ticks_is_refused() -> None:
-    with pytest.raises(ValueError, match="status_rate_hz is 101, expected 1 to 100"):
-        Simulator(rate_hz=100, status_port=0, status_rate_hz=101)

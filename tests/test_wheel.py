@@ -124,13 +124,6 @@ def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path, name
     assert f"{tests} passed" in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("name", "page"), [("driver_project", "docs/testing.md"), ("krc4_driver_project", "docs/testing.md")]
-)
-def test_a_page_shows_its_tests(name: str, page: str) -> None:
-    assert (EXAMPLES / name / "test_driver.py").read_text() in (SOURCE / page).read_text()
-
-
 def pinocchio_paths() -> list[str]:
     """Folders that the path files of this environment put on sys.path, such as Pinocchio's."""
     purelib = sysconfig.get_path("purelib")

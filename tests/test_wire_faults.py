@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-import socket
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack
 
 import pytest
 
-from iiwa_sim.dialect.wire.wire_faults import NEXT, Delay, Drop
+from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_DIALECT, SCENES, Driver, Scene, connect
 from tests.talking import Client, until
@@ -83,25 +82,6 @@ async def test_late_replies_come_in_their_order(bench: Bench) -> None:
     await driver.is_served()
 
 
-async def test_a_split_reply_comes_in_two_pieces(bench: Bench) -> None:
-    driver, byte = bench.driver, 3
-    await bench.told(f"split replies : {bench.number} 1 {byte} {LATE_S}")
-    driver.send(three(driver))
-    await until(lambda: driver.unread != b"")
-    assert driver.unread == driver.ANSWERS[0][:byte]
-    await bench.a_while()
-    assert await some(driver, 3) == list(driver.ANSWERS)
-
-
-async def test_a_dropped_reply_does_not_come_and_those_behind_do(bench: Bench) -> None:
-    driver = bench.driver
-    await bench.told(f"pass replies : {bench.number} 1")
-    await bench.told(f"drop replies : {bench.number} 1")
-    driver.send(three(driver))
-    assert await some(driver, 2) == [driver.ANSWERS[0], driver.ANSWERS[2]]
-    await driver.is_served()
-
-
 @pytest.mark.parametrize(
     ("line", "heard", "broken"),
     [("close before replies", 1, False), ("close after replies", 2, False), ("reset at replies", 1, True)],
@@ -152,18 +132,6 @@ async def test_who_is_not_answered_is_answered_when_faults_are_cleared(bench: Be
     assert bench.simulator.backdoor.output(1)
 
 
-async def test_who_does_not_listen_while_unanswered_fills_its_own_buffers(bench: Bench) -> None:
-    driver = bench.driver
-    question = b" " * 100 + driver.QUESTIONS[0]
-    many = 600_000 // len(question)
-    await bench.told("stop answering : 0")
-    driver.send(question * many)
-    assert await bench.asked("get clock") != ""
-    await bench.told("clear faults")
-    for _ in range(many):
-        assert await driver.whole_reply() == driver.ANSWERS[0]
-
-
 async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
     ports = bench.simulator.ports
     assert list(ports) == list(bench.scene.dialects)
@@ -211,51 +179,3 @@ async def test_where_both_dialects_are_spoken_a_connection_says_which_and_one_co
     bench.other.send(b"".join(bench.other.QUESTIONS[:2]))
     assert await bench.other.whole_reply() == bench.other.ANSWERS[1]
     await bench.driver.is_served()
-
-
-async def test_the_end_of_what_a_driver_sends_behind_a_late_reply(bench: Bench) -> None:
-    driver = bench.driver
-    bench.simulator.backdoor.set_fault(Delay(0.05), bench.number, 2)
-    driver.send(three(driver))
-    driver.sends_no_more()
-    assert await driver.rest() == b"".join(driver.ANSWERS)
-
-
-async def test_a_waiting_client_is_not_served_because_faults_are_cleared(bench: Bench) -> None:
-    async with bench.scene.simulator(exclusive=True) as simulator:
-        first, _ = await connect(simulator, bench.scene.spoken)
-        second, _ = await connect(simulator, bench.scene.other)
-        simulator.backdoor.stop_answering(NEXT)
-        second.send(three(second))
-        await second.sent()
-        simulator.backdoor.clear_faults()
-        for _ in range(A_WHILE):
-            await first.is_served()
-        assert second.unread == b""
-        await first.leaves()
-        assert await some(second, 3) == list(second.ANSWERS)
-        await second.leaves()
-
-
-@pytest.mark.parametrize(("reset", "told", "turns"), [(False, "closed", 0), (True, "reset", 2)])
-async def test_who_is_being_accepted_is_closed_too(
-    simulator: Simulator, reset: bool, told: str, turns: int
-) -> None:
-    knocking = [socket.create_connection((simulator.host, simulator.port), timeout=60) for _ in range(3)]
-    for _ in range(turns):
-        await asyncio.sleep(0)
-    backdoor = simulator.backdoor
-    (backdoor.reset_connections if reset else backdoor.close_connections)()
-    for client in knocking:
-        with client:
-            assert await asyncio.to_thread(_end_of, client) == told
-    with socket.create_connection((simulator.host, simulator.port), timeout=60) as later:
-        later.sendall(b"hello\n")
-        assert await asyncio.to_thread(later.recv, 100) == b"hello\r\n"
-
-
-def _end_of(client: socket.socket) -> str:
-    try:
-        return "closed" if client.recv(100) == b"" else "served"
-    except ConnectionResetError:
-        return "reset"

@@ -10,10 +10,8 @@ import pytest
 
 from iiwa_sim.cell import handled
 from iiwa_sim.cell import settings as cell_settings
-from iiwa_sim.cell.settings import OTHER_RANGES, CellSettings
-from iiwa_sim.cell.surfaces import SURFACE_RANGES
-from iiwa_sim.settings import Range
-from tests.cell.cells import CELLS, SteppedDriver, cell_from
+from iiwa_sim.cell.settings import CellSettings
+from tests.cell.cells import SteppedDriver, cell_from
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cell.md").read_text()
 
@@ -47,20 +45,3 @@ def keys_of(kind: type[msgspec.Struct]) -> set[str]:
 def test_every_key_is_in_the_reference(key: str) -> None:
     tables = "\n".join(line for line in PAGE.splitlines() if line.startswith("|"))
     assert re.search(rf"`\[*{key}\]*`", tables)
-
-
-@pytest.mark.parametrize(("key", "allowed"), [*SURFACE_RANGES.items(), *OTHER_RANGES.items()])
-def test_its_ranges_are_those_of_the_code(key: str, allowed: Range) -> None:
-    least, greatest, unit = allowed
-    name = f"`{key.rpartition('.')[2]}`"
-    row = next(line for line in PAGE.splitlines() if line.startswith("|") and name in line)
-    told = re.search(r"\| ([-\d.e]+) to ([-\d.e]+)( each)? \|", row)
-    assert told, row
-    assert (float(told[1]), float(told[2])) == (least, greatest)
-    assert f"|{unit} |" in row
-
-
-def test_it_names_the_examples() -> None:
-    assert {f"../examples/{file.name}" for file in CELLS} == set(
-        re.findall(r"\((\.\./examples/[^)]*)\)", PAGE)
-    )

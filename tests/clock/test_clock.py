@@ -127,17 +127,6 @@ def test_a_stall_is_caught_up_in_part_and_the_rest_is_logged(caplog: pytest.LogC
     assert robot.ticks == CATCH_UP_WAKES + 1
 
 
-def test_a_wake_up_before_the_deadline_makes_no_tick() -> None:
-    time = HandTime()
-    robot = CountedRobot(time)
-    started(robot, time)
-    asked_ns = time.asked_ns
-    assert time.wake is not None
-    time.wake()
-    assert robot.ticks == 0
-    assert time.asked_ns == asked_ns
-
-
 @pytest.mark.parametrize("speed", [0.1, 2.0, 10.0, 100.0])
 def test_a_multiple_of_real_time_makes_so_many_ticks_in_few_wake_ups(speed: float) -> None:
     time = HandTime()
@@ -162,17 +151,6 @@ class TestFast:
             time.pass_until_woken()
         assert robot.ticks == 5000
         assert time.now_ns - before_ns == 5000 * 4000, "ten seconds in the time the ticks need"
-
-    def test_the_loop_gets_its_turn_every_millisecond(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time, tick_takes_ns=4000)
-        clock = started(robot, time, pace=FAST)
-        robot.left = 100_000
-        clock.commanded()
-        for _ in range(50):
-            before_ns = time.now_ns
-            time.pass_until_woken()
-            assert time.now_ns - before_ns <= SLICE_NS + 4000
 
     def test_at_rest_ticks_come_in_real_time_and_the_machine_sleeps(self) -> None:
         time = HandTime()
@@ -220,31 +198,6 @@ class TestFast:
         assert robot.ticks == 1000
         assert time.now_ns == start_ns + 9 * (HOLD_NS - 1) + HOLD_NS
 
-    def test_who_asks_for_the_tick_before_a_move_is_told_of_does_not_begin_it(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time)
-        clock = started(robot, time, pace=FAST)
-        time.now_ns += REST_SLEEP_NS  # the machine is slow: a wake-up of the rest is due
-        robot.left = 100
-        clock.catch_up()
-        assert robot.ticks == 0
-        robot.accepted += 1
-        clock.commanded()
-        assert time.asked_ns == time.now_ns + HOLD_NS
-
-    def test_questions_do_not_make_time_stand_still(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time)
-        clock = started(robot, time, pace=FAST)
-        robot.left = 100
-        robot.accepted += 1
-        clock.commanded()
-        until_ns = time.now_ns + HOLD_NS
-        for _ in range(20):
-            time.pass_until(time.now_ns + HOLD_NS // 10)
-            clock.commanded()
-        assert set(robot.at_ns) == {until_ns}
-
     def test_time_goes_on_for_a_driver_that_sends_no_more(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)
@@ -260,22 +213,6 @@ class TestFast:
             assert robot.left == 0
         clock.commanded(awaited=True)
         assert robot.ticks == 200
-
-    def test_moves_of_before_are_no_news(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time)
-        robot.accepted = 3  # by whoever had it before
-        clock = started(robot, time, pace=FAST)
-        robot.left = 1
-        clock.commanded()
-        assert time.asked_ns == 1, "at once"
-        clock.set_pace(REAL)
-        robot.accepted += 1
-        clock.commanded()
-        clock.set_pace(FAST)
-        robot.left = 1
-        clock.commanded()
-        assert time.asked_ns == 1, "at once"
 
     def test_a_driver_that_never_stops_sending_does_not_stop_time(self) -> None:
         time = HandTime()
@@ -343,16 +280,6 @@ class TestErrands:
         with pytest.raises(StillMoving, match="still moves after 1 s of simulated time"):
             await waiting
         assert robot.ticks == 500
-
-    async def test_a_robot_that_stops_with_the_last_tick_of_the_limit_has_stopped(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time)
-        clock = started(robot, time, pace=STEPPED)
-        robot.left = 500
-        waiting = asyncio.ensure_future(clock.run_until_stopped(1.0))
-        await asyncio.sleep(0)
-        time.pass_until_woken()
-        assert await waiting == 1.0
 
     async def test_who_is_cancelled_gets_no_more_ticks(self) -> None:
         time = HandTime()
@@ -437,39 +364,6 @@ class TestRest:
         time.now_ns += SECOND_NS
         clock.catch_up()
         assert 5 + robot.skipped == (time.now_ns - start_ns) // period_ns
-
-    def test_in_haste_what_begins_after_a_rest_begins_when_the_driver_has_sent_all(self) -> None:
-        time = HandTime()
-        robot, clock = resting(time, FAST)
-        time.now_ns += 3600 * SECOND_NS
-        clock.catch_up()
-        robot.left = 100
-        robot.accepted += 1
-        clock.commanded()
-        assert time.asked_ns == time.now_ns + HOLD_NS
-        time.pass_until_woken()
-        assert (robot.ticks, robot.skipped, time.asked_ns) == (100, 3600 * 500, None)
-
-    def test_who_has_the_robot_in_hand_need_not_say_what_he_begins(self) -> None:
-        time = HandTime()
-        robot, clock = resting(time)
-        time.now_ns += 10 * SECOND_NS + 300_000
-        clock.look()
-        assert robot.skipped == 5000
-        robot.left = 3
-        time.pass_until(time.now_ns + SECOND_NS)
-        assert (robot.ticks, time.asked_ns) == (3, None)
-
-    def test_a_rest_that_begins_between_two_wake_ups(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time)
-        clock = started(robot, time)
-        time.pass_until(time.now_ns + SECOND_NS)
-        robot.rests = True
-        time.pass_until(time.now_ns + SECOND_NS)
-        assert time.asked_ns is None
-        clock.catch_up()
-        assert (robot.ticks, robot.skipped) == (500, 500)
 
     @pytest.mark.parametrize("pace", [REAL, FAST, STEPPED])
     async def test_a_day_of_rest_is_advanced_at_once(self, pace: Pace) -> None:
@@ -559,18 +453,6 @@ def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes
     assert "ZeroDivisionError in" in more[0]
 
 
-def test_a_stopped_clock_makes_no_ticks_and_can_start_again() -> None:
-    time = HandTime()
-    robot = CountedRobot(time)
-    clock = started(robot, time)
-    clock.stop()
-    clock.stop()
-    assert time.wake is None
-    clock.start(robot)
-    time.pass_until_woken()
-    assert robot.ticks == 1
-
-
 @pytest.mark.parametrize("rate_hz", [99, 1001, 0, -500])
 def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
     with pytest.raises(ValueError, match="expected 100 to 1000"):
@@ -599,20 +481,3 @@ async def test_the_machines_timers_wake_the_clock(
             await done.wait()
     finally:
         clock.stop()
-
-
-@pytest.mark.parametrize("kind", [timer.LoopTimer, timer.open_timer])
-async def test_a_timer_forgets_the_instant_it_was_set_to_before(
-    kind: Callable[[Callable[[], None]], timer.Timer],
-) -> None:
-    loop = asyncio.get_running_loop()
-    woken_at: asyncio.Future[float] = loop.create_future()
-    own = kind(lambda: woken_at.set_result(loop.time()))  # a second call would raise
-    later_s = loop.time() + 0.05
-    own.wake_at(1)
-    own.wake_at(round(later_s * 1e9))
-    try:
-        async with asyncio.timeout(30):
-            assert await woken_at >= later_s - 1e-6
-    finally:
-        own.close()

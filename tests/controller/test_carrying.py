@@ -10,14 +10,9 @@ import pinocchio as pin
 import pytest
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.contact.shapes import Plane
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.protection import Safety
-from iiwa_sim.frames import IDENTITY, Frame
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
 from tests.stepped import ARMS, SteppedRobot, strong
 
@@ -212,33 +207,3 @@ def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:
 
 def robot_tcp() -> tuple[float, float, float]:
     return strong(ARMS[0]).tool_in_flange.translation
-
-
-def test_touch_and_load_add_up() -> None:
-    robot = carrying()
-    z = robot.tcp(robot.controller.joints).translation[2]
-    world = World(
-        [Surface("wall", Plane(), Frame(0, 0, 1e3 * z + 1.0, 0, 0, 0).to_transform(), 1e4, 0, 0)], 0.0
-    )
-    controllers = [
-        Controller(robot.description, TICK_S, world=each, tool=tool)
-        for each, tool in ((world, TOOL), (World((), 0.0), TOOL), (world, None))
-    ]
-    for each in controllers[:2]:
-        each.set_tool_load(NO_LOAD)
-    for each in controllers:
-        each.step()
-    both, load, touch = (np.array(each.cartesian_force()) for each in controllers)
-    assert both == pytest.approx(load + touch)
-    assert np.linalg.norm(touch[:3]) == pytest.approx(10.0)
-
-
-def test_another_tcp_feels_the_same_load_from_there() -> None:
-    robot = carrying()
-    robot.controller.set_tool_load(NO_LOAD)
-    torques = robot.controller.joint_torque()
-    robot.controller.injected.set_tool(IDENTITY)
-    assert robot.controller.joint_torque() == pytest.approx(torques)
-    mass, centre = TOOL.load
-    down = np.array(robot.model.flange(robot.controller.joints).rotation).reshape(3, 3)[2] * -mass * GRAVITY
-    assert robot.controller.cartesian_force() == pytest.approx(np.concatenate([down, np.cross(centre, down)]))

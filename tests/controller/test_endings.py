@@ -166,11 +166,6 @@ def test_who_asked_for_a_move_is_told_of_its_end_and_of_no_other(robot: SteppedR
     assert not robot.controller.endings.pending
 
 
-def test_what_nobody_wants_to_hear_of_is_not_kept(robot: SteppedRobot) -> None:
-    robot.controller.move(joint_move(NEAR, SPEEDS))
-    assert not robot.controller.endings.pending
-
-
 @given(st.data(), st.sampled_from(ARMS))
 def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
     recorder = Recorder(load_robot(name))
@@ -207,15 +202,6 @@ def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float, r
     places = np.array([robot.tcp(q).translation for q in robot.joints])
     speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s
     assert 0.9 * speed_m_s < speeds.max() <= speed_m_s * (1.0 + 1e-6)
-
-
-def test_a_line_that_only_turns_has_no_speed_in_m_s(robot: SteppedRobot) -> None:
-    start = robot.tcp_frame(HOME)
-    with pytest.raises(Refused, match="only turns"):
-        robot.controller.move(lin_move_at(start._replace(alpha=start.alpha + 0.1), 0.1, 0.0))
-    for speed in (0.0, -1.0, float("nan")):
-        with pytest.raises(Refused, match="above 0"):
-            robot.controller.move(lin_move_at(start._replace(y_mm=100.0), speed, 0.0))
 
 
 def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from math import inf, nan
 from typing import Any
 
@@ -130,18 +129,6 @@ def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_tar
     assert_positions_and_velocities_within_limits(robot)
 
 
-def test_a_stiffness_move_in_place_of_another_has_its_own_stiffness() -> None:
-    robot = at_start()
-    robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 5000.0, NO_FORCE))
-    robot.step(100)
-    target = robot.tcp_frame(START)
-    robot.controller.move(lin_stiff_move(target, 0.5, 500.0, NO_FORCE))
-    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
-    robot.runs_until_stopped()
-    off = np.subtract(robot.controller.tool_frame()[:3], target[:3]) / 1000.0
-    assert np.linalg.norm(off) == pytest.approx(10.0 / 500.0, rel=0.01)
-
-
 def test_the_six_values_are_subtracted_from_what_acts() -> None:
     robot = at_start()
     here = robot.controller.tool_frame()
@@ -247,18 +234,6 @@ def test_a_hold_without_stiffness_is_guided_by_hand_and_stays_where_it_is_left()
     np.testing.assert_allclose(robot.controller.joints, left, atol=1e-6)
 
 
-@pytest.mark.parametrize(("tick_s", "surface"), [(0.002, 1e3), (0.01, 1e5)])
-def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
-    robot = touching(surface, 0.515, tick_s, friction=0.3)
-    robot.controller.move(gravity_hold(200.0))
-    robot.controller.load.wrench = (20.0, 0.0, 10.0, 0.0, 0.0, 0.0)  # down: the TCP's z axis points there
-    robot.step(round(6.0 / tick_s))
-    rest = robot.controller.joints
-    robot.step(round(0.2 / tick_s))
-    np.testing.assert_allclose(robot.controller.joints, rest, atol=1e-6)
-    assert_positions_and_velocities_within_limits(robot)
-
-
 @pytest.mark.requirement("FRC013")
 @pytest.mark.parametrize("force", [0.0, 15.0])
 @both
@@ -303,21 +278,6 @@ def test_a_stiffness_move_that_never_begins_leaves_the_stiffness_as_it_is(instea
     robot.step(200)
     as_before.step(200)
     assert robot.joints[-200:] == as_before.joints[-200:]
-
-
-def test_of_moves_that_come_during_a_stop_the_newest_is_carried_out() -> None:
-    robot = at_start()
-    robot.controller.move(joint_move(AWAY, FULL))
-    robot.step(100)
-    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
-    numbers = [
-        robot.controller.move(lin_stiff_move(goal, 0.5, 1000.0, NO_FORCE)) for goal in (there, here, there)
-    ]
-    assert robot.controller.queue == 1
-    assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(robot.controller.tool_frame(), there, atol=1e-6)
-    assert_within_limits(robot)
 
 
 def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
@@ -396,24 +356,6 @@ def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
     np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.01, rtol=0.05, atol=1e-4)
 
 
-@both
-def test_a_cleared_queue_leaves_a_hold_that_has_begun(name: str) -> None:
-    robot = at_start(name)
-    controller = robot.controller
-    controller.move(ptp_stiff_move(robot.tcp_frame(PLACES[name][1]), 1.0, 1000.0, NO_FORCE))
-    robot.step(100)
-    hold = controller.move(gravity_hold(300.0))
-    robot.step(100)
-    controller.load.joint_push = (3.0,) * len(PLACES[name][0])
-    robot.step(100)
-    before = len(robot.joints)
-    controller.clear_queue()
-    robot.step(100)
-    assert controller.is_pending(hold)
-    changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
-    assert changes < 0.03, "no jump of the velocity"
-
-
 # Moves replace each other
 
 
@@ -464,50 +406,6 @@ def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
     assert speed == pytest.approx(mm_per_s, rel=0.05)
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.tool_frame().y_mm, frame.y_mm + 2.0 * mm_per_s, atol=1e-6)
-    assert_within_limits(robot)
-
-
-@given(
-    st.sampled_from(ARMS),
-    st.sampled_from([0.001, 0.002, 0.01]),
-    st.lists(
-        st.tuples(
-            st.sampled_from(["lin", "ptp"]),
-            st.floats(-1.0, 1.0),
-            st.sampled_from([0.05, 0.3, 1.0]),
-            st.one_of(st.integers(0, 60), st.just(10)),
-            st.sampled_from(["", "", "", "override", "cancel", "gravity"]),
-        ),
-        min_size=2,
-        max_size=15,
-    ),
-)
-def test_whatever_replaces_whatever_the_nominal_motion_keeps_its_limits(
-    name: str, tick_s: float, told: list[tuple[str, float, float, int, str]]
-) -> None:
-    robot = SteppedRobot(name, tick_s)
-    robot.goes_to(PLACES[name][0])
-    controller = robot.controller
-    frame, joints = controller.tool_frame(), np.array(PLACES[name][0])
-    for kind, x, speed, ticks, also in told:
-        target = frame._replace(y_mm=frame.y_mm + 200.0 * x, z_mm=frame.z_mm + 60.0 * x * x)
-        if kind == "ptp":
-            target = robot.tcp_frame(joints + 0.4 * x * np.array([1, -1, 1, 1, -1, 1, 1][: len(joints)]))
-        with suppress(Refused):
-            controller.move(getattr(asked, f"{kind}_stiff_move")(target, speed, 1000.0, NO_FORCE))
-        robot.step(ticks)
-        if also == "override":
-            controller.set_override(abs(x) if abs(x) > 0.1 else 0.0)
-        elif also == "gravity":
-            controller.move(gravity_hold(1000.0))
-            robot.may_stop()
-        elif also == "cancel" and not controller._core.motions.holding:
-            robot.cancel()
-    controller.set_override(1.0)
-    newest = controller.move(ptp_stiff_move(frame, 1.0, 1000.0, NO_FORCE))
-    robot.runs_until_stopped()
-    assert not controller.is_pending(newest)
-    np.testing.assert_allclose(controller.tool_frame(), frame, atol=1e-5)
     assert_within_limits(robot)
 
 
@@ -594,27 +492,6 @@ def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: s
     else:
         assert np.abs(np.subtract(robot.tcp_frame(START), robot.controller.tool_frame())).max() < 1e-6
     assert_positions_and_velocities_within_limits(robot)
-
-
-def test_an_override_of_0_pauses_the_plan_and_the_robot_still_yields() -> None:
-    robot = at_start()
-    target = robot.tcp_frame(AWAY)
-    robot.controller.move(lin_stiff_move(target, 0.2, 2000.0, NO_FORCE))
-    robot.step(100)
-    robot.controller.set_override(0.0)
-    robot.step(500)
-    paused = robot.controller.joints
-    robot.step(100)
-    assert robot.controller.joints == paused
-    assert robot.controller.moving
-    robot.controller.load.wrench = (0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
-    robot.step(500)
-    off = np.subtract(robot.controller.tool_frame()[:3], robot.tcp_frame(paused)[:3])
-    assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.01)
-    robot.controller.load.wrench = (0.0,) * 6
-    robot.controller.set_override(1.0)
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=0.05)
 
 
 @pytest.mark.parametrize("kind", ["linstiff", "gravity"])

@@ -14,7 +14,6 @@ from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
     EMERGENCY_STOP,
-    EXECUTION,
     ErrorRecord,
     Refused,
 )
@@ -85,19 +84,6 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller.move(joint_move(AWAY, FULL))
 
 
-def test_drives_off_outlast_an_emergency_stop_and_the_other_way_round() -> None:
-    controller = SteppedRobot().controller
-    controller.injected.switch_drives(on=False)
-    controller.emergency_stop()
-    controller.injected.switch_drives(on=True)
-    with pytest.raises(Refused, match="emergency stop has to be released"):
-        controller.reset_error()
-    controller.injected.switch_drives(on=False)
-    controller.release_emergency_stop()
-    with pytest.raises(Refused, match="switched on first"):
-        controller.reset_error()
-
-
 def test_the_first_cause_of_an_error_is_kept() -> None:
     robot = SteppedRobot()
     robot.controller.injected.fail(CODE, REASON)
@@ -122,24 +108,6 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     assert controller.joints == (0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
 
 
-def test_an_error_goes_before_a_refusal_which_waits_for_its_move() -> None:
-    controller = SteppedRobot().controller
-    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
-    controller.injected.fail(EXECUTION, "first")
-    with pytest.raises(Refused, match="no move before reset error: first"):
-        controller.move(joint_move(AWAY, FULL))
-    controller.reset_error()
-    with pytest.raises(Refused, match=REASON):
-        controller.move(joint_move(AWAY, FULL))
-
-
-def test_a_refusal_can_be_taken_back() -> None:
-    controller = SteppedRobot().controller
-    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
-    controller.injected.refuse_next_move(None)
-    controller.move(joint_move(AWAY, FULL))
-
-
 @pytest.mark.parametrize("timeout_s", [None, 60.0])
 def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
     robot = SteppedRobot(servo_timeout_s=timeout_s)
@@ -150,15 +118,6 @@ def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
     assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
     assert robot.controller.status().error_code == COMMUNICATION_FAILURE
     robot.runs_until_stopped(0.1)
-
-
-def test_without_a_servo_mode_there_is_nothing_to_time_out() -> None:
-    robot = SteppedRobot()
-    robot.controller.move(joint_move(AWAY, FULL))
-    with pytest.raises(Refused, match="the mode is normal: expected smart or direct"):
-        robot.controller.injected.time_out_servo()
-    assert robot.controller.status().in_error == 0
-    assert robot.controller.moving
 
 
 @pytest.mark.parametrize("before", ["nothing", "normal", "smart"])

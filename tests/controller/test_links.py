@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -11,12 +10,10 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED
-from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
 from tests.contact.materials import at
-from tests.states import state
 from tests.stepped import strong
 
 TICK_S = 0.002
@@ -81,34 +78,6 @@ def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> N
     assert len(robot.faults) == 1, "it may be led out"
     assert set(c.joint_torque()) == {0.0}
     assert c.load.link_contacts == ()
-
-
-def test_a_stiff_robot_moves_as_in_free_space_until_it_stops() -> None:
-    free, soft = Robot(), Robot(wall(stiffness=50.0))
-    assert soft.goes_to(INTO_THE_WALL) == free.goes_to(INTO_THE_WALL)
-    assert soft.controller.joint_torque()[0] < -1.0
-    assert not soft.faults
-    told = state(msgspec.json.encode(snapshot(soft.controller)) + b"\n")["link_touches"]
-    for each, contact in zip(told, soft.controller.load.link_contacts, strict=True):
-        assert (each["link"], each["surface"]) == (contact.link, "wall")
-        assert each["point"] == pytest.approx([1e3 * value for value in contact.point])
-        assert tuple(each["force"]) == contact.force
-    assert snapshot(free.controller).link_touches == ()
-
-
-def test_a_cell_whose_surfaces_are_away_from_the_links_changes_no_bit() -> None:
-    free, away = Robot(), Robot(wall(y=0.9), Surface("ball", Sphere(0.1), at(-0.5, 0.0, 1.0), 1e4, 0.0, 0.0))
-    for target in (INTO_THE_WALL, STRETCHED):
-        assert away.goes_to(target) == free.goes_to(target)
-        assert set(away.controller.joint_torque()) == {0.0}
-    for robot in (free, away):
-        robot.controller.move(gravity_hold(200.0))
-        robot.controller.load.joint_push = (5.0,) * 7
-    for _ in range(300):
-        free.controller.step()
-        away.controller.step()
-        assert away.controller.joints == free.controller.joints
-    assert not away.told
 
 
 @pytest.mark.parametrize(("tick_s", "stiffness"), [(0.002, 2_000.0), (0.01, 1e7)])
@@ -182,17 +151,6 @@ def test_what_is_put_round_a_link_is_not_felt_before_it_has_come_out() -> None:
     assert not robot.told
     robot.goes_to(STRETCHED)
     assert robot.told
-
-
-def test_placed_elsewhere_a_robot_leans_on_nothing() -> None:
-    robot = Robot(wall(stiffness=500.0))
-    robot.goes_to(INTO_THE_WALL)
-    c = robot.controller
-    c.injected.place(STRETCHED)
-    assert set(c.joint_torque()) == {0.0}
-    c.injected.place(INTO_THE_WALL)
-    c.step()
-    assert set(c.joint_torque()) == {0.0}, "the wall is round it now, as if it had been put there"
 
 
 FOLDED: Joints = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)

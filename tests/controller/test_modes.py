@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import permutations, product
+from itertools import permutations
 from math import nan
 from typing import Any
 
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, TARGET_NOT_REACHABLE, Refused
-from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode, Transition
+from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
@@ -144,32 +144,7 @@ def in_mid_motion(command: str, name: str = ARMS[0]) -> SteppedRobot:
 # The table
 
 
-def test_the_table_says_what_the_text_says() -> None:
-    assert set(TRANSITIONS) == set(product(Mode, Event))
-    for mode in FOUR:
-        assert TRANSITIONS[mode, OWN[mode]] == Transition(mode, stops=False)
-        assert TRANSITIONS[Mode.UNKNOWN, OWN[mode]] == Transition(mode, stops=False)
-        assert TRANSITIONS[mode, Event.STOP] == Transition(Mode.UNKNOWN, stops=True)
-    for before, after in permutations(FOUR, 2):
-        assert TRANSITIONS[before, OWN[after]] == Transition(after, stops=True), "changing modes stops"
-    for mode in (*FOUR, Mode.UNKNOWN):
-        assert TRANSITIONS[mode, Event.TRAJECTORY] == Transition(Mode.TRAJECTORY, mode in FOUR)
-    for mode in FOUR:
-        assert TRANSITIONS[Mode.TRAJECTORY, OWN[mode]] == Transition(mode, stops=True)
-    assert TRANSITIONS[Mode.TRAJECTORY, Event.TRAJECTORY] == Transition(Mode.TRAJECTORY, stops=False)
-    assert TRANSITIONS[Mode.TRAJECTORY, Event.STOP] == Transition(Mode.UNKNOWN, stops=True)
-    for mode in Mode:
-        waits = mode in (Mode.SMART, Mode.DIRECT)
-        after = Mode.UNKNOWN if waits else mode
-        assert TRANSITIONS[mode, Event.SERVO_TIMEOUT] == Transition(after, stops=waits)
-    assert TRANSITIONS[Mode.UNKNOWN, Event.STOP].mode is Mode.UNKNOWN
-
-
 # Changes
-
-
-def test_the_robot_starts_in_no_mode() -> None:
-    assert SteppedRobot().controller.mode is Mode.UNKNOWN
 
 
 @pytest.mark.requirement("FRA103")
@@ -479,17 +454,6 @@ def test_in_direct_mode_near_means_near_the_present_position_not_the_target() ->
     robot.controller.move(direct_joint_move([q + 0.086 for q in here], FULL))
 
 
-def test_near_means_near_where_the_robot_comes_to_rest_when_it_has_to_stop_first() -> None:
-    robot = in_mid_motion("joint")
-    here, rest = robot.controller.joints, rest_after_stop(robot.controller)
-    assert np.abs(np.subtract(rest, here)).max() > DIRECT_REACH_RAD, "so that it makes a difference"
-    with pytest.raises(Refused):
-        robot.controller.move(direct_joint_move(here, FULL))
-    robot.controller.move(direct_joint_move([q + 0.08 for q in rest], FULL))
-    robot.runs_until_stopped()
-    assert robot.controller.joints == tuple(q + 0.08 for q in rest)
-
-
 # The servo timeout
 
 
@@ -515,46 +479,6 @@ def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
     robot.step(200)
     assert len(robot.faults) == 1
     assert_within_limits(robot)
-
-
-def test_a_servo_mode_ends_at_its_target_too_and_before_it_has_begun() -> None:
-    arrived, waiting = (SteppedRobot(servo_timeout_s=timeout_s) for timeout_s in (3.0, 0.05))
-    arrived.controller.move(smart_joint_move(arrived.joints[0], FULL))
-    arrived.step(1500)
-    assert arrived.controller.mode is Mode.SMART
-    arrived.step()
-    assert arrived.controller.mode is Mode.UNKNOWN
-    waiting.controller.move(joint_move(AWAY, FULL))
-    waiting.step(100)
-    sends(waiting, "smart joint", START)
-    rest = rest_after_stop(waiting.controller)
-    waiting.runs_until_stopped(0.1)
-    assert waiting.controller.joints == rest
-    assert len(waiting.faults) == 1
-
-
-@pytest.mark.parametrize("ending", ["stop", "joint", "none"])
-def test_nothing_is_waited_for_after_a_stop_in_normal_mode_and_by_default(ending: str) -> None:
-    robot = SteppedRobot(servo_timeout_s=None if ending == "none" else 0.05)
-    sends(robot, "smart joint", AWAY)
-    robot.step(10)
-    if ending == "stop":
-        robot.stop()
-    elif ending == "joint":
-        sends(robot, "joint", START)
-    robot.step(1000)
-    assert robot.faults == []
-    assert robot.controller.last_error is None
-
-
-def test_a_refused_command_is_not_heard() -> None:
-    robot = SteppedRobot(servo_timeout_s=0.05)
-    sends(robot, "smart joint", AWAY)
-    for _ in range(26):
-        with pytest.raises(Refused):
-            robot.controller.move(smart_joint_move([9.0] * 7, FULL))
-        robot.step()
-    assert len(robot.faults) == 1
 
 
 @pytest.mark.parametrize("timeout_s", [0.0, -1.0, nan, 86401.0, float("inf")])

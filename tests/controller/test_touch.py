@@ -259,27 +259,6 @@ def test_further_down_where_it_presses_already(
     assert_touched(robot, way, expected)
 
 
-@given(name=names, speed=speeds, share=st.floats(0.05, 0.8), push_n=st.sampled_from([5.1, -5.1, 300.0]))
-def test_a_push_in_mid_air(name: str, speed: float, share: float, push_n: float) -> None:
-    robot = probe(name, table(name, 500.0, 1e4)[0])
-    target = beside(robot, y_mm=DEPTH_MM)
-    way = Way(name, move("lin", target, speed))
-    tick = int(share * len(way.joints))
-    force_move("lin", target, speed, (5.0, 5.0, 5.0))(robot)
-    robot.step(tick - 1)
-    robot.controller.load.wrench = (0.0, push_n, 0.0, 0.0, 0.0, 0.0)
-    robot.step()
-    (contact,) = robot.contacts
-    assert (contact.axis, contact.force_n, contact.offset_n) == ("y", push_n, 0.0)
-    place, rest = (np.array(way.tcp(each).translation) for each in (tick, tick + way.stop_s / 2 / 0.002))
-    robot.runs_until_stopped()
-    assert robot.joints[: tick + 1] == way.joints[: tick + 1]
-    stopped = np.array(robot.tcp(robot.controller.joints).translation)
-    assert np.linalg.norm(stopped - rest) <= 0.01 * np.linalg.norm(rest - place) + 1e-9
-    assert robot.controller.cartesian_force() == (0.0, push_n, 0.0, 0.0, 0.0, 0.0)
-    assert len(robot.contacts) == 1
-
-
 @pytest.mark.requirement("FRC014")
 @pytest.mark.parametrize("name", ARMS)
 def test_moves_behind_a_touch_run_on(name: str) -> None:

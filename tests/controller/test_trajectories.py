@@ -308,23 +308,6 @@ def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -
     assert following.controller.joints == tuple(AWAY)
 
 
-@pytest.mark.parametrize("direct", [True, False], ids=["cancelled", "stopped"])
-def test_one_that_waits_for_the_robot_to_rest_can_be_ended(direct: bool) -> None:
-    following = Following()
-    following.controller.move(joint_move(AWAY, [1.0] * 7))
-    following.step(200)
-    following.robot.may_stop()
-    number = following.sends([TrajectoryPoint(4.0, NEAR)])
-    assert following.controller.is_pending(number)
-    if direct:
-        assert following.controller.cancel_trajectory(number)
-    else:
-        following.controller.stop()
-    assert following.ends[number].outcome is (Outcome.CANCELLED if direct else Outcome.ENDED)
-    following.runs(0.2)
-    assert_within_limits(following.robot)
-
-
 @given(st.lists(st.tuples(st.integers(1, 400), signs, st.booleans()), min_size=2, max_size=6))
 def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Array, bool]]) -> None:
     following = Following()
@@ -416,22 +399,6 @@ def test_a_tolerance_of_0_is_the_default_and_minus_1_is_none(bound: float) -> No
     assert following.ends[number].outcome is (Outcome.REACHED if bound else Outcome.GOAL_TOLERANCE)
 
 
-@pytest.mark.parametrize(
-    ("tolerances", "remark"),
-    [
-        ({"A3": Tolerance(-0.5)}, "those of A3"),
-        ({"B3": Tolerance(1e-9)}, "no joint B3"),
-        ({"A3": Tolerance(nan)}, "A3"),
-    ],
-)
-def test_tolerances_without_sense_are_the_defaults(tolerances: dict[str, Tolerance], remark: str) -> None:
-    following = Following()
-    number = following.sends(lines(following), path_tolerance=tolerances)
-    assert remark in following.remark
-    following.runs()
-    assert following.ends[number].outcome is Outcome.REACHED
-
-
 @pytest.mark.parametrize(("late_s", "outcome"), [(0.005, Outcome.GOAL_TOLERANCE), (1.0, Outcome.REACHED)])
 def test_a_goal_has_to_be_reached_in_its_time(late_s: float, outcome: Outcome) -> None:
     following = Following()
@@ -487,23 +454,3 @@ def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
     late = np.abs(np.subtract(following.desired, following.actual))[500:]
     assert late.max() < 1e-9, "it never came onto the curve"
     assert_within_limits(following.robot)
-
-
-@pytest.mark.parametrize(("time_s", "delay_s"), [(0.0, 0.0), (0.5, -0.5)])
-def test_one_whose_points_are_all_for_now_goes_to_the_last(time_s: float, delay_s: float) -> None:
-    following = Following()
-    near = (following.home + 1e-3).tolist()
-    number = following.sends([TrajectoryPoint(time_s, near)], delay_s=delay_s)
-    following.runs()
-    assert following.ends[number].outcome is Outcome.REACHED
-    assert following.controller.joints == tuple(near)
-    assert_within_limits(following.robot)
-
-
-def test_one_that_begins_later_is_approached_until_then() -> None:
-    following = Following()
-    following.sends([TrajectoryPoint(0.0, AWAY), TrajectoryPoint(1.0, NEAR)], delay_s=1.0)
-    following.runs()
-    assert following.controller.joints == tuple(NEAR)
-    nearest = np.abs(np.array(following.robot.joints) - AWAY).max(axis=1).argmin() * TICK_S
-    assert nearest == pytest.approx(1.0, abs=0.15)

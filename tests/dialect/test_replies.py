@@ -19,7 +19,6 @@ TABLE = load_table("iiwa")
 FRAME = "450 0 520 0 -1.57 0"
 SEVEN = "0 0.5 0 -1 0 1.5 0"
 ONES = "1 1 1 1 1 1 1"
-NO_COMMAS = "; no commas: blanks between values, a point in a decimal"
 
 
 def worst_lines() -> list[str]:
@@ -98,41 +97,6 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
 
 
 # Reasons that say what to do
-
-
-@pytest.mark.parametrize(
-    ("line", "reason"),
-    [
-        ("lin move : 1 2 3 4 5 6 7", "lin move takes x y z alpha beta gamma speed blending: 8 values, got 7"),
-        ("set override : 0,5", f"override = 0,5: expected a number{NO_COMMAS}"),
-        ("get statuss", "no such command; did you mean get status"),
-        ("LIN MOOVE : 1", "no such command; did you mean lin move"),
-        ("launch", "no such command; help lists them"),
-        ("<Cmd I0='1' I1='100'/>", "no such command; messages in XML go to a robot with --dialect krc4"),
-    ],
-)
-def test_a_reason_names_what_was_expected(line: str, reason: str) -> None:
-    talk = Conversation(Controller(load_robot(), 0.002))
-    assert talk.ask(line) in ("error", "unknown command")
-    assert talk.ask("get error") == f"3040 {reason}"
-    assert talk.journal.refusals[-1][3] == reason, "in the log, too"
-
-
-@pytest.mark.parametrize(
-    ("line", "angle"),
-    [
-        ("ptp move : 2000 0 520 180 0 180 1 0", "alpha = 180"),
-        ("joint move : 0 30 0 -60 0 90 0 1 1 1 1 1 1 1", "j1 = 30"),
-        ("lin relative move : 3000 0 0 0 0 90 0.5 0", "dgamma = 90"),
-    ],
-)
-def test_angles_beyond_a_turn_get_a_hint_where_they_are_refused(line: str, angle: str) -> None:
-    talk = Conversation(Controller(load_robot(), 0.002))
-    assert talk.ask(line) == "error"
-    assert talk.ask("get error").endswith(f"; {angle} is more than a turn: angles are in rad, not in degrees")
-    within = talk.ask(f"is reachable : 2000 0 520 {pi} 0 {2 * pi}")
-    assert "degrees" not in within
-    assert "degrees" in talk.ask("is reachable : 2000 0 520 180 0 0")
 
 
 def test_a_place_in_metres_gets_a_hint_where_it_is_refused() -> None:

@@ -133,12 +133,3 @@ def test_lines_are_what_the_main_port_says_at_every_tick():
                 assert seen[asked.replace(" ", "_")] == pytest.approx(said, abs=1e-9)
             error = seen["error"]
             assert f"{error['code']} {error['reason']}" == talk.ask("get error")
-
-
-@given(st.text('a \n\r\0"\\\u2028\u00e9\U0001f916'))
-def test_a_line_is_one_line_whatever_the_reason_of_an_error(reason):
-    controller = Controller(load_robot(), 0.002)
-    controller.record_error(3000, reason)
-    line = StatusLines(controller).line()
-    assert json.loads(line)["error"]["reason"] == reason
-    assert state(line)

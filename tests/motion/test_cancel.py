@@ -134,24 +134,6 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
     assert robot.controller.joints == tuple(there)
 
 
-@pytest.mark.requirement("FRC013", "FRC015")
-@pytest.mark.parametrize("tick", [60])
-@both
-def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(name: str, tick: int) -> None:
-    """Short lines in one direction: to brake takes more than the line under way."""
-    recorder = sent(name, [])
-    for _ in range(40):
-        recorder.lin(0.0, 2.0, 0.0, 1.0)
-    recorder.wait(tick)
-    before = recorder.robot.controller.queue
-    recorder.cancel()
-    assert recorder.robot.controller.queue < before
-    recorder.finish()
-    assert_keeps_all_promises(recorder)
-    along = np.array([recorder.robot.tcp(joints).translation[1] for joints in recorder.robot.joints])
-    assert np.diff(along).min() > -1e-9
-
-
 @pytest.mark.requirement("FRC013")
 def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
     once, often = SteppedRobot(), SteppedRobot()
@@ -170,26 +152,6 @@ def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
     for robot in (once, often):
         robot.runs_until_stopped()
     assert once.joints == often.joints
-
-
-@pytest.mark.requirement("FRC013")
-def test_a_move_that_would_begin_in_the_next_tick_counts_as_running() -> None:
-    robot = SteppedRobot()
-    home = robot.controller.joints
-    first = robot.controller.move(joint_move([0.0] * 7, FULL))
-    assert robot.controller.queue == 0
-    second = robot.controller.move(joint_move(home, FULL))
-    assert robot.controller.queue == 1
-    robot.controller.cancel_move()
-    assert not robot.controller.is_pending(first)
-    assert robot.controller.is_pending(second)
-    robot.runs_until_stopped()
-    assert robot.joints == [home] * len(robot.joints)
-    kept = robot.controller.move(joint_move([0.1] * 7, FULL))
-    robot.controller.move(joint_move([0.2] * 7, FULL))
-    assert robot.clears_queue(kept)
-    robot.runs_until_stopped()
-    assert robot.controller.joints == (0.1,) * 7
 
 
 @pytest.mark.requirement("FRC014", "FRC021")
@@ -305,24 +267,3 @@ def test_cleared_moves_are_pending_no_more_and_later_ones_are() -> None:
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(targets[3])
     assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC014", "FRC016")
-@pytest.mark.parametrize("name", ARMS)
-def test_moves_that_follow_a_cleared_queue_are_counted_and_cleared_as_well(name: str) -> None:
-    """Numbers of moves that are forgotten lie between theirs. Once these were counted, too."""
-    recorder = sent(name, [])
-    recorder.lin(0.0, 200.0, 0.0, 30.0, 0.5)
-    recorder.lin(50.0, 0.0, 0.0, 30.0, 0.5)
-    recorder.lin(0.0, -100.0, 0.0, 30.0, 0.5)
-    recorder.wait(round(0.1 / recorder.robot.tick_s))
-    assert recorder.clear()
-    recorder.lin(0.0, 0.0, 60.0, 30.0, 0.5)
-    recorder.lin(-50.0, 0.0, 0.0, 30.0, 0.5)
-    controller = recorder.robot.controller
-    for _ in range(round(0.3 / recorder.robot.tick_s)):
-        recorder.wait(1)
-        assert controller.queue == sum(map(controller.is_pending, (1, 2, 3, 4, 5))) - 1
-    recorder.clear()
-    recorder.finish()
-    assert_keeps_all_promises(recorder)

@@ -191,21 +191,6 @@ def test_without_a_spring_the_robot_drifts_and_is_damped(arm: Arm) -> None:
     assert y[-1] > 0.15, "nothing brings it back"
 
 
-def test_a_torque_on_joints_moves_the_tcp_as_the_wrench_that_does_the_same_work() -> None:
-    by_joints, by_wrench = Yielding(0.002), Yielding(0.002)
-    wrench = push_along((3.0, -5.0, 4.0))
-    by_wrench.load.wrench = wrench
-    by_joints.load.joint_push = by_wrench.load.joint_torques(POSE)
-    np.testing.assert_allclose(by_joints.runs(2000.0, 0.02), by_wrench.runs(2000.0, 0.02), atol=1e-6)
-    swivelled = Yielding(0.002)
-    _, jacobian = KINEMATICS.tcp_and_jacobian(POSE)
-    null = np.linalg.solve(jacobian, [0.0] * 6 + [1.0])
-    swivelled.load.joint_push = tuple((10.0 * null / (null @ null)).tolist())
-    off = swivelled.runs(2000.0, 3.0)[-1]
-    assert swivelled.joints[2] - POSE[2] > 0.02, "the elbow gives way"
-    assert np.abs(off[:3]).max() < np.abs(swivelled.joints[2] - POSE[2]), "and the TCP less"
-
-
 @pytest.mark.parametrize(
     ("tick_s", "surface", "arm", "stiffness"),
     [(0.01, 1e3, ARM, 0.0), (0.002, 1e5, ARM, 5000.0), (0.01, 1e4, SIX_AXES, 2000.0)],
@@ -305,30 +290,3 @@ def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:
     robot.load.wrench = NO_FORCE
     assert np.abs(robot.runs(2000.0, 6.0)[-1]).max() < 1e-4
     np.testing.assert_allclose(robot.joints, POSE, atol=1e-3)
-
-
-def test_at_a_joint_limit_the_other_joints_go_on() -> None:
-    near = (*POSE[:6], ROBOT.position_max[6] - 0.01)
-    robot = Yielding(0.01, joints=near)
-    axis = np.array(KINEMATICS.tcp_and_jacobian(near)[1][3:6, 6])
-    turn = rotate(transpose(KINEMATICS.tcp(near).rotation), tuple(axis.tolist()))
-    robot.load.wrench = (*push_along((0.0, 0.0, 0.0))[:3], *(20.0 * np.array(turn)))
-    robot.runs(2000.0, 2.0)
-    assert ROBOT.position_max[6] - 1e-4 < robot.joints[6] <= ROBOT.position_max[6]
-    before = KINEMATICS.tcp(robot.joints).translation[2]
-    force = rotate(transpose(KINEMATICS.tcp(robot.joints).rotation), (0.0, 0.0, 40.0))
-    robot.load.wrench = (*force, *robot.load.wrench[3:])
-    robot.runs(2000.0, 2.0)
-    assert KINEMATICS.tcp(robot.joints).translation[2] - before == pytest.approx(0.02, rel=0.3)
-
-
-@both
-def test_the_same_again_is_the_same_to_the_bit(arm: Arm) -> None:
-    def run() -> list[tuple[float, ...]]:
-        x, y, z = arm.kinematics.tcp(POSES[arm]).translation
-        robot = Yielding(0.002, Plane(1e5, (x, y, z - 0.002), (0.3, 0.1, 1.0), damping=1.0), arm=arm)
-        robot.load.wrench = (20.0, 3.0, -5.0, 1.0, 2.0, 3.0)
-        robot.load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)[: len(robot.joints)]
-        return [robot.step(500.0) for _ in range(200)]
-
-    assert run() == run()

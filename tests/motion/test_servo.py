@@ -10,16 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.inverse import inverse_of
-from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.nearest import Nearest
 from tests.stepped import ARMS, ROBOTS, ROUNDING, TOLERANCE
 
 Array = NDArray[np.float64]
@@ -300,18 +296,6 @@ def test_sent_where_it_is_it_stays_or_comes_back(name: str) -> None:
     robot.assert_within_limits()
 
 
-@given(name=names, every=st.integers(1, 50))
-def test_a_target_sent_again_and_again_changes_nothing(name: str, every: int) -> None:
-    once, often = Followed(robot=name), Followed(robot=name)
-    once.heads_for(once.other_side)
-    once.runs_until_at_rest()
-    while len(often.passed) < len(once.passed):
-        if len(often.passed) % every == 1 or every == 1:
-            often.heads_for(often.other_side)
-        often.step()
-    np.testing.assert_allclose(often.passed, once.passed, atol=1e-8)
-
-
 # Streams.
 
 SPEEDS = st.lists(st.floats(0.02, 0.9), min_size=7, max_size=7)
@@ -360,35 +344,6 @@ def test_an_even_stream_is_followed_smoothly(
 
 
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@pytest.mark.parametrize("name", ARMS)
-def test_a_circle_of_the_flange_is_followed(direct: bool, period_s: float, name: str) -> None:
-    """100 mm in radius, 0.3 m/s, each frame solved from the present joints as the controller does."""
-    model = Model(DESCRIPTIONS[name])
-    nearest = Nearest(inverse_of(model), model.description)
-    robot = Followed(direct, robot=name)
-    home = Frame.from_transform(model.flange(robot.home))
-    radius_mm, turn_per_s = 100.0, 3.0
-
-    def curve(time_s: float) -> Array:
-        angle = turn_per_s * time_s
-        y_mm, z_mm = home.y_mm + radius_mm * np.sin(angle), home.z_mm + radius_mm * (np.cos(angle) - 1.0)
-        frame = home._replace(y_mm=float(y_mm), z_mm=float(z_mm))
-        return np.array(nearest.find(frame.to_transform(), robot.servo.joints).joints)
-
-    times = arrivals(period_s, 2.5, seed=1, gap_at_s=0.8)
-    behind = robot.follows(curve, times, 2.5)
-    points = np.array([curve(0.01 * k) for k in range(250)])
-    speed = np.abs(np.diff(points, axis=0)).max(axis=0) / 0.01
-    lag_s = robot.lag_s(speed, longest_wait_s(times, robot.tick_s))
-    assert (np.abs(behind) <= speed * lag_s + 1e-9).all()
-    robot.runs_until_at_rest()
-    robot.assert_within_limits()
-    y_mm, z_mm = 1e3 * np.array([model.flange(q).translation for q in robot.passed]).T[1:]
-    off_mm = np.hypot(y_mm - home.y_mm, z_mm - home.z_mm + radius_mm) - radius_mm
-    assert np.abs(off_mm[750:1250]).max() < (2.0 if direct else 5.0)
-
-
-@pytest.mark.parametrize(("direct", "period_s"), STREAMS)
 @given(name=names, seed=st.integers(0, 1000))
 def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
     direct: bool, period_s: float, name: str, seed: int
@@ -433,36 +388,6 @@ def test_a_stop_takes_100_ms_at_most_and_stays_on_the_course(
     assert max(off) <= 0.51 * np.abs(np.diff(course, axis=0)).max()
 
 
-@pytest.mark.parametrize("name", ARMS)
-def test_after_a_stop_it_goes_on_from_rest(name: str) -> None:
-    robot = Followed(robot=name)
-    robot.heads_for(robot.other_side)
-    robot.step(200)
-    robot.servo.stop()
-    robot.runs_until_at_rest()
-    rest = len(robot.passed)
-    robot.heads_for(robot.other_side)
-    robot.runs_until_at_rest()
-    robot.passed = robot.passed[rest - 1 :]
-    robot.assert_within_limits()
-    assert robot.servo.joints == robot.other_side
-
-
-def test_a_stop_at_rest_moves_nothing_and_another_start_is_taken_over() -> None:
-    robot = Followed()
-    robot.servo.stop()
-    assert robot.servo.rest == robot.servo.rest_after_stop() == HOME
-    robot.step(3)
-    assert set(robot.passed) == {HOME}
-    robot.servo.start_from(OTHER_SIDE)
-    assert robot.servo.joints == robot.servo.rest == OTHER_SIDE
-    robot.passed = [OTHER_SIDE]
-    robot.heads_for(HOME)
-    robot.runs_until_at_rest()
-    assert robot.servo.joints == HOME
-    robot.assert_within_limits()
-
-
 # Where Ruckig finds no course, or none that serves.
 
 
@@ -491,21 +416,6 @@ def test_limits_that_become_lower_on_the_way_to_a_position_limit_do_not_lead_bey
     robot.assert_within_limits()
 
 
-def test_softer_limits_count_when_the_robot_no_longer_leaves_the_position_limits_with_them() -> None:
-    """Full speed down, where half the way to the limits is needed to turn round."""
-    robot = Followed()
-    robot.heads_for(robot.low)
-    robot.step(450)
-    limits = robot.limits._replace(acceleration=0.2 * robot.limits.acceleration, jerk=0.2 * robot.limits.jerk)
-    robot.servo.head_for(HOME, limits)
-    assert robot.servo.rest == HOME
-    robot.runs_until_at_rest()
-    assert robot.servo.joints == HOME
-    robot.assert_within_limits()
-    assert (np.abs(robot.differences(2)[-500:]) <= TOLERANCE * limits.acceleration).all()
-    assert (np.abs(robot.differences(3)[-500:]) <= TOLERANCE * limits.jerk).all()
-
-
 @pytest.mark.parametrize("runs", [0, 100])
 def test_where_there_is_no_course_at_all_it_comes_to_rest_and_takes_new_targets(runs: int) -> None:
     robot = Followed()
@@ -525,15 +435,3 @@ def test_where_there_is_no_course_at_all_it_comes_to_rest_and_takes_new_targets(
     robot.runs_until_at_rest()
     assert robot.servo.joints == tuple(robot.low.tolist())
     robot.assert_within_limits()
-
-
-def test_a_stop_forgets_a_target_without_a_course() -> None:
-    robot = Followed()
-    robot.heads_for(OTHER_SIDE)
-    robot.step(100)
-    robot.heads_for(2.0 * robot.high)
-    foreseen = robot.servo.rest_after_stop()
-    robot.servo.stop()
-    assert robot.runs_until_at_rest() * robot.tick_s <= 0.1
-    assert robot.servo.joints == robot.servo.rest == foreseen
-    robot.assert_within_limits(robot.stop_limits)

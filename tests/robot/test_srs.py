@@ -220,11 +220,6 @@ def test_batch_is_the_closed_form(arm: Arm) -> None:
         assert np.array_equal(same[chosen], batch[chosen], equal_nan=True)
 
 
-def test_batch_of_nothing(arm: Arm) -> None:
-    empty = arm.inverse.joints_batch(np.empty((0, 3, 3)), np.empty((0, 3)), np.empty(0), 0, [0.0] * 7)
-    assert empty.shape == (0, 7)
-
-
 def test_status_and_redundancy() -> None:
     inverse = arm_named(IIWAS[0]).inverse
     assert inverse.status([0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0]) == 2

@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.table_file import load_table
@@ -236,25 +235,6 @@ def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
     assert not driver.session.awaits
 
 
-@pytest.mark.requirement("FRC001")
-@pytest.mark.parametrize("name", TABLE.commands)
-def test_no_command_of_the_table_is_unknown(name):
-    command = TABLE.commands[name]
-    robot = FakeRobot()
-    words = ["1" if each.integer else "0.5" for each in command.parameters]  # also a unit quaternion
-    reply = Conversation(robot).ask(f"{name} : {' '.join(words)}")
-    if command.reply_words:
-        assert reply in command.reply_words
-    elif command.reply_values:
-        assert len([float(word) for word in reply.split()]) == len(command.reply_values)
-    elif command.reply_list:
-        assert set(reply.split()) == {"0"}
-    elif command.phrase:
-        assert "lin move" in reply
-    else:
-        assert reply == ("0 none" if name == "get error" else "reachable")
-
-
 def test_a_refusal_is_an_error_with_its_reason_in_the_log():
     robot = FakeRobot()
     robot.refuses = Refused(3021, "out of reach")
@@ -337,15 +317,6 @@ def test_a_wrong_number_or_an_input_that_is_set_has_an_error_of_its_own(line, to
     assert "1" not in talk.ask("get outputs") + talk.ask("get inputs")
 
 
-@pytest.mark.parametrize("mode", Mode)
-def test_the_mode_is_the_controllers(mode):
-    robot = FakeRobot()
-    robot.mode = mode
-    reply = Conversation(robot).ask("get mode")
-    assert reply == mode.value
-    assert reply in TABLE.commands["get mode"].reply_words
-
-
 def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
     robot = FakeRobot()
     robot.breaks = ZeroDivisionError("ours")
@@ -372,22 +343,6 @@ def test_what_the_log_hears_is_printable(line):
     texts = [text for entry in journal.said + journal.refusals for text in entry if isinstance(text, str)]
     assert texts
     assert all(text.isprintable() for text in texts)
-
-
-def test_commands_are_told_only_to_a_log_that_wants_them():
-    quiet, curious = Journal(), Journal(commands=True)
-    Conversation(journal=quiet).ask("Hello")
-    Conversation(journal=curious, name="peer").ask("Hello")
-    assert quiet.said == []
-    assert curious.said == [("peer", "Hello", "hello")]
-
-
-@pytest.mark.parametrize("line", ["", "nonsense", "lin move : 1", "help : nonsense", "start gravity : -1"])
-def test_a_refusal_is_told_once(line):
-    journal = Journal(commands=True)
-    Conversation(journal=journal).ask(line)
-    assert len(journal.refusals) == 1
-    assert journal.said == []
 
 
 @given(cut(b"hello\nget \xff\xf4\xff\xfd\x06status\nno"))
@@ -423,16 +378,6 @@ def test_bye_stops_the_robot_and_closes():
     assert talk.journal.stops == []
 
 
-def test_bye_in_mid_move_is_told():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    talk.ask(LIN)
-    robot.moving = True
-    assert talk.ask("bye") == "bye"
-    talk.session.lost()
-    assert talk.journal.stops == [("client", False)]
-
-
 def test_a_client_that_vanishes_stops_the_move_it_asked_for():
     robot = FakeRobot()
     mover, watcher = Conversation(robot), Conversation(robot)
@@ -460,16 +405,6 @@ def test_a_client_that_vanishes_leaves_other_moves_alone():
     assert robot.pending
 
 
-def test_a_client_that_vanishes_stops_what_was_left_of_its_moves():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    for _ in range(3):
-        talk.ask(LIN)
-    robot.end(1, 3)  # at its target, and cleared from the queue
-    talk.session.lost()
-    assert robot.stops == 1
-
-
 def test_a_refused_move_is_not_this_clients_to_stop():
     robot = FakeRobot()
     talk, other = Conversation(robot), Conversation(robot)
@@ -479,15 +414,6 @@ def test_a_refused_move_is_not_this_clients_to_stop():
     other.ask(LIN)
     talk.session.lost()
     assert robot.stops == 0
-
-
-def test_one_move_is_planned_at_a_time():
-    talk = Conversation()
-    talk.session.receive((LIN + "\nhello\n" + LIN + "\nhello\n").encode())
-    assert replies(talk.session.answer()) == ["done"]
-    assert replies(talk.session.answer()) == ["hello", "done"]
-    assert replies(talk.session.answer()) == ["hello"]
-    assert talk.session.answer() == b""
 
 
 def test_a_flood_is_answered_in_slices():

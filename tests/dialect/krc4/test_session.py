@@ -109,14 +109,6 @@ def test_moves_queue_run_at_full_speed_and_stop_at_each_target() -> None:
     assert 0.5 < share.max() <= 1.0 + 1e-9
 
 
-def test_the_override_holds_for_these_moves_too() -> None:
-    slow, full = at_home()[0], at_home()[0]
-    slow.controller.set_override(0.5)
-    for robot in (slow, full):
-        Talk(robot.controller).ask("PTA", *AWAY_DEG)
-    assert slow.runs_until_stopped() == pytest.approx(2 * full.runs_until_stopped(), abs=2)
-
-
 @pytest.mark.requirement("FRC003", "FRC013", "FRC016")
 def test_sto_stops_on_the_path_and_forgets_what_waits() -> None:
     robot, talk = at_home()
@@ -299,13 +291,6 @@ def test_what_is_no_xml_is_answered_without_ids_and_ends_the_connection(wire: by
     assert robot.controller.last_error.code == 3040
 
 
-@pytest.mark.parametrize(("wire", "told"), [(b"hello\r\n", True), (b"<Cmd></Res>", False)])
-def test_only_who_sends_lines_of_text_is_told_of_the_other_dialect(wire: bytes, told: bool) -> None:
-    _, talk = at_home()
-    talk.says(wire)
-    assert ("--dialect iiwa" in talk.journal.refusals[0][3]) == told
-
-
 @given(st.binary(max_size=120), st.integers(0, 200))
 def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> None:
     """Rubbish in the midst of a message that would stop nothing, whatever it does to that."""
@@ -372,18 +357,6 @@ def test_a_client_whose_moves_have_ended_stops_nobody_elses() -> None:
     assert deg(robot.controller.joints) == pytest.approx([0.5 * each for each in AWAY_DEG])
 
 
-def test_a_fault_of_ours_is_answered_and_told() -> None:
-    robot, talk = at_home()
-
-    def breaks() -> None:
-        raise ZeroDivisionError("ours")
-
-    robot.controller.stop = breaks
-    assert talk.ask("STO").error == 3000
-    assert [type(fault) for *_, fault in talk.journal.faults] == [ZeroDivisionError]
-    assert talk.ask("FIN").error is None
-
-
 @pytest.mark.parametrize("tag", IDS)
 def test_an_iiwa_speaks_it_too_with_seven_axes(tag: str) -> None:
     robot, talk = at_home("lbr_iiwa_7_r800")
@@ -393,10 +366,3 @@ def test_an_iiwa_speaks_it_too_with_seven_axes(tag: str) -> None:
     assert talk.ask(tag, *reals, **arguments).error is None
     robot.runs_until_stopped()
     assert talk.ask("GOA").reals[:7] == pytest.approx(deg(robot.controller.joints), abs=1e-9)
-
-
-def test_commands_are_logged_as_one_line() -> None:
-    _, talk = at_home()
-    talk.says(b"<Cmd><I0>1</I0><I1>100</I1></Cmd><Cmd I0='2' I1='100' X='\x0a\xc3\xa9'/>")
-    assert talk.journal.said == [("a test", "Cmd I0=1 I1=100", "Res I0=1 I1=100 I2=1")]
-    assert talk.journal.refusals[0][1] == r"<Cmd I0='2' I1='100' X='\n\xc3\xa9'/>"

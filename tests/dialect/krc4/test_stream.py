@@ -160,11 +160,6 @@ def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
     assert isinstance(broken, Broken)
 
 
-def test_what_looks_most_like_an_end_is_counted_and_costs_no_more_than_that() -> None:
-    comment = b"<!-- %b -->" % (b">" * (MAX_ENDS - 2))
-    assert read(comment + b"<Cmd/>", comment + b"<Cmd/>") == [Element("Cmd", {}, "")] * 2
-
-
 def test_a_byte_order_mark_and_blanks_stand_between_messages_however_they_are_cut() -> None:
     between = b"\xef\xbb\xbf"  # .NET's writers begin with it
     wire = b"%b<Cmd/>\r\n%b \t%b<?xml version='1.0'?><Cmd/>%b" % ((between,) * 4)
@@ -187,8 +182,3 @@ def test_what_no_message_has_is_a_fault_of_that_message_alone(wire: bytes) -> No
     assert isinstance(spoilt, Element)
     assert spoilt.fault == SPOILT[wire]
     assert following == Element("Cmd", {}, "")
-
-
-def test_comments_and_character_data_are_xml_too() -> None:
-    wire = b"<!-- > a -> b --><Cmd R0='>'><I0><![CDATA[>7]]></I0><!-- </Cmd> --></Cmd>"
-    assert read(*[bytes([byte]) for byte in wire]) == [Element("Cmd", {"R0": ">", "I0": ">7"}, "")]

@@ -119,28 +119,10 @@ def test_every_short_stream_in_every_two_packets(alphabet, longest):
             assert lines_of([stream[:place], stream[place:]]) == read_by_the_book(stream)
 
 
-def test_a_subnegotiation_ends_with_its_own_end():
-    assert lines_of([IAC + SB + b"a" + IAC + WILL + IAC + IAC + SE + b"b" + IAC + SE + b"c"]) == [b"c"]
-    assert lines_of([IAC + SB + IAC + WILL, IAC + SE + b"c"]) == [b"c"]
-
-
 @pytest.mark.parametrize("noise", [b"", b"hello", IAC, IAC + WILL, b"x" * (MAX_SUBNEGOTIATION - 1)])
 @pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n", b"\n\r"])
 def test_a_subnegotiation_without_end_costs_one_line_only(noise, end):
     assert lines_of([IAC + SB + noise + end + b"hello" + end]) == [b"", b"hello"]
-
-
-@given(subnegotiations.flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
-def test_a_long_subnegotiation_ends_by_itself(case):
-    stream, packets = case
-    assert lines_of(packets) == read_by_the_book(stream)
-
-
-@pytest.mark.parametrize("length", [MAX_LINE_BYTES, MAX_LINE_BYTES + 1])
-def test_the_longest_line_may_come_in_two_packets(length):
-    line = b"x" * length
-    for place in (1, length - 1, length):
-        assert lines_of([line[:place], line[place:] + b"\n"]) == read_by_the_book(line)
 
 
 @pytest.mark.parametrize(

@@ -189,11 +189,6 @@ def test_a_line_that_was_too_long_is_an_error():
     assert refused.reply == ERROR
 
 
-def test_words_for_a_command_that_takes_words():
-    assert parse("help :  LIN \t move ") == Request(TABLE.commands["help"], (), "LIN move")
-    assert parse("help") == Request(TABLE.commands["help"], (), "")
-
-
 def test_words_before_numbers():
     table = read_table(
         SMALL.replace('parameters = "n"', 'parameters = "n"\nphrase = "name"').encode(), "small.toml"
@@ -223,15 +218,6 @@ def test_a_number_for_each_joint():
         told = f"nod takes n0..n{joints - 1}: {joints} values, got 2"
         assert table.parse(b"nod : 1 1").reason == told
     assert read_table(small, "small.toml", 6).commands["nod"].usage().startswith("nod : n0..n5[")
-
-
-def test_what_is_remembered_of_lines_is_bounded():
-    table = read_table(SMALL.encode(), "small.toml")
-    for number in range(2500):
-        table.parse(b"wave : %d" % number)
-        table.parse(b"wave" + b" " * number + b": 1")
-    assert sum(len(kept) for kept in (table._lines, table._by_spelling)) <= 2048
-    assert table.parse(OVERLONG).reply == ERROR
 
 
 SMALL = """

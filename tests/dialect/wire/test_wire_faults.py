@@ -9,7 +9,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.dialect.wire.steps import Close, Reset, Send, Step, Wait
 from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
@@ -151,17 +150,6 @@ def test_a_message_of_the_krc4_is_one_reply(fault: Fault, steps: list[Step], tol
     assert heard == [("somebody", text) for text in told]
 
 
-@given(seed=st.integers(0, 2**32 - 1))
-def test_of_a_garbled_message_the_tags_round_it_stay(seed: int) -> None:
-    faults, _ = connected()
-    faults.seed(seed)
-    faults.set(Garble())
-    (sent,) = faults.steps(1, KRC4)
-    assert isinstance(sent, Send)
-    assert (sent.data[:5], sent.data[-6:], len(sent.data)) == (b"<Res>", b"</Res>", len(KRC4))
-    assert all(a != b and 33 <= b <= 126 for a, b in zip(KRC4[5:-6], sent.data[5:-6], strict=True))
-
-
 def test_a_fault_of_one_connection_is_not_that_of_another() -> None:
     faults, peers = connected(2)
     faults.set(Drop(), 2)
@@ -210,13 +198,6 @@ def test_silence_lasts_until_faults_are_cleared() -> None:
     assert not faults.silences(1)
     assert [peer.faulted for peer in peers] == [False, False]
     assert [peer.went_on for peer in peers] == [1, 1]
-
-
-def test_telnets_answer_is_no_reply() -> None:
-    faults, _ = connected()
-    faults.set(Drop(), 1, 2)
-    sent = list(faults.steps(1, b"done\r\n" + WONT_TIMING_MARK + b"moving\r\nstopped\r\n"))
-    assert sent == [Send(WONT_TIMING_MARK), Send(b"stopped\r\n")]
 
 
 @pytest.mark.parametrize(("end", "text"), [(Close(), "the end (FIN)"), (Reset(), "the end (RST)")])

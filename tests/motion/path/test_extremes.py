@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
-from iiwa_sim.motion.path.extremes_kernel import first_outside, least_time_per_s, least_time_s, travel
+from iiwa_sim.motion.path.extremes_kernel import first_outside, least_time_per_s
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.ptp import ptp
 
 S = np.linspace(0.0, 1.0, 4001)
 
@@ -62,20 +61,6 @@ def test_a_joint_that_turns_back_between_samples_is_found() -> None:
     assert found.s == pytest.approx(0.5 - 0.5 * np.cos(np.pi / 16), abs=1e-5)
 
 
-@given(path=paths())
-def test_travel_is_there_and_back(path: Polynomial) -> None:
-    expected = np.abs(np.diff(path.derivatives(S)[0], axis=0)).sum(axis=0)
-    ways = travel(path)
-    assert (ways <= 1.001 * expected).all()
-    assert (ways >= 0.9 * expected).all()
-
-
-def test_travel_of_ptp_is_its_way() -> None:
-    np.testing.assert_allclose(travel(ptp((0.1, -2.0), (0.4, 1.0))), [0.3, 3.0])
-    longest_s, farthest = least_time_s(ptp((0.1, -2.0), (0.4, 1.0)), np.array([0.01, 2.0]))
-    assert (longest_s, farthest) == pytest.approx((30.0, 3.0))
-
-
 @given(path=paths(), velocity=st.tuples(*[st.floats(0.1, 3.0)] * 3))
 def test_the_fastest_place_is_found(path: Polynomial, velocity: tuple[float, ...]) -> None:
     limits = np.array(velocity)
@@ -85,17 +70,3 @@ def test_the_fastest_place_is_found(path: Polynomial, velocity: tuple[float, ...
     assert found <= times.min() + 0.02 * times.max()
     steepest = float((np.abs(path.derivatives(S)[2]) / limits).max())
     assert found >= times.min() - steepest / len(S)
-
-
-def test_the_fastest_place_of_a_regular_path_is_found_exactly() -> None:
-    rows = np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.1], [-0.05, 0.0]])
-    path = Polynomial([0.0, 1.0], [rows], (0.0, 0.0), (0.0, 0.0))
-    # Twice 1 - 0.05 (12 x^2 - 3), least at the ends.
-    assert least_time_per_s(path, np.array([2.0, 2.0])) == pytest.approx(1.0 - 0.05 * 9.0)
-    assert least_time_per_s(path, np.array([2.0, 0.1])) == pytest.approx(times_where_both_cross())
-
-
-def times_where_both_cross() -> float:
-    """Of |1.15 - 0.6 x^2| and 20 |0.2 + 0.4 x| the larger, where it is least."""
-    x = np.linspace(-1.0, 1.0, 2_000_001)
-    return float(np.maximum(np.abs(1.15 - 0.6 * x**2), 20.0 * np.abs(0.2 + 0.4 * x)).min())

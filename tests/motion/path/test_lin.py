@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import radians
 from typing import NamedTuple
 
 import numpy as np
@@ -211,14 +210,3 @@ def test_lines_of_no_or_hardly_any_length(length_mm: float) -> None:
         assert path.joints(0.0) == home
         assert np.abs(np.subtract(path.end, home)).max() <= 10.0 * length_mm / 1000.0 + 1e-12
         assert len(path.borders) == 2
-
-
-@pytest.mark.parametrize("turns", [1, -1])
-def test_a_joint_goes_on_through_half_a_turn(turns: int) -> None:
-    arm = arm_named(BUILT_IN[2])
-    start = (*arm.description.home[:5], radians(turns * 150.0))
-    end = (*arm.description.home[:5], radians(turns * 230.0))
-    line = between(arm, start, end, NO_TOOL)
-    path = line.polynomial()
-    assert path.end[5] == pytest.approx(end[5], abs=1e-9)
-    assert off_the_line(line, path) < 1e-9

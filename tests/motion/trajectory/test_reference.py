@@ -73,16 +73,3 @@ def test_what_leaves_its_bounds_is_found_where_it_first_does(seed: int, order: i
     if outside.any():
         assert beyond is not None
         assert beyond.s <= max(times[outside.argmax()], 0.0) + 1e-6
-
-
-def test_jumps_are_found_where_pieces_meet_and_at_the_ends() -> None:
-    corner = [Knot(0.0, (0.0,)), Knot(1.0, (1.0,)), Knot(2.0, (-2.0,))]
-    assert Reference(corner).largest_jump(1) == pytest.approx([4.0])
-    assert Reference(corner[:2]).largest_jump(1) == pytest.approx([1.0])
-    still = (0.0,)
-    even = [Knot(0.0, (0.0,), still, still), Knot(1.0, (1.0,), still, still)]
-    assert Reference(even).largest_jump(1) == pytest.approx([0.0])
-    assert Reference(even).largest_jump(2) == pytest.approx([0.0], abs=1e-12)
-    moving = [Knot(0.0, (0.0,), (1.0,)), Knot(1.0, (1.0,), still)]
-    assert Reference(moving).largest_jump(1) == pytest.approx([1.0])
-    assert Reference(moving).largest_jump(1, from_rest=False) == pytest.approx([0.0])
