@@ -7,7 +7,6 @@ import os
 import shutil
 import socket
 import subprocess
-import sys
 import xmlrpc.client
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -84,14 +83,6 @@ class Terminal:
         nodes: list[str] = dict(subscribed if subscribers else published).get(topic, [])
         return nodes
 
-    def service_at(self, name: str) -> tuple[str, int]:
-        """Where the master says that a service is."""
-        return _place(self._asks("lookupService", name))
-
-    def node_at(self) -> tuple[str, int]:
-        """Where the robot's node is asked for its topics."""
-        return _place(self._asks("lookupNode", "/iiwa_sim"))
-
     @contextmanager
     def hearing(self, topic: str, *options: str) -> Iterator[subprocess.Popen[str]]:
         """A `rostopic echo` that the robot knows of."""
@@ -124,12 +115,6 @@ def master(home: Path, port: int = 0) -> Iterator[Terminal]:
             yield terminal
         finally:
             process.kill()
-
-
-def see_system_packages() -> None:
-    """Let this process import what `--ros` imports."""
-    if str(SYSTEM_PACKAGES) not in sys.path:
-        sys.path.append(str(SYSTEM_PACKAGES))
 
 
 def _place(uri: str) -> tuple[str, int]:

@@ -130,12 +130,6 @@ async def test_who_sends_no_more_is_answered_and_closed(connected: Clients, serv
     assert (await client.rest()).endswith(b"GET /echo ")
 
 
-async def test_who_says_close_is_closed(connected: Clients, server: HttpServer) -> None:
-    client = await connected(server)
-    client.send(GET[:-2] + b"Connection: close\r\n\r\n")
-    assert (await client.rest()).endswith(b"GET /echo ")
-
-
 @pytest.mark.parametrize(
     ("sent", "status"),
     [

@@ -221,17 +221,6 @@ async def test_a_closing_server_ends_every_connection() -> None:
             await Client.connect(port)
 
 
-async def test_connections_are_logged(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, "iiwa_sim.serve"):
-        async with serving() as served:
-            client = await served.connect()
-            await client.ask("there")
-            name = served.sessions[0].name
-            await client.leaves()
-            await served.all_lost()
-    assert caplog.messages == [f"{name} connected", f"{name} disconnected"]
-
-
 async def test_ipv6_is_served() -> None:
     if not socket.has_ipv6:
         pytest.skip("this machine has no IPv6")

@@ -175,16 +175,6 @@ def test_an_emergency_stop_ends_all_and_refuses_new_ones(robot: RosRobot) -> Non
     assert "no move before reset error" in robot.words[3]
 
 
-def test_a_move_cancelled_by_another_client_stops_the_list(robot: RosRobot) -> None:
-    robot.gets(ptp(1, A), ptp(2, B), ptp(3, C))
-    robot.step(50)
-    robot.controller.cancel_move()
-    robot.step()
-    assert robot.results == [(k, STOP_TRIGGERED) for k in (1, 2, 3)]
-    robot.runs_until_stopped()
-    assert np.abs(np.subtract(robot.controller.joints, C)).max() > 0.1
-
-
 @pytest.mark.requirement("FRC017", "FRA007")
 def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     heard = {topic: robot.hears(topic) for topic in PUBLISHED if topic != "/command_result"}

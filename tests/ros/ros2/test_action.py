@@ -9,7 +9,7 @@ from websockets.sync.client import connect
 
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
-from tests.ros.ros2.users import AWAY, HERE, User, duration
+from tests.ros.ros2.users import AWAY, HERE, User
 from tests.talking import DEADLINE_S
 
 
@@ -42,26 +42,6 @@ def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator
     assert end["result"]["error_string"] == "preempted by a newer trajectory"
     assert someone.calls("stop", "std_srvs/srv/Trigger")["success"]
     assert someone.asks("result", name="new")["result"]["error_code"] == -1
-
-    # Tolerances: a robot that has to come to speed is behind, which a bound of 1e-9 forbids and -1 allows.
-    here = list(robot.joints)
-    step = [(1.0, [here[0] + 0.5, *here[1:]])]
-    tight = [{"name": "A1", "position": 1e-9}]
-    assert someone.sends("tight", step, path_tolerance=tight)
-    end = someone.asks("result", name="tight")
-    assert (end["status"], end["result"]["error_code"]) == (6, -4)
-    assert end["result"]["error_string"].startswith("path tolerance: A1 is ")
-    here = list(robot.joints)
-    step = [(1.0, [here[0] - 0.5, *here[1:]])]
-    late = {"goal_tolerance": [{"name": "A1", "position": 1e-9}], "goal_time_tolerance": duration(0.002)}
-    assert someone.sends("late", step, **late)
-    end = someone.asks("result", name="late")
-    assert (end["status"], end["result"]["error_code"]) == (6, -5)
-    here = list(robot.joints)
-    step = [(1.0, [here[0] + 0.5, *here[1:]])]
-    no_limit = [{"name": "A1", "position": -1.0, "velocity": -1.0}]
-    assert someone.sends("free", step, path_tolerance=no_limit, goal_tolerance=no_limit)
-    assert someone.asks("result", name="free")["status"] == 4
 
 
 def test_a_goal_that_another_client_cancels_is_aborted(cell: tuple[Simulator, User]) -> None:

@@ -85,7 +85,7 @@ class User:
         self.node.destroy_subscription(hears)
         return {}
 
-    def publish(self, topic, kind, messages, acknowledged=True):
+    def publish(self, topic, kind, messages):
         """Publish; answers when all are acknowledged, which DDS may do only after 3 s."""
         kind = class_of(kind)
         if topic not in self.publishers:
@@ -94,9 +94,7 @@ class User:
         self.until(publisher.get_subscription_count)
         for each in messages:
             publisher.publish(fill(kind(), each))
-        self.until(
-            lambda: not acknowledged or publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=0.1))
-        )
+        self.until(lambda: publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=0.1)))
         return {}
 
     def call(self, service, kind, request):

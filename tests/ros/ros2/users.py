@@ -103,12 +103,7 @@ class User:
 
     def sends(self, name: str, points: Sequence[Any], **fields: Any) -> bool:
         """Send a goal; gives whether it was accepted."""
-        return self.follows(
-            name, {"trajectory": trajectory(points, **fields.pop("trajectory", {})), **fields}
-        )
-
-    def follows(self, name: str, goal: dict[str, Any]) -> bool:
-        """Send a goal as it is; gives whether it was accepted."""
+        goal = {"trajectory": trajectory(points), **fields}
         answer = self.asks("goal", name=name, action=ACTION.lstrip("/"), kind=ACTION_TYPE, goal=goal)
         return bool(answer["accepted"])
 

@@ -26,7 +26,7 @@ from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
-from tests.ros_robot import NOW_NS, RosRobot, ptp
+from tests.ros_robot import NOW_NS, RosRobot
 from tests.stepped import assert_within_limits
 
 PARTS = ("goal", "result", "feedback")
@@ -306,23 +306,6 @@ def test_what_they_say(client: Client, robot: Ros2Robot) -> None:
     robot.controller.emergency_stop()
     (status,) = hears("/diagnostics")["status"]
     assert (status["level"], status["message"]) == (2, "emergency stop")
-
-
-def test_what_ros_1_has_comes_in_the_form_of_ros_2(client: Client, robot: Ros2Robot) -> None:
-    for topic, (kind, _) in OF_NODE.items():
-        package, name = kind.split("/")
-        assert client.says("subscribe", topic=topic, type=f"{package}/msg/{name}", queue_length=100) == []
-    client.says("advertise", topic="/command_list", type="robot_movement_interface/msg/CommandList")
-    stamped = {"header": {"stamp": NOW, "frame_id": "x"}, "commands": [ptp(1, AWAY)]}
-    assert client.says("publish", topic="/command_list", msg=stamped) == []
-    robot.runs_until_results(1)
-    heard = {each["topic"]: each["msg"] for each in client.hears()}
-    assert set(heard) == set(OF_NODE)
-    assert heard["/joint_states"]["header"] == {"stamp": NOW, "frame_id": ""}
-    assert heard["/command_result"]["header"] == {"stamp": NOW, "frame_id": ""}
-    assert heard["/command_result"]["result_code"] == 0
-    (response,) = client.says("call_service", service="/robot/get_digital_ios")
-    assert response["values"]["ios"][0]["stamp"] == NOW
 
 
 def test_cbor_is_cbor(client: Client, robot: Ros2Robot) -> None:
