@@ -13,7 +13,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import DAMAGED, LARGEST_RECORD, Head, Recorded
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, SCENE, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
 
 CHUNKS_KEPT = 512
 """Decoded, at a time: about a minute of a robot at 500 Hz, some 50 MB."""
@@ -105,11 +105,6 @@ class Timeline:
     def happened(self, time_s: float, count: int) -> list[Content]:
         """The last events up to an instant, the newest one last."""
         return self._last(EVENTS, time_s, count)
-
-    def scene_at(self, time_s: float) -> Content:
-        """The foxglove.SceneUpdate that holds at an instant: arm, surfaces, sphere round the TCP."""
-        found = next(self._backwards(SCENE, time_s), None) or next(self._forwards(SCENE), (0, {}))
-        return found[1]
 
     def cell_at(self, time_s: float) -> Content:
         """What was round the robot at an instant, with the keys and units of a cell.toml."""
