@@ -87,13 +87,6 @@ def _but(what: str, **ways: Any) -> type[Deviating]:
     return type(what, (Deviating,), ways)
 
 
-def _dies_of_a_capital_letter(server: Deviating, connection: socket.socket, line: bytes) -> bool:
-    if line == b"HELLO":
-        server.shutdown()
-        server.socket.close()
-    return line != b"HELLO" and Deviating.answer(server, connection, line)
-
-
 reply, answer, split = Deviating.reply, Deviating.answer, Deviating.split
 Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
 OnlyNewlines = _but(r"waits for \n", split=lambda _, data: [line.strip(b"\r") for line in data.split(b"\n")])
@@ -115,7 +108,6 @@ Exponents = _but(
 Stubborn = _but(
     "lets a client that said bye talk on", answer=lambda self, to, line: answer(self, to, line) or True
 )
-Mortal = _but("dies of a capital letter", answer=_dies_of_a_capital_letter)
 Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).replace("stopped", "moving"))
 
 
