@@ -220,32 +220,18 @@ def with_value(place: int, value: float) -> list[float]:
 
 BAD = {
     "no points": (bad(points=[]), "without points"),
-    "too many points": (
-        bad(points=[TrajectoryPoint(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]),
-        "2001 points",
-    ),
-    "no joints": (bad(joints=[]), "joint_names is empty"),
-    "an unknown joint": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "B7"]), "no joint 'B7'"),
-    "a joint that is missing": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6"]), "each of"),
+    "too many": (bad(points=[TrajectoryPoint(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]), "2001"),
+    "an unknown joint": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "B7"]), "'B7'"),
     "a joint twice": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "A6"]), "each of"),
     "six positions": (bad(points=[TrajectoryPoint(1.0, AWAY[:6])]), "6 positions"),
-    "no positions": (bad(points=[TrajectoryPoint(1.0, [], AWAY)]), "no positions"),
-    "six velocities": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 6)]), "6 velocities"),
-    "eight accelerations": (
-        bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 7, [0.0] * 8)]),
-        "8 accelerations",
-    ),
+    "eight accelerations": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 7, [0.0] * 8)]), "8 acc"),
     "nan": (bad(points=[TrajectoryPoint(1.0, with_value(3, nan))]), "not finite"),
     "infinite velocity": (bad(points=[TrajectoryPoint(1.0, AWAY, [inf] * 7)]), "not finite"),
-    "a time that is nan": (bad(points=[TrajectoryPoint(nan, AWAY)]), "not finite"),
-    "time goes back": (bad(points=[TrajectoryPoint(2.0, NEAR), TrajectoryPoint(1.0, AWAY)]), "not later"),
     "time stands still": (bad(points=[TrajectoryPoint(2.0, NEAR), TrajectoryPoint(2.0, AWAY)]), "not later"),
-    "time below 0": (bad(points=[TrajectoryPoint(-1.0, NEAR), TrajectoryPoint(1.0, AWAY)]), "0 or later"),
-    "years": (bad(points=[TrajectoryPoint(1e8, NEAR)]), "more than 86400 s"),
-    "all over": (bad(delay_s=-3.0), "ended 1.000 s ago"),
-    "a delay that is nan": (bad(delay_s=nan), "stamp"),
+    "years": (bad(points=[TrajectoryPoint(1e8, NEAR)]), "86400 s"),
+    "all over": (bad(delay_s=-3.0), "1.000 s ago"),
     "goal time below 0": (bad(goal_time_s=-0.5), "goal_time_tolerance"),
-    "moves at its end": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.1] * 7)]), "velocity other than 0"),
+    "moves at its end": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.1] * 7)]), "velocity"),
     "beyond a joint limit": (bad(points=[TrajectoryPoint(5.0, with_value(1, 2.2))]), "A2 at"),
     "beyond it between points": (
         bad(
@@ -256,15 +242,8 @@ BAD = {
         ),
         "A6 at",
     ),
-    "too fast": (bad(points=[TrajectoryPoint(0.05, AWAY)]), "faster than its limit"),
-    "too fast between points": (
-        bad(points=[TrajectoryPoint(1.0, NEAR, [0.0] * 7), TrajectoryPoint(1.15, AWAY, [0.0] * 7)]),
-        "faster than its limit",
-    ),
-    "begins elsewhere": (
-        bad(points=[TrajectoryPoint(0.0, AWAY), TrajectoryPoint(2.0, AWAY)]),
-        "where the trajectory begins",
-    ),
+    "too fast": (bad(points=[TrajectoryPoint(0.05, AWAY)]), "faster"),
+    "begins elsewhere": (bad(points=[TrajectoryPoint(0.0, AWAY), TrajectoryPoint(2.0, AWAY)]), "begins"),
 }
 
 
