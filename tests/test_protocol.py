@@ -64,7 +64,6 @@ UNITS = {
 MODES = {"any", "normal", "impedance", "smart", "direct"}
 
 TABLE = load_table("iiwa")
-COMMANDS = pytest.mark.parametrize("command", TABLE.commands.values(), ids=TABLE.commands)
 
 
 def test_the_table_holds_appendix_b_and_what_else_it_holds_is_an_extension():
@@ -74,13 +73,14 @@ def test_the_table_holds_appendix_b_and_what_else_it_holds_is_an_extension():
 
 
 @pytest.mark.requirement("FRA005", "FRC001")
-@pytest.mark.parametrize("name", APPENDIX_B)
-def test_a_command_takes_and_answers_what_appendix_b_says(name):
-    command = TABLE.commands[name]
-    parameters, reply = APPENDIX_B[name]
-    assert [each.name for each in command.parameters] == parameters.split()
-    assert [each.name for each in command.reply_values] or list(command.reply_words) == reply.split()
-    assert not command.phrase
+def test_commands_take_and_answer_what_appendix_b_says():
+    for name, (parameters, reply) in APPENDIX_B.items():
+        command = TABLE.commands[name]
+        assert [each.name for each in command.parameters] == parameters.split(), name
+        assert [each.name for each in command.reply_values] or list(command.reply_words) == reply.split(), (
+            name
+        )
+        assert not command.phrase, name
 
 
 def test_quantities_have_the_units_of_appendix_b():
@@ -92,13 +92,13 @@ def test_quantities_have_the_units_of_appendix_b():
     assert used == {(name, unit) for unit, names in UNITS.items() for name in names.split()}
 
 
-@COMMANDS
-def test_a_command_is_fully_described(command):
-    assert command.mode in MODES
-    assert command.summary.endswith(".")
-    assert command.requirements
-    assert all(re.fullmatch(r"FR[ACO]\d{3}", each) for each in command.requirements)
-    assert all(each.meaning for each in (*command.parameters, *command.reply_values))
+def test_commands_are_fully_described():
+    for name, command in TABLE.commands.items():
+        assert command.mode in MODES, name
+        assert command.summary.endswith("."), name
+        assert command.requirements, name
+        assert all(re.fullmatch(r"FR[ACO]\d{3}", each) for each in command.requirements), name
+        assert all(each.meaning for each in (*command.parameters, *command.reply_values)), name
 
 
 @pytest.mark.parametrize(
@@ -151,23 +151,18 @@ def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
     return inside, outside
 
 
-@pytest.mark.parametrize(
-    ("name", "parameter"),
-    [
-        (name, each.name)
-        for name, command in TABLE.commands.items()
-        if name != "set input"
-        for each in command.parameters
-        if each.range
-    ],
-)
-def test_the_controller_keeps_the_tables_ranges(name, parameter):
-    (quantity,) = [each for each in TABLE.commands[name].parameters if each.name == parameter]
-    inside, outside = edges(quantity)
-    robot = Controller(load_robot("lbr_iiwa_7_r800"), 0.002)
-    talk = Conversation(robot)
-    for value in outside:
-        assert talk.ask(fitting_line(name, robot, parameter, value)) == "error"
-    assert not robot.moving
-    for value in inside:
-        assert talk.ask(fitting_line(name, robot, parameter, value)) in TABLE.commands[name].reply_words
+def test_the_controller_keeps_the_tables_ranges():
+    for name, command in TABLE.commands.items():
+        for quantity in command.parameters:
+            if not quantity.range or name == "set input":
+                continue
+            inside, outside = edges(quantity)
+            robot = Controller(load_robot("lbr_iiwa_7_r800"), 0.002)
+            talk = Conversation(robot)
+            for value in outside:
+                line = fitting_line(name, robot, quantity.name, value)
+                assert talk.ask(line) == "error", line
+            assert not robot.moving
+            for value in inside:
+                line = fitting_line(name, robot, quantity.name, value)
+                assert talk.ask(line) in command.reply_words, line

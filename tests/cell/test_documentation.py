@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import msgspec
-import pytest
 
 from iiwa_sim.cell import handled
 from iiwa_sim.cell import settings as cell_settings
@@ -41,7 +40,6 @@ def keys_of(kind: type[msgspec.Struct]) -> set[str]:
     return keys
 
 
-@pytest.mark.parametrize("key", sorted(keys_of(CellSettings)))
-def test_every_key_is_in_the_reference(key: str) -> None:
+def test_every_key_is_in_the_reference() -> None:
     tables = "\n".join(line for line in PAGE.splitlines() if line.startswith("|"))
-    assert re.search(rf"`\[*{key}\]*`", tables)
+    assert [key for key in keys_of(CellSettings) if not re.search(rf"`\[*{key}\]*`", tables)] == []
