@@ -106,8 +106,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
     result.assert_outcomes(passed=14)
 
 
-@pytest.mark.parametrize("mode", ["auto", pytest.param("strict", marks=pytest.mark.slow)])
-def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
+def test_plain_async_and_threaded_tests(project: Project) -> None:
     result = project.tests(
         """
         def test_plain(iiwa, driver):
@@ -139,8 +138,7 @@ def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
             assert iiwa.state().time_s >= 0.8
         """,
         "-o",
-        f"asyncio_mode={mode}",
-        process=True,
+        "asyncio_mode=auto",
     )
     result.assert_outcomes(passed=3)
 

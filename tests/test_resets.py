@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import signal
 import socket
-from itertools import product
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.serve.socket_options import reset_at_close
@@ -38,8 +37,6 @@ SAID = {
         b"get status\r\nget mode\r\n",
         b"get st",
         b"\xff\xfb\x01",
-        b"GET / HTTP/1.1\r\n\r\n",
-        b"bye\r\n",
         b"nonsense\r\n" * 3000,
     ],
     "krc4": [b"<RobotCommand/>", b"<", b"bye\r\n", b"<a></b>", b"GET / HTTP/1.1\r\n\r\n"],
@@ -48,10 +45,6 @@ SAID = {
     "HTTP": [
         b"hello\r\n\r\n",
         request("GET", "/state"),
-        request("GET", "/state")[:20],
-        request("GET", "/state", "", "Connection: close"),
-        request("HEAD", "/nowhere"),
-        request("HEAD", "/state", "", "Connection: close"),
         request("POST", "/backdoor/advance", '{"time": 0.1}'),
         request("POST", "/backdoor/advance", '{"time": 0.1}', "Connection: close"),
         request("POST", "/backdoor/advance", "x" * 70_000),
@@ -60,20 +53,16 @@ SAID = {
     "rosbridge": [
         b"hello\r\n\r\n",
         b"GET / HTTP/1.1\r\n\r\n",
-        b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
-        OPENING[:40],
         OPENING,
         OPENING.replace(b"127.0.0.1", b"evil.example"),
         OPENING + frame(TEXT, SUBSCRIBED) + frame(TEXT, CALLED),
         OPENING + frame(TEXT, b"nonsense"),
-        OPENING + frame(TEXT, CALLED)[:9],
         OPENING + frame(PING, b"") + frame(CLOSE, b"\x03\xe8"),
         OPENING + frame(TEXT, b"\xff\xff"),
         OPENING + frame(3, b"of no kind"),
     ],
     "page": [
         b"hello\r\n\r\n",
-        request("GET", "/")[:20],
         request("GET", "/"),
         OPENING,
         OPENING + frame(2, b"nonsense"),
@@ -103,7 +92,7 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
         process.process.send_signal(signal.SIGCONT)
 
 
-STAGES = ("closes", "resets", "resets, answered")
+STAGES = ("closes", "resets, answered")
 PORTS = ("krc4", "status", "rosbridge", "backdoor", "HTTP", "page")
 OPTIONS = (
     "--dialect",
@@ -126,8 +115,9 @@ def test_clients_that_go_at_any_moment_are_no_fault() -> None:
             assert name in said
             ports[name] = int(said.rpartition(":")[2])
         for port, line in [(ports[name], line) for name in SAID for line in SAID[name]]:
-            for length, stage in product({len(line) // 2, len(line)}, STAGES):
-                goes(process, port, line[:length], stage)
+            for stage in STAGES:
+                goes(process, port, line, stage)
+            goes(process, port, line[: len(line) // 2], "resets")
         with Iiwa("127.0.0.1", process.port) as robot:
             assert robot.get_status() == "stopped"
         for port in ports.values():

@@ -27,7 +27,7 @@ from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLAT
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
-from tests.processes import Process, refused, running, succeeds
+from tests.processes import refused, succeeds
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
 
@@ -79,16 +79,12 @@ async def ros(simulator: Simulator) -> AsyncIterator[Ros]:
         yield ros
 
 
-def port_of(process: Process) -> str:
-    said, _, port = process.line().strip().rpartition(":")
-    assert said == "rosbridge on 127.0.0.1"
-    return port
-
-
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_roslibpy_drives_the_robot() -> None:
-    with running("--rosbridge-port", "0") as process:
-        said = succeeds([sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", port_of(process)])
+    with Simulator(rosbridge_port=0) as simulator:
+        said = succeeds(
+            [sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", str(simulator.rosbridge_port)]
+        )
     at, *results, scale, set_io, get_io, stop, set_ios, get_ios = said.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert results[:3] == ["command 1 -> 0 ", "command 2 -> 0 ", "command 3 -> 0 "]
@@ -102,8 +98,10 @@ def test_roslibpy_drives_the_robot() -> None:
 
 
 def test_roslibpy_sends_goals_as_on_ros_2() -> None:
-    with running("--rosbridge-port", "0") as process:
-        said = succeeds([sys.executable, str(EXAMPLES / "ros2_roslibpy.py"), "127.0.0.1", port_of(process)])
+    with Simulator(rosbridge_port=0) as simulator:
+        said = succeeds(
+            [sys.executable, str(EXAMPLES / "ros2_roslibpy.py"), "127.0.0.1", str(simulator.rosbridge_port)]
+        )
     at, moving, reached, cancelled, rejected = said.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert at.endswith("['nanosec', 'sec']")
@@ -137,8 +135,8 @@ def roslibjs(pytestconfig: pytest.Config) -> Path:
 @pytest.mark.requirement("FRA002", "FRA005")
 def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros_roslibjs.mjs", roslibjs)
-    with running("--rosbridge-port", "0") as process:
-        said = succeeds(["node", str(script), f"ws://127.0.0.1:{port_of(process)}/dnb-rosbridge"])
+    with Simulator(rosbridge_port=0) as simulator:
+        said = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}/dnb-rosbridge"])
     assert said.splitlines() == [
         "command 1 -> 0 ",
         "command 2 -> 0 ",
@@ -153,8 +151,8 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
 
 def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros2_roslibjs.mjs", roslibjs)
-    with running("--rosbridge-port", "0") as process:
-        said = succeeds(["node", str(script), f"ws://127.0.0.1:{port_of(process)}"])
+    with Simulator(rosbridge_port=0) as simulator:
+        said = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}"])
     *lines, rejected, kind, stamp = said.splitlines()
     cancelled = 'GoalError: Action was canceled: {"error_code":0,"error_string":"cancelled"}'
     assert lines == [
