@@ -38,6 +38,7 @@ def test_two_robots_in_one_graph_are_told_apart(whole_python: Path) -> None:
         assert (left.controller.io.outputs[0], right.controller.io.outputs[0]) == (False, True)
 
 
+@pytest.mark.slow
 async def test_a_robot_at_rest_whose_node_nobody_hears_does_not_tick(
     whole_python: Path, cell: tuple[Simulator, User]
 ) -> None:

@@ -62,6 +62,7 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
     assert code == 0, log
 
 
+@pytest.mark.slow
 async def test_states_come_100_times_in_a_second_of_simulated_time(python: Path) -> None:
     options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_stamps": "simulated"}
     async with Simulator(clock="stepped", ros_namespace=CELL, **options) as simulator:
@@ -79,6 +80,7 @@ async def test_states_come_100_times_in_a_second_of_simulated_time(python: Path)
     assert times[-1] <= now_ns
 
 
+@pytest.mark.slow
 async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
     async with Simulator(ros2=True, ros2_python=python) as simulator:
         assert simulator._ros is not None
