@@ -1,10 +1,6 @@
-"""What pyproject.toml cannot say: the packages under iiwa_sim and two that lie beside it, and the kernels.
+"""Build the kernels, the files *_kernel.py of iiwa_sim: Cython compiles them."""
 
-A kernel is a file *_kernel.py of iiwa_sim: Python that Cython compiles. Beside the compiled module lies a
-stamp with the checksum of what it was made of, by which `iiwa_sim.kernels` knows a stale one.
-"""
-
-import runpy
+import os
 from pathlib import Path
 
 from Cython import __version__ as cython_version
@@ -12,7 +8,7 @@ from Cython.Build import cythonize
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 
-FLAGS = ["-O3", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
+FLAGS = ["-O1", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
 DIRECTIVES = {
     "boundscheck": False,
     "wraparound": False,
@@ -21,79 +17,54 @@ DIRECTIVES = {
     "infer_types": True,
 }
 SHARED = "iiwa_sim.cython_" + cython_version.replace(".", "_")
-"""What all kernels need of Cython, compiled once; a kernel finds that of the Cython that made it."""
-stamp = runpy.run_path("iiwa_sim/kernels.py")["stamp"]
+"""Compiled once, with what all kernels need of Cython."""
+CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
-def in_c(extension: Extension, folder: str) -> Extension:
-    """An extension whose C lies in this folder of build/kernels."""
-    (found,) = cythonize(
-        extension,
-        build_dir=f"build/kernels/{folder}",
-        compiler_directives=DIRECTIVES,
-        language_level=3,
-        shared_utility_qualified_name=SHARED,
-        quiet=True,
-    )
-    return found
+def extension(name: str, *sources: str) -> Extension:
+    return Extension(name, list(sources), extra_compile_args=FLAGS, depends=["setup.py"])
 
 
-def kernel(text: Path) -> Extension:
-    """The compiled module of a text, by way of C in a folder named after the stamp."""
-    extension = Extension(".".join(text.with_suffix("").parts), [str(text)], extra_compile_args=FLAGS)
-    return in_c(extension, f"{cython_version}/{stamp(text)}")
-
-
-class StampedBuild(build_ext):
-    """Compiles what has no fresh stamp where it belongs, whatever the times of files say, and stamps it.
-
-    It belongs beside its text for make and for an editable installation, whose folder build_lib is one of
-    pip's that is gone afterwards; for a wheel it belongs in build_lib.
-    """
+class BuildKernels(build_ext):
+    """Compile the kernels that are older than their sources, one on each core."""
 
     def run(self) -> None:
-        self.beside_text = bool(self.inplace)  # setuptools calls all else with inplace off
-        super().run()
+        """Build in one place for all kinds of installation: each finds what is fresh."""
+        destination, self.build_lib = self.build_lib, "build/kernels"
+        super().run()  # with `inplace` it copies them beside their texts
+        if not self.inplace:
+            for each in self.extensions:
+                name = self.get_ext_filename(each.name)
+                target = Path(destination, name)
+                self.mkpath(str(target.parent))
+                self.copy_file(str(Path(self.build_lib, name)), str(target))
+        self.build_lib = destination
 
     def build_extensions(self) -> None:
-        kept = self.extensions
-        self.extensions = self.made = [extension for extension in kept if not self._is_fresh(extension)]
-        self.force = self.parallel = True
+        self.parallel = CORES
+        in_c = cythonize(
+            self.extensions,
+            build_dir="build/c",
+            nthreads=CORES,
+            compiler_directives=DIRECTIVES,
+            language_level=3,
+            shared_utility_qualified_name=SHARED,
+            show_all_warnings=False,
+            quiet=True,
+        )
+        sources = {each.name: each.sources for each in in_c}
+        for each in self.extensions:
+            each.sources = sources[each.name]
         super().build_extensions()
-        for extension in self.made:
-            Path(self.build_lib, self._stamp_of(extension)).write_text(stamp(_text_of(extension)))
-        self.extensions = kept
-
-    def copy_extensions_to_source(self) -> None:
-        """For an editable installation, and for make."""
-        kept, self.extensions = self.extensions, self.made
-        super().copy_extensions_to_source()
-        self.extensions = kept
-        for extension in self.made:
-            self.copy_file(Path(self.build_lib, self._stamp_of(extension)), self._stamp_of(extension))
-
-    def _is_fresh(self, extension: Extension) -> bool:
-        folder = "" if self.beside_text else self.build_lib
-        compiled = Path(folder, self.get_ext_filename(extension.name))
-        stamped = compiled.with_suffix(".stamp")
-        fresh = stamped.exists() and stamped.read_text() == stamp(_text_of(extension))
-        return fresh and compiled.exists()
-
-    def _stamp_of(self, extension: Extension) -> Path:
-        return Path(self.get_ext_filename(extension.name)).with_suffix(".stamp")
 
 
-def _text_of(extension: Extension) -> Path:
-    """A kernel's text; for what the kernels share its C."""
-    text = Path(*extension.name.split(".")).with_suffix(".py")
-    return text if text.exists() else Path(extension.sources[0])
-
-
-setup(
-    packages=[*find_packages(include=["iiwa_sim", "iiwa_sim.*"]), "iiwa_sim.protocol", "iiwa_sim.robots"],
-    ext_modules=[
-        in_c(Extension(SHARED, [], extra_compile_args=FLAGS), cython_version),
-        *(kernel(text) for text in sorted(Path("iiwa_sim").rglob("*_kernel.py"))),
-    ],
-    cmdclass={"build_ext": StampedBuild},
-)
+if __name__ == "__main__":
+    texts = sorted(Path("iiwa_sim").rglob("*_kernel.py"))
+    setup(
+        packages=[*find_packages(include=["iiwa_sim", "iiwa_sim.*"]), "iiwa_sim.protocol", "iiwa_sim.robots"],
+        ext_modules=[
+            extension(SHARED),
+            *(extension(".".join(text.with_suffix("").parts), str(text)) for text in texts),
+        ],
+        cmdclass={"build_ext": BuildKernels},
+    )

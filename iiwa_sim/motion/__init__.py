@@ -3,9 +3,3 @@
 A planned move is a path q(s), s from 0 to 1, and a timing s(t) that keeps every joint within its limits. The
 drive advances planned time; a stop only slows that time down, so the robot never leaves its path.
 """
-
-from pathlib import Path
-
-from iiwa_sim.kernels import check_kernels
-
-check_kernels(Path(__file__).parent)
