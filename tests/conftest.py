@@ -14,7 +14,6 @@ from hypothesis.internal.conjecture import providers
 from hypothesis.internal.constants_ast import Constants
 
 from iiwa_sim.simulator import Simulator
-from tests import last_results
 from tests.talking import Client
 
 # No test asks how long something takes. Samples are the same in every run: few in `make test`, many with
@@ -37,11 +36,6 @@ gc.disable()
 atexit.register(gc.unfreeze)  # what a library finds at the end of the process it would call leaked
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """`make lint` reads how the tests of the requirements went."""
-    last_results.register(config)
 
 
 def pytest_collection_finish() -> None:

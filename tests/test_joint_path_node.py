@@ -7,7 +7,7 @@ from itertools import combinations
 from math import cos, pi
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import EXECUTION
@@ -15,6 +15,7 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.simulator import Simulator
 from tests.dialect.fake_robot import Conversation
 from tests.ros_robot import command
+from tests.samples import some
 from tests.stepped import SteppedRobot, assert_within_limits
 from tests.talking import Client
 from tests.test_rosbridge import client_of
@@ -68,6 +69,7 @@ PATH = path({0: 0.25, 5: -0.2}, 0.5)
 
 
 @pytest.mark.requirement("FRA104", "FRC004")
+@settings(max_examples=some(40), deadline=None)
 @given(
     st.sampled_from(["direct", "smart"]),
     st.sampled_from(list(combinations(range(7), 2))),

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.backdoor.backdoor import Backdoor
@@ -27,6 +27,7 @@ from iiwa_sim.dialect.wire.wire_faults import (
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, smart_joint_move
 from tests.backdoor.bench import IIWA, KR_6, Bench
+from tests.samples import some
 
 TABLE = load_table("backdoor", 7)
 MATERIAL = {"stiffness_n_per_m": 5e4, "damping_s_per_m": 1.0, "friction": 0.3}
@@ -256,6 +257,7 @@ def test_an_error_is_reset_when_its_cause_is_gone(robot: str) -> None:
     assert bench.backdoor.state().robot_status.in_error == 0
 
 
+@settings(max_examples=some(60))
 @given(
     st.one_of(
         st.binary(max_size=60),

@@ -1,6 +1,6 @@
 """Where dropped and thrown parts come to rest, beside MuJoCo: another engine, and other laws of contact.
 
-`.ci/run` installs it, and so does `pip install -e '.[oracle]'`. Else they are skipped; the log of CI says so.
+`make nightly` installs it; without it they are skipped.
 They show that what the fine integration in `test_falling.py` finds is true of other laws, too.
 """
 
@@ -38,7 +38,7 @@ CLOSE_M = 1e-3
 def mujoco() -> Iterator[Any]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MUJOCO_GL", "disabled")  # it would look for a screen
-        yield pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install -e '.[oracle]'")
+        yield pytest.importorskip("mujoco", reason="MuJoCo is not installed")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.cell.cell import robot_alone
@@ -13,6 +13,7 @@ from iiwa_sim.recordings.read import Happened, Recorded
 from iiwa_sim.recordings.schemas import STATE
 from tests.mixes import Mix
 from tests.recordings.recorded import RATE_HZ, Robot, contents
+from tests.samples import some
 
 MOST_COMMANDS = 8
 
@@ -75,6 +76,7 @@ def check_moves(events: list[Happened], accepted: int) -> None:
         assert of_it == ["move accepted", "move begins", "move ends"]
 
 
+@settings(max_examples=some(15))
 @given(seed=st.integers(0, 2**32), commands=st.integers(1, MOST_COMMANDS))
 def test_random_sessions(seed: int, commands: int) -> None:
     check_session(seed, commands)

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Chunk
@@ -18,6 +18,7 @@ from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import channels
 from tests.recordings.recorded import FAR, Robot
+from tests.samples import some
 
 
 @cache
@@ -71,6 +72,7 @@ def test_a_whole_one_is_read_to_its_end() -> None:
     assert messages_in(whole()) == (chunk_ends()[-1][1], False)
 
 
+@settings(max_examples=some(40))
 @given(share=st.floats(0.0, 1.0))
 @example(share=0.0)
 def test_one_that_was_cut_off_anywhere_is_read_to_its_last_whole_chunk(share: float) -> None:
@@ -84,6 +86,7 @@ def test_one_that_was_cut_off_anywhere_is_read_to_its_last_whole_chunk(share: fl
         assert found == (wanted, True)
 
 
+@settings(max_examples=some(40))
 @given(share=st.floats(0.0, 1.0), change=st.integers(1, 255))
 def test_a_byte_that_is_wrong_costs_what_follows_it_at_most(share: float, change: int) -> None:
     place = min(round(share * len(whole())), len(whole()) - 1)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.serve.budget import MOST_AHEAD_S, PIECE_S, QUIET_TURNS, TURN_S, Budget
+from tests.samples import some
 
 TICK_S = 0.002
 
@@ -108,6 +109,7 @@ async def test_a_turn_of_the_loop_is_short() -> None:
         assert world.now_s - before_s <= TURN_S + PIECE_S + 2e-5
 
 
+@settings(max_examples=some(30), deadline=None)
 @given(st.lists(st.floats(1e-6, 0.8 * MOST_AHEAD_S), min_size=2, max_size=20))
 def test_those_who_always_have_work_get_equal_parts_of_the_time(costs: list[float]) -> None:
     async def run() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -14,6 +14,7 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.ros.arm.links import Links, tool_transform
+from tests.samples import some
 from tests.stepped import ROBOTS
 
 Array = NDArray[np.float64]
@@ -32,6 +33,7 @@ def matrix(told: dict[str, Any]) -> Array:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
+@settings(max_examples=some(20), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_the_chain_of_links_ends_in_the_flange(name: str, seed: int) -> None:
     description = load_robot(name)
@@ -48,6 +50,7 @@ def test_the_chain_of_links_ends_in_the_flange(name: str, seed: int) -> None:
     assert np.abs(pose[:3, 3] - flange.translation).max() < 1e-9
 
 
+@settings(max_examples=some(40), deadline=None)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: sum(x * x for x in q) > 0.01))
 def test_any_tool_is_told_as_it_is(quaternion: list[float]) -> None:
     told = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import msgspec
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS
@@ -14,6 +14,7 @@ from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.robot import Ended, Kind, Move
 from tests.journal import Journal
 from tests.ros_robot import command, ptp
+from tests.samples import some
 
 COMMAND = type_of(message("robot_movement_interface/Command"))
 FRAME = [0.4, 0.1, 0.5, 0.0, 3.0, 0.0]
@@ -173,6 +174,7 @@ events = st.one_of(
 )
 
 
+@settings(max_examples=some(200))
 @given(st.lists(events, max_size=30))
 def test_every_command_gets_one_result_in_order(program: list[tuple[str, Any, Any]]) -> None:
     bench, taken = Bench(), 0

@@ -7,13 +7,14 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.message_text import SINGLE, Definition, Field
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized, serialized
 from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
+from tests.samples import some
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +23,7 @@ def rosbags() -> Rosbags:
 
 
 @pytest.mark.parametrize("name", MESSAGES)
+@settings(max_examples=some(20))
 @given(data=st.data())
 def test_rosbags_reads_what_we_write(rosbags: Rosbags, name: str, data: st.DataObject) -> None:
     content = data.draw(contents(message(name)))
@@ -41,6 +43,7 @@ def read(name: str, data: bytes) -> tuple[dict[str, Any], int]:
 
 
 @pytest.mark.parametrize("name", MESSAGES)
+@settings(max_examples=some(20))
 @given(data=st.data())
 def test_there_and_back(name: str, data: st.DataObject) -> None:
     content = data.draw(contents(message(name)))

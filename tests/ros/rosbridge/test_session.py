@@ -9,7 +9,7 @@ from typing import Any
 
 import cbor2
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.ros.arm.joint_level import ACTION
@@ -21,6 +21,7 @@ from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.ros_robot import NOW_NS, RosRobot, ptp
+from tests.samples import some
 
 A = (0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0)
 NOW_S = NOW_NS // 1_000_000_000
@@ -298,6 +299,7 @@ _operations = st.sampled_from(
 ROBOT = RosRobot()
 
 
+@settings(max_examples=some(100))
 @given(st.lists(st.tuples(_operations | st.text(max_size=5), _fields), max_size=5))
 def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
     client = Client(ROBOT)  # its log raises what is a fault of ours

@@ -14,7 +14,7 @@ import pytest
 from iiwa_sim.cli.server_options import server_parser
 from iiwa_sim.robot.description import load_robot
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 LAUNCH = ROOT / "examples" / "ros2"
 ROBOT = ROOT / "robots" / "lbr_iiwa_7_r800"
 

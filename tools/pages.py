@@ -1,0 +1,164 @@
+"""Hook of mkdocs: adds pages of commands, errors and options, and the pages at the repository's root.
+
+Links are written as they hold in the repository; those to files outside of docs/ become plain text in the
+site.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable, Mapping
+from html import escape
+from importlib import import_module
+from pathlib import Path
+from posixpath import dirname, join, normpath, relpath
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+from iiwa_sim.cli.environment import RULE, variable
+from iiwa_sim.cli.names import SUBCOMMANDS
+from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.server_options import server_parser
+from iiwa_sim.dialect.krc4.table import load_krc4_table
+from iiwa_sim.dialect.wire.command import Command, Quantity
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
+from iiwa_sim.dialect.wire.table_file import load_table
+
+ROOT = Path(__file__).parents[1]
+PAGES = {  # of files outside of docs/
+    "README.md": "index.md",
+    "CHANGELOG.md": "project/changelog.md",
+    "CONTRIBUTING.md": "project/contributing.md",
+    "SECURITY.md": "project/security.md",
+    "protocol/iiwa.toml": "reference/commands.md",
+    "protocol/backdoor.toml": "reference/backdoor.md",
+    "protocol/krc4.toml": "reference/messages.md",
+    "protocol/errors.toml": "reference/errors.md",
+    "iiwa_sim/cli/server_options.py": "reference/options.md",
+}
+LINK = re.compile(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]\((?!https?:|#|mailto:)([^)\s#]+)(#[^)\s]*)?\)")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that are in no file of docs/."""
+    written = {page: (ROOT / name).read_text("utf-8") for name, page in PAGES.items() if name.endswith(".md")}
+    written["reference/commands.md"] = _commands("Commands", load_table("iiwa").commands)
+    written["reference/backdoor.md"] = _commands(
+        "Commands of the backdoor", load_table("backdoor", 7).commands
+    )
+    written |= {"reference/messages.md": _messages(), "reference/errors.md": _errors()}
+    written["reference/options.md"] = _options()
+    for path, text in written.items():
+        files.append(File.generated(config, path, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
+    """Rewrite the links. Raises FileNotFoundError for a link to nothing."""
+    path = page.file.src_uri
+    if path.startswith("reference/"):
+        return markdown
+    origin = {site: name for name, site in PAGES.items()}.get(path, f"docs/{path}")
+
+    def link(found: re.Match[str]) -> str:
+        target = normpath(join(dirname(origin), found[2]))
+        if not (ROOT / target).exists():
+            raise FileNotFoundError(f"{origin}: a link to {target}, which is not there")
+        inside = PAGES.get(target) or (target.removeprefix("docs/") if target.startswith("docs/") else "")
+        return (
+            f"[{found[1]}]({relpath(inside, dirname(path) or '.')}{found[3] or ''})" if inside else found[1]
+        )
+
+    return LINK.sub(link, markdown)
+
+
+def _commands(title: str, commands: Mapping[str, Command]) -> str:
+    text = f"# {title}\n"
+    for each in commands.values():
+        takes = [value.name for value in each.parameters] + [f"({value.name})" for value in each.optional]
+        line = " ".join([each.name, *([":", each.phrase.upper()] if each.phrase or takes else []), *takes])
+        kind = " An extension: the original does not have it." if each.extension else ""
+        replies = ", ".join(
+            f"`{word}`" for word in each.reply_words or [value.name for value in each.reply_values]
+        )
+        text += f"\n## {each.name}\n\n{each.summary}{kind}\n\n```\n{' '.join(line.split())}\n```\n\n"
+        text += _quantities((*each.parameters, *each.optional))
+        text += f"Reply: {replies or 'text'}, or `error`.\n\n" + _quantities(each.reply_values)
+    return text
+
+
+def _quantities(quantities: Iterable[Quantity]) -> str:
+    rows = [
+        f"| `{q.name}` | {'' if q.unit == '1' else q.unit} | {q.range} | {q.meaning} |" for q in quantities
+    ]
+    return "\n".join(["| | unit | range | |", "|---|---|---|---|", *rows, "", ""]) if rows else ""
+
+
+def _messages() -> str:
+    text = "# KRC4 messages\n"
+    for each in load_krc4_table().commands.values():
+        rows = [(*row, "request") for row in each.inputs.items()] + [
+            (*row, "reply") for row in each.outputs.items()
+        ]
+        if each.joints:
+            way = "request" if each.joints == "input" else "reply"
+            rows.append(("R0 ...", "joint positions of all axes, deg", way))
+        table = [f"| `{register}` | {way} | {meaning} |" for register, meaning, way in rows]
+        text += f"\n## {each.tag}\n\n{each.summary} In `I1` it is {each.id}.\n\n"
+        text += "\n".join(["| | in the | |", "|---|---|---|", *table, ""]) if table else ""
+    return text
+
+
+def _errors() -> str:
+    text = (
+        "# Errors\n\n`get error` answers `CODE reason`; a KRC4 reply has the code in I2; the log has both.\n"
+    )
+    for code, row in load_error_codes().items():
+        text += f"\n## {code}\n\n**{row.meaning[0].upper()}{row.meaning[1:]}.**\n\n"
+        text += f"- Usual cause: {row.cause}.\n- What to do: {row.remedy}.\n"
+    return text
+
+
+def _options() -> str:
+    text = f"# Options\n\n{RULE} Subcommands take none.\n"
+    parsers = {"iiwa-sim": server_parser()}
+    for name in SUBCOMMANDS:
+        parsers[f"iiwa-sim {name}"] = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}")._parser()
+    for name, parser in parsers.items():
+        shown = "\n".join(f"{line}  # {what}" for line, what in parser.examples.items())
+        parts = [parser.description or "", *_groups(parser), f"```sh\n{shown}\n```", parser.epilog or ""]
+        text += f"\n## {name}\n\n" + "\n\n".join(each.strip() for each in parts if each) + "\n"
+    return text
+
+
+def _groups(parser: Parser) -> Iterable[str]:
+    for title, actions in parser.sections():
+        rows = [
+            f"| {_spelling(a)} | {_code(variable(a))} | {_help(a, parser)} |"
+            for a in actions
+            if a.dest != "help"
+        ]
+        if rows:
+            yield "\n".join(
+                [f"### {title[0].upper()}{title[1:]}\n", "| | variable | |", "|---|---|---|", *rows]
+            )
+
+
+def _spelling(action: argparse.Action) -> str:
+    word = action.metavar or "|".join(map(str, action.choices or ())) or action.dest.upper()
+    return _code(
+        " ".join([", ".join(action.option_strings), *([] if action.nargs == 0 else [str(word)])]).strip()
+    )
+
+
+def _code(text: str | None) -> str:
+    """Code in a cell of a table, where backticks would not do with a `|` between."""
+    return "" if text is None else f"<code>{escape(text).replace('|', '&#124;')}</code>"
+
+
+def _help(action: argparse.Action, parser: Parser) -> str:
+    text = (action.help or "") % {"default": action.default, "prog": parser.prog}
+    return escape(text, quote=False).replace("|", "&#124;").replace("*", "&#42;")
