@@ -4,7 +4,7 @@
 simulated time, CPU time or a ratio is missed; missed goals of wall time and of ratios of p99 are only
 reported.
 
-`make bench ARGS=--gate` is for CI: it runs the parts that have such goals, with a margin for each against
+`make bench ARGS=--gate` is for `make nightly`: it runs the parts that have such goals, with a margin for each against
 other work on the machine. A part with a missed goal is measured again, at most twice: the cost of our code
 shows in each run, other load does not.
 """
@@ -44,9 +44,9 @@ class Part(NamedTuple):
 
     measure: Callable[[], list[Figure]]
     gated: bool
-    """Whether it has goals which CI checks: neither of wall time nor of a p99."""
+    """Whether it has goals that `make nightly` checks: neither of wall time nor of a p99."""
     of_gate: Callable[[], list[Figure]] | None = None
-    """Measures a part for which CI has time, if that is not all."""
+    """Measures a part for which `make nightly` has time, if that is not all."""
 
 
 PARTS = {

@@ -18,7 +18,7 @@ from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder
 
 PUBLISHED = json.loads(Path(__file__).with_name("foxglove_schemas.json").read_text(encoding="utf-8"))
-"""Foxglove's schemas by their names, as `foxglove.Log`; `tools/foxglove_schemas.py` writes the file."""
+"""Foxglove's schemas by their names, as `foxglove.Log`."""
 RATE_HZ = 500
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 
