@@ -4,7 +4,7 @@
 simulated time, CPU time or a ratio is missed; missed goals of wall time and of ratios of p99 are only
 reported.
 
-`make bench ARGS=--gate` is for `make nightly`: it runs the parts that have such goals, with a margin for each against
+`make bench ARGS=--gate` is for `make nightly`: it runs the parts that have such goals, with a margin against
 other work on the machine. A part with a missed goal is measured again, at most twice: the cost of our code
 shows in each run, other load does not.
 """
