@@ -1,5 +1,5 @@
 """The topics and services of Appendix A give the same results over rosbridge in the words of ROS 1 and of ROS
-2, over the node of ROS 1, and over that of ROS 2.
+2, and over the bytes of ROS 1.
 
 The numbers sent have no more digits than a float32 holds: nodes round to it, JSON does not.
 """

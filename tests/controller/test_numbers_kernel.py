@@ -1,4 +1,4 @@
-"""Numbers of told states: as the rest of the package finds them, compiled and interpreted alike."""
+"""Numbers of told states: as the rest of the package finds them."""
 
 from __future__ import annotations
 
