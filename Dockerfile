@@ -12,7 +12,8 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
         print(*p['dependencies'], *e['rosbridge'], *e['http'], sep='\n')" > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt \
     && find /opt/iiwa-sim -type d '(' -name include -o -name cmake ')' -prune -exec rm -rf {} + \
-    && find /opt/iiwa-sim -name '*.a' -delete
+    && find /opt/iiwa-sim -name '*.a' -delete \
+    && cp -L /usr/lib/*-linux-gnu/libgomp.so.1 /opt/iiwa-sim/lib/python/site-packages/cmeel.prefix/lib
 COPY . .
 # Git is not in here to tell the version; without this argument setuptools-scm takes that of pyproject.toml.
 ARG VERSION
@@ -33,12 +34,11 @@ LABEL org.opencontainers.image.title="iiwa-sim" \
       org.opencontainers.image.version="${VERSION}" \
       org.opencontainers.image.revision="${REVISION}"
 RUN useradd --uid 10001 --no-create-home --no-log-init --shell /usr/sbin/nologin iiwa
-COPY --from=build /usr/lib/*-linux-gnu/libgomp.so.1 /usr/local/lib/
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 # One thread for linear algebra: arrays are small, and a pool of threads takes its time to start. The import writes the
 # .pyc files of Python's own library, which official images lack.
 ENV PATH=/opt/iiwa-sim/bin:$PATH OPENBLAS_NUM_THREADS=1 IIWA_SIM_HOST=0.0.0.0
-RUN ldconfig && python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.backdoor.http"
+RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.backdoor.http"
 USER 10001
 EXPOSE 30000 54600 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s --start-interval=1s CMD ["iiwa-sim", "health"]
