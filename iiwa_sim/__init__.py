@@ -44,8 +44,10 @@ if TYPE_CHECKING:
         Split,
     )
     from iiwa_sim.frames import Frame
+    from iiwa_sim.options.model import Settings
+    from iiwa_sim.options.sources import SettingError
     from iiwa_sim.robot.fault import RobotFault
-    from iiwa_sim.ros.options import RosFault
+    from iiwa_sim.ros.conventions import RosFault
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.simulator import Simulator
     from iiwa_sim.transcript.fault import TranscriptFault
@@ -77,6 +79,8 @@ __all__ = [
     "ResetBefore",
     "RobotFault",
     "RosFault",
+    "SettingError",
+    "Settings",
     "Silence",
     "Simulator",
     "Snapshot",
@@ -102,8 +106,10 @@ _HOMES = {
         *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),
     ),
     "frames": ("Frame",),
+    "options.model": ("Settings",),
+    "options.sources": ("SettingError",),
     "robot.fault": ("RobotFault",),
-    "ros.options": ("RosFault",),
+    "ros.conventions": ("RosFault",),
     "serve.listening": ("ListenFault",),
     "simulator": ("Simulator",),
     "transcript.fault": ("TranscriptFault",),

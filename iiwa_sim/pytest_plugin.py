@@ -17,13 +17,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
-from iiwa_sim.pytest_options import INI, OPTIONS, check, failure, options_of, take
+from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.snapshot import Snapshot
+    from iiwa_sim.options.sources import Given
     from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
 
+OPTIONS = {
+    "robot": "name or folder of the robot",
+    "cell": "path of a cell.toml, which names its robot",
+    "dialect": "protocols: iiwa (default), krc4, or both with a comma between",
+    "clock": "how simulated time passes: real, 10x, fast (default) or stepped",
+    "rate": "ticks per second, 100 to 1000",
+    "strict": "reject commands with surplus values: true or false (default: false)",
+}
+"""Options of command line and ini file, as --iiwa-NAME and iiwa_NAME. The marker takes all of `Simulator`."""
+DEFAULTS = {"clock": "fast", "backdoor_port": 0}
 ARTIFACT_RATE_HZ = 100
 """States in a simulated second of a recording that is made in case the test fails: with the clock `fast` each
 costs more than a tick. `iiwa.record(FILE)` and the marker's `record` keep every tick."""
@@ -54,7 +65,7 @@ _SESSION = "iiwa_session"
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("iiwa-sim", "the simulated robot of the fixture iiwa")
-    for name, says in INI.items():
+    for name, says in OPTIONS.items():
         group.addoption(f"--iiwa-{name}", metavar=name.upper(), help=says)
         parser.addini(f"iiwa_{name}", says)
     group.addoption(
@@ -67,7 +78,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
-        "markers", f"iiwa({', '.join(f'{name}=...' for name in OPTIONS)}): options of the fixture iiwa"
+        "markers", "iiwa(NAME=VALUE, ...): options of the fixture iiwa, those of iiwa_sim.Simulator"
     )
     folder = config.getoption("--iiwa-artifacts")
     if folder is not None:
@@ -83,7 +94,7 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     It has the methods of `iiwa_sim.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
     shown = request.node.stash.setdefault(_ROBOTS, [])
-    with _robot("iiwa", options_of(request), shown, _artifact(request, request.node.nodeid)) as robot:
+    with _robot("iiwa", _options_of(request), shown, _artifact(request, request.node.nodeid)) as robot:
         yield robot
 
 
@@ -95,14 +106,12 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
     which with command line and ini file says what holds for all of them.
     """
     shown = request.node.stash.setdefault(_ROBOTS, [])
-    common = options_of(request)
+    common = _options_of(request)
     with ExitStack() as robots:
         numbers = count(1)
 
         def start(**given: Any) -> "Simulator":
-            options = dict(common)
-            check(given)
-            take(options, given, request.path.parent)
+            options = _marked(common, given, request.path.parent)
             name = f"iiwa_factory {next(numbers)}"
             artifact = _artifact(request, f"{request.node.nodeid} {name}")
             return robots.enter_context(_robot(name, options, shown, artifact))
@@ -120,7 +129,7 @@ def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     shown = request.session.stash.setdefault(_ROBOTS, [])
     worker = getattr(request.config, "workerinput", {}).get("workerid")  # of xdist: one robot each
     artifact = _artifact(request, f"{_SESSION}_{worker}" if worker else _SESSION)
-    with _robot(_SESSION, options_of(request, marked=False), shown, artifact) as robot:
+    with _robot(_SESSION, _options_of(request, marked=False), shown, artifact) as robot:
         yield robot
 
 
@@ -190,10 +199,46 @@ def _sweep(config: pytest.Config, stash: pytest.Stash) -> None:
                 robot.artifact.unlink()
 
 
+def _options_of(request: pytest.FixtureRequest, *, marked: bool = True) -> "Given":
+    """Return the options of defaults, ini file, command line and markers; the last of these hold."""
+    from iiwa_sim.options.sources import KEYWORDS, Place, from_names, merged
+
+    config = request.config
+    ini_folder = config.inipath.parent if config.inipath is not None else config.rootpath
+    ini = {name: config.getini(f"iiwa_{name}") or None for name in OPTIONS}
+    line = {name: config.getoption(f"iiwa_{name}") for name in OPTIONS}
+    try:
+        options = merged(
+            from_names(DEFAULTS, KEYWORDS),
+            from_names(ini, Place("key", " = ", "iiwa_", is_text=True), ini_folder),
+            from_names(line, Place("key", " ", "--iiwa-", is_text=True), config.invocation_params.dir),
+        )
+    except Unusable as fault:
+        raise _failure(fault) from None
+    for marker in reversed(list(request.node.iter_markers("iiwa"))) if marked else ():  # the function's last
+        if marker.args:
+            raise _failure(f"{marker.args[0]!r}: expected NAME=VALUE")
+        options = _marked(options, marker.kwargs, request.path.parent)
+    return options
+
+
+def _marked(options: "Given", keywords: dict[str, Any], folder: Path) -> "Given":
+    """Return options with those of keywords, whose paths start at the folder of the test."""
+    from iiwa_sim.options.sources import KEYWORDS, from_names, merged
+
+    try:
+        return merged(options, from_names(keywords, KEYWORDS, folder))
+    except Unusable as fault:
+        raise _failure(fault) from None
+
+
+def _failure(why: object) -> BaseException:
+    """Return a failure that the report shows in one line."""
+    return pytest.fail.Exception(f"fixture iiwa: {why}", pytrace=False)
+
+
 @contextmanager
-def _robot(
-    name: str, options: dict[str, Any], shown: list[_Robot], artifact: Path | None
-) -> "Iterator[Simulator]":
+def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | None) -> "Iterator[Simulator]":
     """A robot while the context is open, and what a report shows of it from then on."""
     simulator, recording = _started(options)
     place = len(shown)
@@ -214,34 +259,29 @@ def _robot(
             simulator.__exit__(None, None, None)
         except TimeoutError as blocked:
             shown[place] = _Robot(name, recording.text, simulator.state, artifact)
-            raise failure(f"the robot could not be ended: {blocked}") from None
+            raise _failure(f"the robot could not be ended: {blocked}") from None
         end = simulator.state()  # pytest keeps what is shown: the robot need not stay
         shown[place] = _Robot(name, recording.text, lambda: end, artifact)
 
 
 def _record(simulator: "Simulator", path: Path) -> None:
-    from iiwa_sim.recordings.fault import RecordingFault
-
     try:
         simulator.record(path, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
-    except RecordingFault as fault:
-        raise failure(str(fault)) from None
+    except Unusable as fault:
+        raise _failure(fault) from None
 
 
-def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
+def _started(options: "Given") -> "tuple[Simulator, Recording]":
+    from iiwa_sim.options.robots import settings_of
     from iiwa_sim.recording import Recording
-    from iiwa_sim.recordings.fault import RecordingFault
-    from iiwa_sim.serve.listening import ListenFault
-    from iiwa_sim.settings import SettingsFault
     from iiwa_sim.simulator import Simulator
-    from iiwa_sim.transcript.fault import TranscriptFault
 
     start_ns = time.monotonic_ns()
     try:
-        simulator = Simulator(**options)
+        simulator = Simulator(settings=settings_of(options, {"port": (0,)}))
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
         simulator.dialogue.remember()
         return simulator.__enter__(), recording
-    except (ValueError, SettingsFault, ListenFault, TranscriptFault, RecordingFault) as fault:
-        raise failure(str(fault)) from None
+    except Unusable as fault:
+        raise _failure(fault) from None

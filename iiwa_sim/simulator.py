@@ -1,33 +1,29 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AsyncExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
-from iiwa_sim.backdoor.token import LOOPBACK, Token
 from iiwa_sim.cell.cell import Cell, cell_of
-from iiwa_sim.clock.clock import DEFAULT_RATE_HZ
 from iiwa_sim.clock.observed import ObservedRobot
-from iiwa_sim.clock.pace import REAL, Pace
 from iiwa_sim.clock.stepped import Stepped
 from iiwa_sim.dialect.dialects import Dialect, dialect_for
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
+from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.status import StatusLines, StatusSession
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts
+from iiwa_sim.options.model import Settings
+from iiwa_sim.options.robots import from_keywords
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot_in_time import RobotInTime
-from iiwa_sim.ros.options import APPLY, NEWEST_RESULT, RosOptions
-from iiwa_sim.ros.options import REAL as REAL_STAMPS
-from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.admission import Admission
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.status_stream import StatusStream
@@ -53,48 +49,23 @@ class Simulator(OpenPorts, RobotInTime):
     else there is (`controller`, `clock`, `dialogue`) belongs to the thread: reach it through `call`. In a
     loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
 
-    `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`,
-    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot; or one that has
-    been read, for simulators that have the same. `clock` says how simulated time passes, "real", "10x" or any
-    other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo mode ends when it hears of no
-    command for `servo_timeout_s`, None for never.
+    `settings` holds what the robot is and does; keywords are fields of `Settings` and hold before it. Ports
+    are free ones if none is given.
 
-    Each of the `dialects`, "iiwa" and "krc4", is spoken on a port of its own: `port` has one for each, or 0
-    for any that are free. All of them move the one robot, and serve their clients together.
+    Args:
+        robot: Name of a built-in robot, a robot's folder, or the path of a cell.toml.
+        cell: Path of a cell.toml, or a cell that has been read, for simulators that have the same.
+        settings: Options, such as `Settings(clock="fast")`.
+        on_bye: Called when a client has said bye and been answered: there the caller may leave the context.
+        options: Options by the names of `Settings`, such as `clock="fast"`.
 
-    With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
-    second of simulated time. With a `rosbridge_port` the robot is on ROS there (docs/ros.md), for clients
-    that know the `rosbridge_secret` if there is one; for web pages of this machine and of the
-    `rosbridge_origins` (scheme://host[:port]), by the addresses of this machine, localhost and the names
-    `rosbridge_hosts`. With `ros` it is a node of ROS 1, of which a process has one; with `ros2` one of ROS 2
-    (docs/ros2.md), under `ros_namespace`, in a process of the interpreter `ros2_python`, or of the one that
-    `iiwa-sim ros2-env` has made. `ros_result` (a year), `ros_reference`
-    ("apply" or "ignore") and `ros_stamps` ("real" or "simulated") are the conventions of their clients.
+    Raises:
+        SettingError: An option is unknown, has a wrong value, or does not fit to another.
+        CellFault, RobotFault: Cell or robot cannot be used, or has not the axes for a dialect.
+        RosFault, HttpFault: The library for rosbridge, rospy or HTTP is not installed.
 
-    With `strict`, a line of the iiwa's protocol with more values than its command takes is an `error`; else
-    they are ignored, as by the original, and told in the log.
-
-    With `exclusive`, clients are served one after the other, and in any case the next one `reconnect_pause_s`
-    after the last has gone. `on_bye` is called when a client has said bye, as one can in iiwa, and been
-    answered: there the caller may leave the context.
-
-    `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
-    can be reached as lines, too, and with a `backdoor_http_port` as JSON over HTTP; at `backdoor_host`, which
-    has to be this machine's own (127.0.0.1, ::1, localhost) unless there is a `backdoor_token`: then whoever
-    uses these ports has to know that.
-
-    What is said in the dialects is written into the file `transcript`, for `iiwa-sim replay`
-    (docs/transcripts.md); a file that is there is overwritten when the context is entered. So is the file
-    `record`, in which the whole run is kept (docs/recordings.md), the state at every tick or `record_rate_hz`
-    times in a simulated second.
-
-    Raises CellFault or RobotFault for a cell or a robot that cannot be used, or has not the axes for a
-    dialect, RosFault or HttpFault where the library for rosbridge, rospy or HTTP is not installed, and
-    ValueError for cell and robot together, for dialects that are none, are named twice, or do not go with the
-    ports, for a clock that there is not, a backdoor for other machines without a token, a token that is none,
-    a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time outside 0 to
-    a day; entering the context raises ListenFault if host and ports cannot be listened on, RosFault where
-    there can be no node, and TranscriptFault for a transcript that cannot be written.
+    Entering the context raises ListenFault if host and ports cannot be listened on, RosFault if there can be
+    no node, and TranscriptFault or RecordingFault for a file that cannot be written.
     """
 
     def __init__(
@@ -102,50 +73,27 @@ class Simulator(OpenPorts, RobotInTime):
         robot: str | Path | None = None,
         *,
         cell: str | Path | Cell | None = None,
-        dialects: Sequence[str] = (DEFAULT_DIALECT,),
-        host: str = "127.0.0.1",
-        port: int | Sequence[int] = 0,
-        rate_hz: int = DEFAULT_RATE_HZ,
-        clock: str | Pace = REAL,
-        servo_timeout_s: float | None = None,
-        status_port: int | None = None,
-        status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
-        rosbridge_port: int | None = None,
-        rosbridge_secret: str | None = None,
-        rosbridge_origins: Sequence[str] = (),
-        rosbridge_hosts: Sequence[str] = (),
-        ros: bool = False,
-        ros2: bool = False,
-        ros2_python: str | Path | None = None,
-        ros_namespace: str = "",
-        ros_result: int = NEWEST_RESULT,
-        ros_reference: str = APPLY,
-        ros_stamps: str = REAL_STAMPS,
-        strict: bool = False,
-        exclusive: bool = False,
-        reconnect_pause_s: float = 0.0,
-        backdoor_port: int | None = None,
-        backdoor_http_port: int | None = None,
-        backdoor_host: str = LOOPBACK,
-        backdoor_token: str | None = None,
-        transcript: str | Path | None = None,
-        record: str | Path | None = None,
-        record_rate_hz: int | None = None,
+        settings: Settings | None = None,
         on_bye: Callable[[], None] | None = None,
+        **options: Any,
     ) -> None:
-        super().__init__(cell_of(robot, cell), rate_hz, clock, servo_timeout_s)
+        known = cell if isinstance(cell, Cell) else None
+        named = {"robot": robot, "cell": None if known else cell}
+        self.settings = settings = from_keywords(named | options, settings)
+        found = known or cell_of(settings.robot, settings.cell)
+        super().__init__(found, settings.rate_hz, settings.clock, settings.servo_timeout_s)
         self._log = SessionLog()
-        self._strict = strict
-        faults, admission = WireFaults(self.dialogue.on_wire), Admission(exclusive, reconnect_pause_s)
+        faults = WireFaults(self.dialogue.on_wire)
+        admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         self._canned = faults.canned
-        self._canned.heard = IIWA in dialects
+        self._canned.heard = IIWA in settings.dialect
         budget = Budget(self.clock.catch_up)
-        spoken = [dialect_for(name, self.cell.description) for name in dialects]
+        spoken = [dialect_for(name, self.cell.description) for name in settings.dialect]
         self._servers = {
             dialect.name: TcpServer(
                 self._session_opener(dialect),
-                host,
-                own_port,
+                settings.host,
+                port,
                 admission=admission,
                 budget=budget,
                 on_answered=self.clock.commanded,
@@ -153,11 +101,9 @@ class Simulator(OpenPorts, RobotInTime):
                 faults=faults,
                 dialect=dialect.name if len(spoken) > 1 else "",
             )
-            for dialect, own_port in zip(spoken, one_each(dialects, port), strict=True)
+            for dialect, port in zip(spoken, settings.port, strict=True)
         }
-        self._transcript = None if transcript is None else Path(transcript)
         self._recorder: Recorder | None = None
-        self._record = None if record is None else (Path(record), record_rate_hz)
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
         ports = list(self._servers.values())
         self.backdoor = Backdoor(self._controller, faults, ports, self.clock, recent, self.call)
@@ -173,58 +119,36 @@ class Simulator(OpenPorts, RobotInTime):
             list(self._servers),
             on_change=lambda: self.clock.drive(self._watched()),
         )
-        self._backdoor_ports = BackdoorPorts(
-            self.backdoor,
-            recent,
-            self._log,
-            host=backdoor_host,
-            port=backdoor_port,
-            http_port=backdoor_http_port,
-            token=None if backdoor_token is None else Token(backdoor_token),
-            budget=budget,
-        )
+        self._backdoor_ports = BackdoorPorts(self.backdoor, recent, self._log, settings, budget)
         self._status: StatusStream | None = None
-        if status_port is not None:
+        if settings.status_port is not None:
             self._status = StatusStream(
                 StatusLines(self._controller).line,
                 lambda name: StatusSession(self._controller, self._log, name),
-                host,
-                status_port,
-                rate_hz=status_rate_hz,
-                tick_rate_hz=rate_hz,
+                settings.host,
+                settings.status_port,
+                rate_hz=settings.status_rate_hz,
+                tick_rate_hz=settings.rate_hz,
                 on_reader=self.clock.look,
                 budget=budget,
             )
         self._ros: RosSide | None = None
-        if rosbridge_port is not None or ros or ros2:
+        if settings.rosbridge_port is not None or settings.ros or settings.ros2:
             from iiwa_sim.ros import side
 
-            options = RosOptions(
-                host=host,
-                rosbridge_port=rosbridge_port,
-                rosbridge_secret=rosbridge_secret,
-                rosbridge_origins=rosbridge_origins,
-                rosbridge_hosts=rosbridge_hosts,
-                ros=ros,
-                ros2=ros2,
-                ros2_python=None if ros2_python is None else Path(ros2_python),
-                ros_namespace=ros_namespace,
-                ros_result=ros_result,
-                ros_reference=ros_reference,
-                ros_stamps=ros_stamps,
-            )
-            controller, heard = self._controller, self.clock.commanded
-            self._ros = side.RosSide(controller, rate_hz, self._log, options, on_heard=heard, budget=budget)
+            heard = self.clock.commanded
+            self._ros = side.RosSide(self._controller, self._log, settings, on_heard=heard, budget=budget)
 
     async def __aenter__(self) -> Self:
         if self._runs:
             raise RuntimeError(RUNNING)
         async with AsyncExitStack() as listening:
             recorder = None
-            if self._transcript is not None:
-                recorder = listening.enter_context(self._recording(self._transcript))
-            if self._record is not None:
-                listening.callback(self._recordings.end, self._recordings.begin(*self._record))
+            if self.settings.transcript is not None:
+                recorder = listening.enter_context(self._recording(Path(self.settings.transcript)))
+            if self.settings.record is not None:
+                begun = self._recordings.begin(Path(self.settings.record), self.settings.record_rate_hz)
+                listening.callback(self._recordings.end, begun)
             await self._open(listening)
             listening.pop_all()
             self._recorder = recorder
@@ -272,7 +196,7 @@ class Simulator(OpenPorts, RobotInTime):
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(
-            self._controller, self._log, name, self.dialogue, self._strict, self._canned
+            self._controller, self._log, name, self.dialogue, self.settings.strict, self._canned
         )
 
     def _recording(self, path: Path) -> Recorder:

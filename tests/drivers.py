@@ -93,7 +93,7 @@ class Scene(NamedTuple):
 
     def simulator(self, **options: Any) -> Simulator:
         options.setdefault("backdoor_port", 0)
-        return Simulator(self.robot, dialects=self.dialects, **options)
+        return Simulator(self.robot, dialect=self.dialects, **options)
 
     @property
     def other(self) -> str:

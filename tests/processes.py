@@ -14,6 +14,10 @@ from tempfile import TemporaryFile
 from typing import Any
 
 from iiwa_sim.cli import main
+from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.options.model import Settings
+from iiwa_sim.options.robots import robots_of
+from iiwa_sim.options.sources import from_environment, merged
 from tests.talking import DEADLINE_S
 
 IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
@@ -115,3 +119,8 @@ def killed_unless_done(process: subprocess.Popen[str]) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+
+
+def robots(*words: str, **environment: str) -> dict[str, Settings]:
+    """The settings of each robot that a command line and variables ask for, by its name."""
+    return dict(robots_of(merged(from_environment(environment)[0], from_command_line(words))))

@@ -124,7 +124,7 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(
 
 
 async def test_krc4_messages_cannot_be_canned() -> None:
-    async with Simulator("kr_6_r900_sixx", dialects=["krc4"], clock="stepped") as robot:
+    async with Simulator("kr_6_r900_sixx", dialect=["krc4"], clock="stepped") as robot:
         with pytest.raises(Refused, match="reply to 'hello': expected a robot that speaks iiwa"):
             robot.backdoor.reply("hello", "hello")
 

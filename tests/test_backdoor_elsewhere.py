@@ -12,7 +12,6 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from iiwa_sim.cli import main
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.processes import fails, running
@@ -105,42 +104,6 @@ def test_as_a_process_with_the_token_in_a_file(tmp_path: Path) -> None:
     assert code == 0
     assert "expected the header 'Authorization: Bearer TOKEN'" in told
     assert "swordfi" not in told
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (
-            ("--backdoor-port", "0", "--backdoor-host", "0.0.0.0"),
-            "--backdoor-host: the backdoor at '0.0.0.0' can be",
-        ),
-        (
-            ("--backdoor-host", "127.0.0.1"),
-            "--backdoor-host: expected --backdoor-port or --backdoor-http-port with",
-        ),
-        (("--backdoor-port", "0", "--backdoor-token", "a b"), "--backdoor-token: the token has 3 characters"),
-        (
-            ("--backdoor-port", "0", "--backdoor-token-file", "/no/such"),
-            "'/no/such' cannot be read: No such file",
-        ),
-    ],
-)
-def test_options_that_are_wrong(
-    options: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(options)
-    assert caught.value.code == 2
-    said = capsys.readouterr().err
-    assert told in said
-    assert said.count("\n") == 1
-
-
-def test_a_simulator_for_others_wants_a_token() -> None:
-    with pytest.raises(ValueError, match=r"the backdoor at '0\.0\.0\.0' can be reached from other machines"):
-        Simulator(backdoor_port=0, backdoor_host="0.0.0.0")
-    with pytest.raises(ValueError, match="the token has 3 characters"):
-        Simulator(backdoor_port=0, backdoor_token="a b")
 
 
 @pytest.mark.slow

@@ -12,10 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cli import main, server_options
-from iiwa_sim.cli.fleet import descriptors_of, robots_of
 from iiwa_sim.recordings.read import Recorded
-from tests.processes import IIWA_SIM, next_line
+from tests.processes import IIWA_SIM, next_line, refused, robots
 from tests.talking import DEADLINE_S, Client
 
 COUNT = 4
@@ -46,11 +44,6 @@ def fleet(*options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, dict
             yield process, ports
         finally:
             process.kill()
-
-
-def robots(*options: str) -> list[str]:
-    parser = server_options.server_parser()
-    return [robot.name for robot in robots_of(parser, server_options.parsed(options, {}))]
 
 
 async def driven(ports: dict[str, int], rounds: int, override: float) -> list[object]:
@@ -127,14 +120,13 @@ def test_one_log_tells_which_robot() -> None:
 def test_ports_are_counted_up_from_those_that_are_named() -> None:
     options = ["--count", "3", "--dialect", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
     options += ["--backdoor-port", "0", "--transcript", "said.txt", "--record", "runs/run.mcap"]
-    parser = server_options.server_parser()
-    found = [robot.options for robot in robots_of(parser, server_options.parsed(options, {}))]
-    assert [each.port for each in found] == [[31000, 32000], [31001, 32001], [31002, 32002]]
-    assert [each.status_port for each in found] == [33000, 33001, 33002]
-    assert {each.backdoor_port for each in found} == {0}
-    assert [str(each.transcript) for each in found] == [f"said-robot-{index}.txt" for index in range(3)]
-    assert [str(each.record) for each in found] == [f"runs/run-robot-{index}.mcap" for index in range(3)]
-    assert descriptors_of(robots_of(parser, server_options.parsed(options, {}))) == 3 * (1 + 4 + 2)
+    found = robots(*options)
+    assert list(found) == [f"robot-{index}" for index in range(3)]
+    assert [each.port for each in found.values()] == [(31000, 32000), (31001, 32001), (31002, 32002)]
+    assert [each.status_port for each in found.values()] == [33000, 33001, 33002]
+    assert {each.backdoor_port for each in found.values()} == {0}
+    assert [each.transcript for each in found.values()] == [f"said-robot-{index}.txt" for index in range(3)]
+    assert [each.record for each in found.values()] == [f"runs/run-robot-{index}.mcap" for index in range(3)]
 
 
 @pytest.mark.slow
@@ -179,73 +171,44 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
         record = "both.mcap"
         """
     )
-    parser = server_options.server_parser()
-    options = ["--fleet", str(file), "--clock", "fast", "--exclusive", "--record", "run.mcap"]
-    given = server_options.parsed(options, {})
-    welder, painter, both = robots_of(parser, given)
-    assert [welder.name, painter.name, both.name] == ["welder", "painter", "both"]
-    assert (welder.options.cell, welder.options.port) == (str(tmp_path / "cells/welder.toml"), [30000])
-    assert (painter.options.robot, painter.options.port) == ("kr_6_r900_sixx", [0])
-    assert [each.options.clock.name for each in (welder, painter, both)] == ["10x", "fast", "fast"]
-    assert [each.options.strict for each in (welder, painter, both)] == [False, False, True]
-    assert all(each.options.exclusive for each in (welder, painter, both))
-    assert (both.options.port, both.options.servo_timeout) == ([31000, 31001], 1.5)
-    assert [str(each.options.record) for each in (welder, painter)] == ["run-welder.mcap", "run-painter.mcap"]
-    assert both.options.record == tmp_path / "both.mcap"
+    found = robots("--fleet", str(file), "--clock", "fast", "--exclusive", "--record", "run.mcap")
+    assert list(found) == ["welder", "painter", "both"]
+    welder, painter, both = found.values()
+    assert (welder.cell, welder.port) == (str(tmp_path / "cells/welder.toml"), (30000,))
+    assert (painter.robot, painter.port) == ("kr_6_r900_sixx", (0,))
+    assert [each.clock for each in found.values()] == ["10x", "fast", "fast"]
+    assert [each.strict for each in found.values()] == [False, False, True]
+    assert all(each.exclusive for each in found.values())
+    assert (both.port, both.servo_timeout_s) == ((31000, 31001), 1.5)
+    assert [each.record for each in (welder, painter)] == ["run-welder.mcap", "run-painter.mcap"]
+    assert both.record == str(tmp_path / "both.mcap")
 
 
 def test_the_example_serves_as_it_says() -> None:
     file = Path(__file__).parent.parent / "examples" / "fleet.toml"
-    parser = server_options.server_parser()
-    found = robots_of(parser, server_options.parsed(["--fleet", str(file)], {}))
-    assert len(found) == 3
-    assert len({robot.options.robot or robot.options.cell for robot in found}) == 3
+    found = robots("--fleet", str(file)).values()
+    assert len({robot.robot or robot.cell for robot in found}) == len(found) == 3
 
 
-TABLE = "[robot.one]\n"
+WRONG = {
+    "": "expected at least one robot, as [robot.NAME]",
+    "[robot]": "expected at least one robot",
+    "[robot.'a b']": "robot.a b: expected a table and a name of letters, digits",
+    "rate = 500\n[robot.one]": "rate: expected only tables [robot.NAME]",
+    "[robot.one]\nprot = 1": "robot.one.prot: no such option, did you mean port?",
+    "[robot.one]\nlog_level = 'debug'": "robot.one.log_level: no such option",
+    "[robot.one]\nport = 65536": "robot.one.port = 65536: expected a whole number from 0 to 65535",
+    "[robot.one]\nrate = '500'": "robot.one.rate = '500': expected a whole number",
+    "[robot.one]\ncell = 'a.toml'\nrobot = 'b'": "robot.one.robot = 'b': expected no cell with it",
+    "[robot.one]\nport = 5\n[robot.two]\nport = 5": "--port of two: 5 is taken by --port of one",
+    "[robot.one]\nros2 = true\n[robot.two]\nros2 = true": "--ros-namespace: expected a different one",
+    "[robot.one": "expected a readable TOML file",
+}
 
 
-@pytest.mark.parametrize(
-    ("text", "told"),
-    [
-        ("", "FILE: robot = (missing): "),
-        ("[robot]\n", "FILE: robot = {}: "),
-        ("[robot.'a b']\n", "FILE: robot.a b = 'a b': "),
-        (TABLE + "prot = 1\n", "FILE: robot.one.prot = 1: "),
-        (TABLE + "port = 65536\n", "FILE: robot.one.port: '65536' "),
-        (TABLE + "cell = 'a.toml'\nrobot = 'b'\n", "FILE: robot.one: argument --robot: "),
-        (TABLE + "port = 5\n[robot.two]\nport = 5\n", "FILE: --port of two overlaps --port of one: "),
-        ("[robot.one", "FILE: expected valid TOML"),
-    ],
-)
-def test_what_is_wrong_in_a_file_is_one_line(
-    text: str, told: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_wrong_in_a_file_is_one_line(tmp_path: Path) -> None:
     file = tmp_path / "fleet.toml"
-    file.write_text(text)
-    assert main(["--fleet", str(file)]) == 2
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert err.startswith("iiwa-sim: ")
-    assert err.count("\n") == 1
-    assert told.replace("FILE", str(file)) in err
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--count", "0"], "argument --count: '0' "),
-        (["--count", "2", "--ros"], "argument --ros: expected one robot"),
-        (["--count", "2", "--status-port", "30001"], "--port of robot-1 overlaps --status-port of robot-0: "),
-        (["--count", "2", "--port", "65535"], "argument --port: robot number 1 would have 65536"),
-    ],
-)
-def test_what_is_wrong_in_options_is_one_line(
-    options: list[str], told: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(options)
-    assert caught.value.code == 2
-    err = capfd.readouterr().err
-    assert told in err
-    assert err.count("\n") == 1
+    for text, told in WRONG.items():
+        file.write_text(text)
+        line = refused("--fleet", file)
+        assert line.startswith(f"iiwa-sim: {file}: {told}"), line

@@ -47,7 +47,7 @@ def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line(
 
 
 def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
+    with Simulator("kr_6_r900_sixx", dialect=["krc4"]) as simulator:
         port = simulator.port
         variables = {"IIWA_SIM_DIALECT": "krc4", "IIWA_SIM_PORT": str(port)}
         with started_as("iiwa-sim", **variables) as process:
@@ -60,7 +60,7 @@ def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.Capt
 def test_of_several_robots_the_first_and_the_last_are_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with Simulator() as first, Simulator(dialects=["krc4"]) as last:
+    with Simulator() as first, Simulator(dialect=["krc4"]) as last:
         file = tmp_path / "fleet.toml"
         file.write_text(
             f"[robot.a]\nport = {first.port}\n[robot.b]\nport = 1\n"
@@ -85,7 +85,7 @@ def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixtur
 
 
 def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator(dialects=["krc4"]) as simulator:
+    with Simulator(dialect=["krc4"]) as simulator:
         port = simulator.port
         with started_as("iiwa-sim", "--port", str(port)) as process:
             assert main(["health", str(process)]) == 1

@@ -35,7 +35,7 @@ BESIDE = (445.0, 20.0, 800.0, 180.0, 0.0, 180.0)
 
 @pytest.fixture(scope="module")
 def simulator() -> Iterator[Simulator]:
-    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
+    with Simulator("kr_6_r900_sixx", dialect=["krc4"]) as simulator:
         yield simulator
 
 
@@ -120,7 +120,7 @@ def test_a_client_that_closes_the_connection_stops_its_move(simulator: Simulator
 
 
 def test_both_dialects_move_one_robot() -> None:
-    with Simulator(dialects=["iiwa", "krc4"], clock="fast") as simulator:
+    with Simulator(dialect=["iiwa", "krc4"], clock="fast") as simulator:
         ports = simulator.ports
         with Iiwa("127.0.0.1", ports["iiwa"]) as robot, Krc4Client(ports["krc4"]) as krc4:
             krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
@@ -135,24 +135,7 @@ def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     expected = "expected 7 joints for dialect iiwa; for 6 there is: krc4 (--dialect krc4)\n"
     assert told.endswith(expected)
     with pytest.raises(RobotFault, match="for dialect iiwa"):
-        Simulator("kr_6_r900_sixx", dialects=["krc4", "iiwa"])
-
-
-@pytest.mark.parametrize(
-    ("dialects", "port", "message"),
-    [
-        ([], 0, "dialects are none"),
-        (["krc4", "krc4"], 0, "each once"),
-        (["klingon"], 0, "dialect 'klingon', expected iiwa or krc4"),
-        (["iiwa", "krc4"], 30000, "port has 1, expected 2"),
-        (["krc4"], [1, 2], "port has 2, expected 1"),
-    ],
-)
-def test_dialects_and_ports_have_to_fit_together(
-    dialects: list[str], port: int | list[int], message: str
-) -> None:
-    with pytest.raises(ValueError, match=message):
-        Simulator(dialects=dialects, port=port)
+        Simulator("kr_6_r900_sixx", dialect=["krc4", "iiwa"])
 
 
 def test_the_table_holds_appendix_c() -> None:

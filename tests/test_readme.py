@@ -12,10 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim import Simulator
-from iiwa_sim.cli import check, main
-from iiwa_sim.cli.names import SUBCOMMANDS
-from iiwa_sim.cli.server_options import server_parser
+from iiwa_sim import Simulator, cli
+from iiwa_sim.cli.parsing import from_command_line, server
 from tests.needed import program
 from tests.talking import DEADLINE_S
 
@@ -74,19 +72,19 @@ def test_a_command(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(tmp_path)
     match words:
         case ["iiwa-sim", "check", *rest]:
-            assert check._parser().parse_args(rest)  # what it finds is shown in tests/check
+            assert server(rest[0])  # what it finds is shown in tests/check
         case ["iiwa-sim", "plot", file, *_]:
             assert Path(file).exists()  # tests/plot draws it
-        case ["iiwa-sim", name, *rest] if name in SUBCOMMANDS:
-            assert main([name, *rest]) == 0
+        case ["iiwa-sim", name, *rest] if name in cli.COMMANDS:
+            assert cli.main([name, *rest]) == 0
         case ["iiwa-sim", *rest]:
-            assert server_parser().parse_args(rest)
+            from_command_line(rest)
         case ["make", *targets]:
             _done(program("make"), "--directory", ROOT, "--dry-run", *targets)
         case ["docker", "build", "-t", _, "."]:
             assert (ROOT / "Dockerfile").exists()  # what it builds is tried by make image
         case ["docker", "run", *rest]:
-            assert server_parser().parse_args(rest[rest.index("iiwa-sim") + 1 :])
+            from_command_line(rest[rest.index("iiwa-sim") + 1 :])
         case ["telnet", "localhost", "30000"]:
             pass  # tests/test_telnet.py drives the real one
         case _:

@@ -21,13 +21,13 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, TRAJECTORY
-from iiwa_sim.ros.options import RosFault
+from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
-from tests.processes import refused, succeeds
+from tests.processes import succeeds
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
 
@@ -195,7 +195,7 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
 
 
 async def test_a_robot_of_six_joints_whose_own_messages_are_krc4() -> None:
-    six = Simulator(robot="kr_6_r900_sixx", dialects=["krc4"], clock="fast", rosbridge_port=0)
+    six = Simulator(robot="kr_6_r900_sixx", dialect=["krc4"], clock="fast", rosbridge_port=0)
     async with six as simulator, client_of(simulator) as ros:
         await ros.says("subscribe", topic="/command_result")
         joints = [0.3, -1.3, 1.2, 0.0, 1.0, 0.0]
@@ -341,8 +341,10 @@ async def test_a_client_that_asks_and_does_not_read_is_dropped(
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
 
 
-async def test_with_a_secret_strangers_are_closed_and_told() -> None:
-    async with Simulator(rosbridge_port=0, rosbridge_secret="s") as simulator, client_of(simulator) as ros:
+async def test_with_a_secret_strangers_are_closed_and_told(tmp_path: Path) -> None:
+    secret = tmp_path / "secret"
+    secret.write_text("s\n")
+    async with Simulator(rosbridge_port=0, rosbridge_secret=secret) as simulator, client_of(simulator) as ros:
         await ros.says("call_service", service="/rosapi/nodes")
         assert (await ros.hears())["msg"] == "expected op auth before any other"
         with pytest.raises(ConnectionClosed) as closed:
@@ -386,22 +388,6 @@ def test_without_a_library_one_line_says_what_to_install(
     name = library.partition(".")[0]
     with pytest.raises(RosFault, match=rf"rosbridge needs {name}: pip install 'iiwa-sim\[rosbridge\]'"):
         Simulator(rosbridge_port=0)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--rosbridge-secret", "{file}"], "expected --rosbridge-port with it"),
-        (["--rosbridge-port", "0", "--rosbridge-secret", "{empty}"], "is empty, expected a secret"),
-        (["--rosbridge-port", "0", "--rosbridge-secret", "/nowhere"], "cannot be read: No such file"),
-        (["--rosbridge-port", "70000"], "not a whole number from 0 to 65535"),
-    ],
-)
-def test_options_that_do_not_fit(tmp_path: Path, options: list[str], words: str) -> None:
-    (tmp_path / "secret").write_text("s\n")
-    (tmp_path / "empty").write_text("\n")
-    given = [each.format(file=tmp_path / "secret", empty=tmp_path / "empty") for each in options]
-    assert words in refused("--port", "0", *given)
 
 
 def _deaf(port: int) -> socket.socket:

@@ -14,11 +14,11 @@ os.environ["TESTCONTAINERS_RYUK_DISABLED"] = (
 
 import pytest
 
-from iiwa_sim.cli import server_options
-from iiwa_sim.cli.environment import unknown_variables
 from iiwa_sim.client import Iiwa
+from iiwa_sim.options.sources import from_environment
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.testcontainers import BACKDOOR_PORT, KRC4_PORT, PORT, STARTED, IiwaContainer
+from tests.processes import robots
 
 
 @pytest.fixture(autouse=True)
@@ -29,16 +29,16 @@ def docker() -> Iterator[mock.Mock]:
 
 
 def options_of(container: IiwaContainer) -> Any:
-    assert unknown_variables(server_options.server_parser(), container.env) == []
-    return server_options.parsed([], container.env | {"IIWA_SIM_HOST": "0.0.0.0"})
+    assert from_environment(container.env)[1] == []
+    return robots(**container.env | {"IIWA_SIM_HOST": "0.0.0.0"})[""]
 
 
 def test_its_variables_are_what_the_image_takes() -> None:
     container = IiwaContainer("registry.example/iiwa-sim", clock="fast", strict=True, servo_timeout=1.5)
     options = options_of(container)
     assert container.image == "registry.example/iiwa-sim"
-    assert (options.clock.name, options.strict, options.servo_timeout) == ("fast", True, 1.5)
-    assert options.port == [PORT]
+    assert (options.clock, options.strict, options.servo_timeout_s) == ("fast", True, 1.5)
+    assert options.port == (PORT,)
     assert (options.backdoor_http_port, options.backdoor_host) == (BACKDOOR_PORT, "0.0.0.0")
     assert len(options.backdoor_token) == 32
     assert options.backdoor_token != IiwaContainer().env["IIWA_SIM_BACKDOOR_TOKEN"]

@@ -101,12 +101,14 @@ def test_nobody_at_a_status_port_is_told_in_one_line() -> None:
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--view-host", "::1"], "argument --view-host: expected --view-port with it"),
-        (["--view-port", "0", "--view-host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
-        (["--view-port", "0", "--view-token", "two words"], "the token has 9 characters"),
-        (["view", "127.0.0.1:1", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
-        (["show", "run.mcap", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
-        (["view", "h:1", "h:2", "--backdoor", "h:3"], "argument --backdoor: 1 given, expected one for each"),
+        (["--view-host", "::1"], "--view-host ::1: expected --view-port with it"),
+        (
+            ["--view-port", "0", "--view-host", "0.0.0.0"],
+            "expected --view-token or --view-token-file with it",
+        ),
+        (["view", "127.0.0.1:1", "--host", "0.0.0.0"], "expected --token or --token-file with it"),
+        (["show", "run.mcap", "--host", "0.0.0.0"], "expected --token or --token-file with it"),
+        (["view", "h:1", "h:2", "--backdoor", "h:3"], "--backdoor: 1 given, expected one for each"),
         (["view", "30001"], "'30001' is not HOST:PORT"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Hook of mkdocs: adds pages of commands, errors and options, and the pages at the repository's root.
+"""Hook of mkdocs: adds pages of commands and errors, and the pages at the repository's root.
 
 Links are written as they hold in the repository; those to files outside of docs/ become plain text in the
 site.
@@ -6,11 +6,8 @@ site.
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Iterable, Mapping
-from html import escape
-from importlib import import_module
 from pathlib import Path
 from posixpath import dirname, join, normpath, relpath
 
@@ -18,10 +15,6 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from iiwa_sim.cli.environment import RULE, variable
-from iiwa_sim.cli.names import SUBCOMMANDS
-from iiwa_sim.cli.parsing import Parser
-from iiwa_sim.cli.server_options import server_parser
 from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.wire.command import Command, Quantity
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
@@ -37,7 +30,6 @@ PAGES = {  # of files outside of docs/
     "protocol/backdoor.toml": "reference/backdoor.md",
     "protocol/krc4.toml": "reference/messages.md",
     "protocol/errors.toml": "reference/errors.md",
-    "iiwa_sim/cli/server_options.py": "reference/options.md",
 }
 LINK = re.compile(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]\((?!https?:|#|mailto:)([^)\s#]+)(#[^)\s]*)?\)")
 
@@ -50,7 +42,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         "Commands of the backdoor", load_table("backdoor", 7).commands
     )
     written |= {"reference/messages.md": _messages(), "reference/errors.md": _errors()}
-    written["reference/options.md"] = _options()
     for path, text in written.items():
         files.append(File.generated(config, path, content=text))
     return files
@@ -120,45 +111,3 @@ def _errors() -> str:
         text += f"\n## {code}\n\n**{row.meaning[0].upper()}{row.meaning[1:]}.**\n\n"
         text += f"- Usual cause: {row.cause}.\n- What to do: {row.remedy}.\n"
     return text
-
-
-def _options() -> str:
-    text = f"# Options\n\n{RULE} Subcommands take none.\n"
-    parsers = {"iiwa-sim": server_parser()}
-    for name in SUBCOMMANDS:
-        parsers[f"iiwa-sim {name}"] = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}")._parser()
-    for name, parser in parsers.items():
-        shown = "\n".join(f"{line}  # {what}" for line, what in parser.examples.items())
-        parts = [parser.description or "", *_groups(parser), f"```sh\n{shown}\n```", parser.epilog or ""]
-        text += f"\n## {name}\n\n" + "\n\n".join(each.strip() for each in parts if each) + "\n"
-    return text
-
-
-def _groups(parser: Parser) -> Iterable[str]:
-    for title, actions in parser.sections():
-        rows = [
-            f"| {_spelling(a)} | {_code(variable(a))} | {_help(a, parser)} |"
-            for a in actions
-            if a.dest != "help"
-        ]
-        if rows:
-            yield "\n".join(
-                [f"### {title[0].upper()}{title[1:]}\n", "| | variable | |", "|---|---|---|", *rows]
-            )
-
-
-def _spelling(action: argparse.Action) -> str:
-    word = action.metavar or "|".join(map(str, action.choices or ())) or action.dest.upper()
-    return _code(
-        " ".join([", ".join(action.option_strings), *([] if action.nargs == 0 else [str(word)])]).strip()
-    )
-
-
-def _code(text: str | None) -> str:
-    """Code in a cell of a table, where backticks would not do with a `|` between."""
-    return "" if text is None else f"<code>{escape(text).replace('|', '&#124;')}</code>"
-
-
-def _help(action: argparse.Action, parser: Parser) -> str:
-    text = (action.help or "") % {"default": action.default, "prog": parser.prog}
-    return escape(text, quote=False).replace("|", "&#124;").replace("*", "&#42;")

@@ -16,11 +16,11 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
-from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.wire.command import Command
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.serve.http import HttpAnswer, HttpRequest
+from iiwa_sim.serve.token import Token
 from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 
 COMMANDS = "/backdoor/"

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
-from iiwa_sim.backdoor.token import Token, check_reach
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.options.model import Settings
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.server import close_all, start_all
 from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.serve.token import Token, word_of
 from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
@@ -30,26 +31,23 @@ class BackdoorPorts:
         backdoor: Backdoor,
         recent: RecentDialogue,
         log: DialectLog,
-        *,
-        host: str,
-        port: int | None,
-        http_port: int | None,
-        token: Token | None,
+        settings: Settings,
         budget: Budget,
     ) -> None:
-        """Port 0 picks a free one; None means that there is no such port.
-
-        Raises ValueError if `host` can be reached by other machines and there is no token, and HttpFault
-        without the library for HTTP.
-        """
+        """Raises HttpFault without the library for HTTP."""
         self._backdoor = backdoor
         self._recent = recent
         self._log = log
-        self._token = token
+        word = word_of(settings.backdoor_token, settings.backdoor_token_file)
+        self._token = None if word is None else Token(word)
         self._lines: TcpServer | None = None
         self._http: HttpServer | None = None
+        host, port, http_port = (
+            settings.backdoor_host,
+            settings.backdoor_port,
+            settings.backdoor_http_port,
+        )
         if port is not None or http_port is not None:
-            check_reach(host, token)
             recent.listen()
         if port is not None:
             self._lines = TcpServer(self._open_session, host, port, budget=budget)

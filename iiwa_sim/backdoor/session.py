@@ -10,12 +10,12 @@ from collections.abc import Coroutine
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.line_calls import BYE, RELEASE_WHEN_GONE, LineCalls
-from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.line_session import LineSession, written
 from iiwa_sim.dialect.wire.lines import OVERLONG
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import ERROR
+from iiwa_sim.serve.token import Token
 from iiwa_sim.wording import harmless
 
 _LINES_AT_ONCE = 64

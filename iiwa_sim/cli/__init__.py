@@ -1,20 +1,33 @@
-"""`iiwa-sim` and its subcommands, which `names.py` lists: options, exit codes.
+"""`iiwa-sim` and its commands: options, exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a subcommand that succeeds; 1
-where a check fails; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file
-that cannot be used, and for refused commands of a picture.
+Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds; 1 where a
+check fails; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file that
+cannot be used, and for rejected commands of a picture.
 """
 
 import gc
+import os
 import signal
 import sys
+import textwrap
 from collections.abc import Sequence
-from importlib import import_module
+from typing import NoReturn
 
-from iiwa_sim.cli.early import end_while_loading, one_thread
-from iiwa_sim.cli.names import SERVE, SUBCOMMANDS, module_of
 from iiwa_sim.wording import Unusable
 
+COMMANDS = {
+    "plot": "draw a motion, of a file of commands or a recording",
+    "check-cell": "print what is in a cell, or what is wrong with it",
+    "replay": "play a transcript or a recording against a server, and report replies that differ",
+    "export": "write a recording as tables",
+    "show": "play a recording on a web page, with a time line",
+    "check": "report how a server deviates from the original controller",
+    "view": "serve the live page of robots that run elsewhere",
+    "health": "tell by the exit code if the iiwa-sim of a container answers",
+    "ros-package-path": "print the folder with the message types, for the tools of ROS 1",
+    "ros2-env": "make an environment with rclpy for --ros2, from wheels",
+}
+"""The first arguments that select a command, and what each does."""
 WITHOUT_WHEELS = {
     "pinocchio": "pip install pin; for Windows it has no wheels: take WSL 2 or the container image",
     "ruckig": "pip install ruckig; on ARM Linux pip compiles it with a C++ compiler: apt install g++",
@@ -23,20 +36,29 @@ WITHOUT_WHEELS = {
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT, or a subcommand; returns the exit code.
+    """Run the simulator until SIGTERM or SIGINT, or a command; returns the exit code.
 
     Without `arguments` the command line is used, and SIGTERM and SIGINT end the process while it loads.
     """
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    name = given.pop(0) if given and given[0] in SUBCOMMANDS else SERVE
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    command = words.pop(0) if words and words[0] in COMMANDS else ""
     if arguments is None:
-        one_thread()
-        if name == SERVE:
-            end_while_loading()
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's arrays are small, and threads cost time
+        if not command:
+            for number in (signal.SIGTERM, signal.SIGINT):  # process 1 of a container has no default for them
+                signal.signal(number, _leave)
             gc.disable()  # objects made during the start are long-lived; enabled when the robots listen
     try:
-        # Only the subcommand is imported: others may need an extra, and importing all takes time.
-        code: int = import_module(module_of(name)).run(given)
+        if not command:
+            from iiwa_sim.cli.serve import run
+
+            return run(words)
+        from iiwa_sim.cli import commands
+        from iiwa_sim.cli.parsing import Parser
+
+        function = getattr(commands, command.replace("-", "_"))
+        closing = textwrap.dedent(f"    {function.__doc__}")
+        code: int = function(Parser(command, COMMANDS[command], closing), words)
         return code
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
@@ -46,5 +68,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(f"iiwa-sim: {fault.name} is not installed: {WITHOUT_WHEELS[fault.name]}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:  # raised in a subcommand
+    except KeyboardInterrupt:  # raised in a command
         return 128 + signal.SIGINT
+
+
+def _leave(*_: object) -> NoReturn:
+    # Nothing is open yet; and sys.exit would tear down half loaded libraries, where Pinocchio crashes.
+    os._exit(0)

@@ -1,11 +1,15 @@
-"""The end of a run by a signal."""
+"""The first lines of a run, and its end by a signal."""
 
 import asyncio
+import contextlib
 import signal
 import sys
+import threading
 from collections.abc import Coroutine
+from typing import TextIO
 
-from iiwa_sim.never_waiting import PATIENCE_S
+from iiwa_sim.cli.output import StdoutFault
+from iiwa_sim.never_waiting import PATIENCE_S, written
 
 
 class Ending:
@@ -42,3 +46,29 @@ class Ending:
             sys.exit(0)
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self.asked.set)
+
+
+async def announce(text: str, stream: TextIO | None) -> None:
+    """Write to stdout or stderr, if it is there; a stopped terminal or a full pipe may block it.
+
+    Only the caller that awaits this is blocked: the text is written in a thread that ends with the process.
+    Raises `StdoutFault`.
+    """
+    if stream is None:
+        return
+    loop, descriptor = asyncio.get_running_loop(), stream.fileno()
+    over: asyncio.Future[OSError | None] = loop.create_future()
+
+    def settle(fault: OSError | None) -> None:
+        if not over.done():
+            over.set_result(fault)
+
+    def write() -> None:
+        fault = written(descriptor, text.encode())
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(settle, fault)
+
+    threading.Thread(target=write, name="iiwa-sim-announces", daemon=True).start()
+    fault = await over
+    if fault is not None:
+        raise StdoutFault(f"cannot write to stdout: {fault.strerror}")

@@ -1,113 +1,149 @@
-"""Parsing of options. Imports nothing that loads slowly, for commands that are started often."""
+"""Command lines: options of the model, and arguments that one command has of its own."""
 
 import argparse
-from collections.abc import Callable, Mapping
+import difflib
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import Any, NoReturn
 
+from iiwa_sim.cli import COMMANDS
+from iiwa_sim.cli.output import say
+from iiwa_sim.options.model import COMMON, REPEATED
+from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, SettingError, read, unknown
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_MESSAGE = 400
 """Most characters of a message about wrong arguments, which quotes them."""
-
-Error = Callable[[str], NoReturn]
-"""Ends the program with a message of one line, and exit code 2."""
-
-
-class Section(NamedTuple):
-    """Options that belong together, for --help and the page of options."""
-
-    title: str
-    actions: list[argparse.Action]
+WIDTH = 100
+TITLE = """A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, and the messages
+of a KUKA KRC4. To talk to it: telnet HOST PORT, then help"""
+EXAMPLES = """examples:
+  iiwa-sim                                        an LBR iiwa 7 on port 30000 of this machine
+  iiwa-sim examples/table.toml --clock fast       one at a table, in simulated time as fast as possible
+  iiwa-sim --robot kr_6_r900_sixx --dialect krc4  a KR 6 that speaks KRC4 messages
+"""
+ENVIRONMENT_RULE = """\
+Each option can also come as an environment variable: --clock fast as IIWA_SIM_CLOCK=fast, --strict
+as IIWA_SIM_STRICT=1 (or true; 0, false), CELL.toml as IIWA_SIM_CELL. The command line comes before
+the environment."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, and in --help what belongs together, with examples."""
+    """Collects texts of options; a wrong command line is a SettingError of one line."""
 
-    def __init__(
+    def __init__(self, command: str, text: str, closing: str, usage: str | None = None) -> None:
+        prog = f"iiwa-sim {command}".rstrip()
+        super().__init__(
+            prog,
+            usage,
+            text,
+            closing,
+            formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, width=WIDTH),
+            argument_default=argparse.SUPPRESS,
+            allow_abbrev=False,
+        )
+        self._place = Place("command_flag" if command else "flag", " ", is_text=True)
+
+    def add_options(
         self,
-        *,
-        prog: str,
-        description: str = "",
-        examples: Mapping[str, str] | None = None,
-        usage: str | None = None,
-        epilog: str | None = None,
-        sections: Mapping[str, str] | None = None,
-        commands: Callable[[], Mapping[str, str]] = dict,
+        keys: Iterable[str],
+        shown: Container[str] | None = None,
+        defaults: Mapping[str, str] | None = None,
     ) -> None:
-        """`examples` are command lines, each with what it does, without the program's name.
+        """Add options of the model, each in its group; --help tells those that are `shown`.
 
-        `sections` are titles with the names of options, as they are attributes: `log` is also for `log_level`
-        and `log_json`. What is in none has one of its own at the end. `commands` gives what else the program
-        does, by the word behind its name.
+        `defaults` differ from those of the model.
         """
-        super().__init__(prog=prog, usage=usage, description=description, epilog=epilog, allow_abbrev=False)
-        self.examples = {f"{prog} {line}".rstrip(): what for line, what in (examples or {}).items()}
-        self._section_words = sections or {}
-        self._commands = commands
+        groups: dict[str, argparse._ArgumentGroup] = {}
+        for option in map(OPTIONS.__getitem__, keys):
+            if option.group not in groups:
+                groups[option.group] = self.add_argument_group(option.group)
+            flag = str(getattr(option, self._place.spelling))
+            kind: dict[str, Any] = {"metavar": option.metavar}
+            if option.is_switch:
+                kind = {"action": "store_const", "const": "true"}
+            elif option.key in REPEATED:
+                kind["action"] = "append"
+            unset = option.unset
+            if defaults and option.key in defaults:
+                unset = kind["default"] = defaults[option.key]
+            is_shown = shown is None or option.key in shown
+            kind["help"] = _help(option, unset) if is_shown else argparse.SUPPRESS
+            if flag.startswith("-"):
+                groups[option.group].add_argument(flag, dest=option.key, **kind)
+            else:
+                groups[option.group].add_argument(option.key, nargs="?", **kind)
 
-    @property
-    def options(self) -> list[argparse.Action]:
-        """All options, --help among them."""
-        return list(self._actions)
-
-    def sections(self) -> list[Section]:
-        """All options, those that belong together in one."""
-        left = self.options
-        found = []
-        for title, words in self._section_words.items():
-            own = [each for word in words.split() for each in left if _is_of(word, each.dest)]
-            left = [each for each in left if each not in own]
-            found.append(Section(title, own))
-        given = [each for each in left if not each.option_strings]
-        rest = [each for each in left if each.option_strings]
-        found += [Section("arguments", given), Section("other options" if found else "options", rest)]
-        return [section for section in found if section.actions]
-
-    def format_help(self) -> str:
-        """Usage, sections, commands, examples."""
-        formatter = self._get_formatter()
-        formatter.add_usage(self.usage, self._actions, self._mutually_exclusive_groups)
-        formatter.add_text(self.description)
-        for title, actions in self.sections():
-            formatter.start_section(title)
-            formatter.add_arguments(actions)
-            formatter.end_section()
-        text = formatter.format_help()
-        for title, rows in (("commands", self._commands()), ("examples", self.examples)):
-            if rows:
-                width = max(map(len, rows))
-                text += f"\n{title}:\n" + "".join(f"  {row:<{width}}  {what}\n" for row, what in rows.items())
-        closing = self._get_formatter()
-        closing.add_text(self.epilog)
-        return f"{text}\n{closing.format_help()}" if self.epilog else text
+    def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
+        """Return the arguments of the command's own, and the options of the model. Raises SettingError."""
+        found, surplus = self.parse_known_args(words)
+        for word in surplus:
+            if not word.startswith("-"):
+                raise SettingError(f"{harmless(shortened(word, 60))}: unexpected argument")
+            flags = [name for action in self._actions for name in action.option_strings]
+            raise unknown(word.partition("=")[0], flags)
+        texts = {key: vars(found).pop(key) for key in OPTIONS if key in found}
+        return found, {key: read(OPTIONS[key], text, self._place) for key, text in texts.items()}
 
     def error(self, message: str) -> NoReturn:
-        told = shortened(harmless(message), LONGEST_MESSAGE)
-        self.exit(2, f"{self.prog}: {told} (see {self.prog} --help)\n")
+        raise SettingError(shortened(harmless(message.removeprefix("argument ")), LONGEST_MESSAGE))
 
     def print_help(self, _file: object = None) -> None:
-        from iiwa_sim.cli.output import say
-
         say(self.format_help())
 
 
-def _is_of(word: str, name: str) -> bool:
-    return name == word or name.startswith(f"{word}_")
+def server_parser(*, everything: bool) -> Parser:
+    """Return the parser of `iiwa-sim` without a command; --help tells common options, or everything."""
+    commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
+    closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
+    parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
+    parser.add_argument("--help-all", action="help", help="tell all options and exit")
+    parser.add_options(OPTIONS, None if everything else COMMON)
+    return parser
 
 
-def whole(low: int, high: int) -> Callable[[str], int]:
-    def whole_number(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and len(text) < 10 and low <= int(text) <= high):
-            shown = shortened(repr(text), 40)
-            raise argparse.ArgumentTypeError(f"{shown} is not a whole number from {low} to {high}")
-        return int(text)
-
-    return whole_number
+def from_command_line(words: Sequence[str]) -> Given:
+    """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
+    _, given = server_parser(everything="--help-all" in words).parsed(words)
+    cell = given["cell"].value if "cell" in given else ""
+    if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
+        raise unknown(cell, COMMANDS, "no file and no command")
+    return given
 
 
 def path(text: str) -> Path:
-    """A file or a folder; an empty text, which a shell makes of an unset variable, would be this folder."""
+    """Return a file or folder; an empty text, as of an unset variable, would be this folder."""
     if not text:
         raise argparse.ArgumentTypeError("expected a name, not an empty text")
     return Path(text)
+
+
+def server(text: str) -> tuple[str, int]:
+    """Return host and port of HOST:PORT. Raises ArgumentTypeError."""
+    host, ports = servers(text)
+    if len(ports) != 1:
+        raise _no_server(text)
+    return host, ports[0]
+
+
+def servers(text: str) -> tuple[str, list[int]]:
+    """Return host and ports of HOST:PORT[,PORT]. Raises ArgumentTypeError."""
+    host, _, ports = text.rpartition(":")
+    words = ports.split(",")
+    if not host or not all(word.isascii() and word.isdigit() and len(word) < 6 for word in words):
+        raise _no_server(text)
+    numbers = list(map(int, words))
+    if not all(1 <= number <= 65535 for number in numbers):
+        raise _no_server(text)
+    return host.removeprefix("[").removesuffix("]"), numbers
+
+
+def _no_server(text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
+
+
+def _help(option: Option, unset: str) -> str:
+    if option.is_switch:
+        return option.text
+    limits = f"{option.expected}; " if "number" in option.expected and option.metavar != "PORT" else ""
+    return f"{option.text} ({limits}default: {unset})"

@@ -1,76 +1,77 @@
-"""The command `iiwa-sim` without a subcommand: runs until a signal, or a bye that is to end it."""
+"""The command `iiwa-sim` without a command's name: runs until a signal, or a bye that is to end it."""
 
 import asyncio
+import contextlib
 import gc
 import logging
 import os
+import resource
 import sys
-from collections.abc import Sequence
-from contextlib import AsyncExitStack
-from types import TracebackType
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.backdoor.token import LOOPBACK
-from iiwa_sim.cli.addresses import reached_at
-from iiwa_sim.cli.descriptors import allow_descriptors
-from iiwa_sim.cli.ending import Ending
-from iiwa_sim.cli.environment import unknown_variables
-from iiwa_sim.cli.fleet import Robot, descriptors_of, robots_of
-from iiwa_sim.cli.options import ros_options
-from iiwa_sim.cli.output import announce, say
-from iiwa_sim.cli.page import Page
-from iiwa_sim.cli.server_options import parsed, server_parser
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT
-from iiwa_sim.serve import status_stream
+from iiwa_sim.cli.ending import Ending, announce
+from iiwa_sim.cli.output import reached_at, say
+from iiwa_sim.cli.page import Page, page_url
+from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.options.model import LISTENS_AT, WRITTEN, Settings
+from iiwa_sim.options.robots import Robots, ports_of, robots_of
+from iiwa_sim.options.sources import from_environment, merged
 from iiwa_sim.serve.listening import host_and_port
+from iiwa_sim.serve.token import word_of
+from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
     from iiwa_sim.simulator import Simulator
 
+SPARE_DESCRIPTORS = 64
+"""Open files for clients, libraries and short use during the start."""
+
 logger = logging.getLogger(__name__)
 
 
-def run(given: Sequence[str]) -> int:
-    options = parsed(given, os.environ)
-    if options.version:
+def run(words: Sequence[str]) -> int:
+    given = from_command_line(words)
+    if "version" in given:
         from importlib import metadata
 
         say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
-    robots = robots_of(server_parser(), options)
+    variables, warnings = from_environment(os.environ)
+    robots = robots_of(merged(variables, given))
+    common = robots[0][1]
     if sys.stderr is not None:
-        log.configure(options.log_level, options.log_json, sys.stderr.fileno())
-    for name in unknown_variables(server_parser(), os.environ):
-        logger.warning("the environment variable %s is no option of iiwa-sim: see iiwa-sim --help", name)
+        log.configure(common.log_level, common.log_json, sys.stderr.fileno())
+    for warning in warnings:
+        logger.warning("environment variable %s", warning)
     if len(robots) > 1:
-        allow_descriptors(len(robots), descriptors_of(robots))
+        _allow_descriptors(robots)
     asyncio.run(_serve(robots))
     return 0
 
 
-async def _serve(robots: list[Robot]) -> None:
+async def _serve(robots: Robots) -> None:
     ending = Ending()
     cells: dict[tuple[str | None, str | None], Cell] = {}
-    page = None if robots[0].options.view_port is None else Page(robots[0].options)
+    page = None if robots[0][1].view_port is None else Page(robots[0][1])
     try:
         async with AsyncExitStack() as running:
-            if page is not None:
-                await running.enter_async_context(page)
-            named = [_Named(robot.name, _simulator(robot, cells, ending)) for robot in robots]
-            for each in named:
-                await running.enter_async_context(each)
+            listening = None if page is None else running.enter_context(await page.listen())
+            simulators = {name: _simulator(name, settings, cells, ending) for name, settings in robots}
+            for name, simulator in simulators.items():
+                await running.enter_async_context(_entered(name, simulator))
             ending.watch()
-            told = "".join(map(_announcement, named))
-            if page is not None:
-                page.places = [_place(each, robot) for each, robot in zip(named, robots, strict=True)]
-                await page.start()
+            lines = "".join(_announcement(name, simulator) for name, simulator in simulators.items())
+            if page is not None and listening is not None:
+                lines += f"page on {page_url(listening)}\n"
+                await page.start(listening, [_place(name, each) for name, each in simulators.items()])
                 running.push_async_callback(page.end)  # before the robots, or it would miss them
-                told += f"page on {page.url}\n"
-            announced = [announce(told, sys.stdout)]
+            announced = [announce(lines, sys.stdout)]
             if sys.stderr is not None and sys.stderr.isatty():
-                announced.append(announce(_banner(named[0].simulator), sys.stderr))
+                announced.append(announce(_banner(next(iter(simulators.values()))), sys.stderr))
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
             await ending.wait(*announced)
@@ -78,113 +79,98 @@ async def _serve(robots: list[Robot]) -> None:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
 
 
-class _Named:
-    """A simulator whose start, run and end are logged under its name."""
+def _allow_descriptors(robots: Robots) -> None:
+    """Raise the limit of open files, whose default of 1,024 is too low for 500 robots.
 
-    def __init__(self, name: str, simulator: "Simulator") -> None:
-        self.name = name
-        self.simulator = simulator
+    Each robot needs one for its clock and one for each port and each file that it writes. Raises Unusable if
+    that is more than the system allows.
+    """
+    needed = SPARE_DESCRIPTORS + sum(
+        1
+        + sum(len(ports_of(settings, key)) for key in LISTENS_AT if key != "view_port")
+        + sum(getattr(settings, key) is not None for key in WRITTEN)
+        for _, settings in robots
+    )
+    few, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    with contextlib.suppress(OSError, ValueError):  # a system with another limit besides
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+        few = most
+    if few != resource.RLIM_INFINITY and needed > few:
+        raise Unusable(f"{len(robots)} robots need {needed} open files: expected up to {few} (ulimit -Hn)")
 
-    async def __aenter__(self) -> None:
-        before = log.robot.set(self.name)
-        try:
-            await self.simulator.__aenter__()
-        finally:
-            log.robot.reset(before)
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
-    ) -> None:
-        before = log.robot.set(self.name)
-        try:
-            await self.simulator.__aexit__(kind, fault, where)
-        finally:
-            log.robot.reset(before)
+@contextmanager
+def _logged_as(name: str) -> Iterator[None]:
+    """Have log lines, and those of tasks that begin meanwhile, carry the name of a robot."""
+    before = log.robot.set(name)
+    try:
+        yield
+    finally:
+        log.robot.reset(before)
+
+
+@asynccontextmanager
+async def _entered(name: str, simulator: "Simulator") -> AsyncIterator[None]:
+    with _logged_as(name):
+        await simulator.__aenter__()
+    try:
+        yield
+    finally:
+        with _logged_as(name):
+            await simulator.__aexit__(None, None, None)
 
 
 def _simulator(
-    robot: Robot, cells: "dict[tuple[str | None, str | None], Cell]", ending: Ending
+    name: str, settings: Settings, cells: "dict[tuple[str | None, str | None], Cell]", ending: Ending
 ) -> "Simulator":
-    """The simulator for a robot's options; `cells` caches files that have been read."""
+    """Return the simulator of a robot; `cells` caches files that have been read."""
     # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
-    options = robot.options
-    known = cells.get((options.robot, options.cell))
-    before = log.robot.set(robot.name)
-    try:
-        simulator = Simulator(
-            options.robot if known is None else None,
-            cell=known or options.cell,
-            dialects=options.dialect,
-            port=options.port,
-            rate_hz=options.rate,
-            clock=options.clock,
-            servo_timeout_s=options.servo_timeout,
-            status_port=options.status_port,
-            status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
-            **ros_options(options)._asdict(),
-            strict=options.strict,
-            exclusive=options.exclusive,
-            reconnect_pause_s=options.reconnect_pause,
-            backdoor_port=options.backdoor_port,
-            backdoor_http_port=options.backdoor_http_port,
-            backdoor_host=options.backdoor_host or LOOPBACK,
-            backdoor_token=options.backdoor_token or options.backdoor_token_file,
-            transcript=options.transcript,
-            record=options.record,
-            record_rate_hz=options.record_rate,
-            on_bye=ending.asked.set if options.bye_shuts_down else None,
-        )
-    finally:
-        log.robot.reset(before)
-    cells.setdefault((options.robot, options.cell), simulator.cell)
+    place = settings.robot, settings.cell
+    on_bye = ending.asked.set if settings.bye_shuts_down else None
+    with _logged_as(name):
+        simulator = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
+    cells.setdefault(place, simulator.cell)
     return simulator
 
 
-def _announcement(named: _Named) -> str:
-    """The listening addresses, one line for each port."""
-    simulator = named.simulator
-    places = {
-        "listening" if name == DEFAULT_DIALECT else name: (simulator.host, port)
-        for name, port in simulator.ports.items()
-    }
-    if simulator.status_port is not None:
-        places["status"] = (simulator.host, simulator.status_port)
-    if simulator.rosbridge_port is not None:
-        places["rosbridge"] = (simulator.host, simulator.rosbridge_port)
-    lines = [f"{what} on {host_and_port(*place)}\n" for what, place in places.items()]
+def _announcement(name: str, simulator: "Simulator") -> str:
+    """Return the listening addresses, one line for each port."""
+    own, bench = simulator.host, simulator.settings.backdoor_host
+    ports: list[tuple[str, str, int | None]] = [
+        ("listening" if dialect == "iiwa" else dialect, own, port)
+        for dialect, port in simulator.ports.items()
+    ]
+    ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
+    ports += [("backdoor", bench, simulator.backdoor_port)]
+    ports += [("backdoor by HTTP", bench, simulator.backdoor_http_port)]
+    lines = [f"{what} on {host_and_port(host, port)}" for what, host, port in ports if port is not None]
     if simulator.ros_master is not None:
-        lines.append(f"ROS node at {simulator.ros_master}\n")
+        lines.append(f"ROS node at {simulator.ros_master}")
     if simulator.ros2_node is not None:
-        lines.append(f"ROS 2 node {simulator.ros2_node}\n")
-    if simulator.backdoor_port is not None:
-        lines.append(f"backdoor on {host_and_port(simulator.backdoor_host, simulator.backdoor_port)}\n")
-    if simulator.backdoor_http_port is not None:
-        address = host_and_port(simulator.backdoor_host, simulator.backdoor_http_port)
-        lines.append(f"backdoor by HTTP on {address}\n")
-    return "".join(f"{named.name} {line}" if named.name else line for line in lines)
+        lines.append(f"ROS 2 node {simulator.ros2_node}")
+    return "".join(f"{name} {line}\n".lstrip() for line in lines)
 
 
-def _place(named: _Named, robot: Robot) -> dict[str, object]:
-    """Where the page reaches a robot."""
-    simulator, options = named.simulator, robot.options
-    here = reached_at(simulator.host)
-    port = simulator.ports.get(DEFAULT_DIALECT)
+def _place(name: str, simulator: "Simulator") -> dict[str, object]:
+    """Return how the page reaches a robot."""
+    here, settings = reached_at(simulator.host), simulator.settings
+    port = simulator.ports.get("iiwa")
     return {
-        "name": named.name,
+        "name": name,
         "status": (here, simulator.status_port),
         "backdoor": (reached_at(simulator.backdoor_host), simulator.backdoor_port),
-        "token": options.backdoor_token or options.backdoor_token_file or "",
+        "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
         "driver": None if port is None else (here, port),
     }
 
 
 def _banner(simulator: "Simulator") -> str:
     here, robot = reached_at(simulator.host), simulator.cell.description.name
+    dialect, port = next(iter(simulator.ports.items()))
     ways = {
-        "iiwa": "telnet {here} {port}, then type help",
-        "krc4": """printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
+        "iiwa": f"telnet {here} {port}, then type help",
+        "krc4": f"""printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
     }
-    first, port = next(iter(simulator.ports.items()))
-    return f"{robot}, simulated. To try it: {ways[first].format(here=here, port=port)}. Ctrl-C ends it.\n"
+    return f"{robot}, simulated. To try it: {ways[dialect]}. Ctrl-C ends it.\n"

@@ -1,7 +1,7 @@
 """How simulated time passes: in real time, a multiple of it, as fast as it can, or only when told."""
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 MIN_SPEED = 0.01
 MAX_SPEED = 100.0
@@ -10,8 +10,7 @@ EXPECTED = f"real, a multiple of real time from {MIN_SPEED:g}x to {MAX_SPEED:g}x
 _MULTIPLE = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,9})?)x", re.ASCII)
 
 
-@dataclass(frozen=True)
-class Pace:
+class Pace(NamedTuple):
     """One of `REAL`, `FAST`, `STEPPED`, or `multiple(speed)`."""
 
     name: str

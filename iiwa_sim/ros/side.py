@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.options.model import Settings
 from iiwa_sim.ros.arm.joint_level import JointLevel
+from iiwa_sim.ros.conventions import SIMULATED, RosFault
 from iiwa_sim.ros.graph import Graph
-from iiwa_sim.ros.options import SIMULATED, RosFault, RosOptions
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.server import close_all, start_all
+from iiwa_sim.serve.token import secret_in
 from iiwa_sim.serve.web_access import WebAccess
 
 if TYPE_CHECKING:
@@ -31,47 +33,46 @@ SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 
 
 class RosSide:
-    """A robot on ROS, as its options say, from `start` to `close`.
+    """A robot on ROS, as its settings say, from `start` to `close`.
 
-    Raises RosFault if a library is missing, and ValueError for options that are malformed; `start` raises
-    ListenFault, and RosFault if there can be no node.
+    Raises RosFault if a library is missing; `start` raises ListenFault, and RosFault if there can be no node.
     """
 
     def __init__(
         self,
         controller: Controller,
-        tick_rate_hz: int,
         log: DialectLog,
-        options: RosOptions,
+        settings: Settings,
         *,
         on_heard: Callable[[], None],
         budget: Budget,
     ) -> None:
         """`on_heard` is called after a message that may have started a command; `budget` is shared with the
         other servers of the loop."""
-        options.check()
-        access = WebAccess(options.rosbridge_origins, options.rosbridge_hosts)
+        tick_rate_hz = settings.rate_hz
+        access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
         now_ns = time.time_ns
-        if options.ros_stamps == SIMULATED:
+        if settings.ros_stamps == SIMULATED:
 
             def now_ns() -> int:
                 return round(1e9 * controller.tick * controller.tick_s)
 
-        self._node = Node(controller, now_ns, tick_rate_hz, log, options.ros_result, options.ros_reference)
+        self._node = Node(controller, now_ns, tick_rate_hz, log, settings.ros_result, settings.ros_reference)
         self._arm = JointLevel(controller, now_ns, tick_rate_hz, log)
         graph = Graph(self._node, self._arm)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
-        if options.rosbridge_port is not None:
-            given = options.rosbridge_secret
-            secret = None if given is None else Secret(given, time.time_ns)
-            address = options.host, options.rosbridge_port
+        if settings.rosbridge_port is not None:
+            file = settings.rosbridge_secret
+            secret = None if file is None else Secret(secret_in(file), time.time_ns)
+            address = settings.host, settings.rosbridge_port
             self._rosbridge = _rosbridge(graph, log, address, secret, on_heard, budget, access)
-        if options.ros:
+        if settings.ros:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
         self._ros2: Ros2Node | None = None
-        if options.ros2:
-            python, namespace = options.ros2_python, options.ros_namespace
+        if settings.ros2:
+            python = None if settings.ros2_python is None else Path(settings.ros2_python)
+            namespace = settings.ros_namespace
             self._ros2 = _ros2(graph, python, namespace, log, on_heard, budget)
 
     def tick(self) -> None:

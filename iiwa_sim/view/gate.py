@@ -14,7 +14,7 @@ from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
-from iiwa_sim.backdoor.token import Token
+from iiwa_sim.serve.token import Token
 from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
 

@@ -1,60 +1,67 @@
-"""--help: what belongs together stands together, with examples that are taken."""
+"""--help: common options first, all of them by --help-all, examples that are taken."""
 
 from __future__ import annotations
 
 import shlex
-from importlib import import_module
+from collections.abc import Sequence
+from typing import NoReturn
 
 import pytest
 
-from iiwa_sim.cli import main
-from iiwa_sim.cli.names import SUBCOMMANDS, module_of, summaries
+from iiwa_sim.cli import COMMANDS, main
 from iiwa_sim.cli.parsing import Parser
-from iiwa_sim.cli.server_options import server_parser
+from iiwa_sim.options.model import COMMON
+from iiwa_sim.options.sources import OPTIONS
+from iiwa_sim.robot.description import DEFAULT_ROBOT
 
-PARSERS: dict[str, Parser] = {
-    "": server_parser(),
-    **{name: import_module(module_of(name))._parser() for name in SUBCOMMANDS},
-}
+MOST_LINES = 80
 
 
-def helped(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def helped(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     with pytest.raises(SystemExit) as caught:
-        main([*arguments, "--help"])
+        main(words)
     assert caught.value.code == 0
     return capsys.readouterr().out
 
 
-def test_options_stand_in_sections_and_commands_and_examples_below(
-    capsys: pytest.CaptureFixture[str],
+def test_help_tells_common_options_and_commands_whatever_the_environment_says(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told = helped([], capsys)
-    titles = [line for line in told.splitlines() if line.endswith(":") and not line.startswith(" ")]
-    assert titles[:3] == ["robots:", "connections:", "time:"]
-    assert titles[-2:] == ["commands:", "examples:"]
-    for name, summary in summaries().items():
-        assert f"  {name} " in told
-        assert summary in told
-    assert len(PARSERS[""].examples) == 3
-    for line in PARSERS[""].examples:
-        assert f"\n  {line} " in told
+    monkeypatch.setenv("IIWA_SIM_RATE", "none")
+    told = helped(capsys, "--help")
+    assert told.count("\n") <= MOST_LINES
+    flags = {line.split()[0] for line in told.splitlines() if line.startswith("  ")}
+    assert {key for key, each in OPTIONS.items() if each.flag in flags} == COMMON
+    assert all(f"\n  {name} " in told for name in COMMANDS)
+    assert f"(default: {DEFAULT_ROBOT})" in told
+    assert "(a whole number from 100 to 1000 Hz; default: 500)" in told
+    told = helped(capsys, "--help-all")
+    assert all(f"\n  {each.flag}" in told for each in OPTIONS.values())
 
 
-@pytest.mark.parametrize("name", PARSERS)
-def test_each_option_is_told_once(name: str) -> None:
-    parser = PARSERS[name]
-    told = [action for section in parser.sections() for action in section.actions]
-    assert sorted(map(id, told)) == sorted(map(id, parser.options))
+class Parsed(Exception):
+    """A command line has been taken."""
 
 
-@pytest.mark.parametrize("name", SUBCOMMANDS)
-def test_a_command_has_an_example(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "\nexamples:\n  iiwa-sim " in helped([name], capsys)
+def test_a_command_has_examples_that_are_taken(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = {command: examples(helped(capsys, *command.split(), "--help")) for command in ("", *COMMANDS)}
+
+    def parsed(parser: Parser, words: Sequence[str]) -> NoReturn:
+        original(parser, words)
+        raise Parsed
+
+    original = Parser.parsed
+    monkeypatch.setattr(Parser, "parsed", parsed)
+    for command, found in lines.items():
+        assert found, command
+        for line in found:
+            with pytest.raises(Parsed):
+                main(shlex.split(line)[1:])
 
 
-@pytest.mark.parametrize("name", PARSERS)
-def test_an_example_is_taken(name: str) -> None:
-    parser = PARSERS[name]
-    for line in parser.examples:
-        given = shlex.split(line.partition(">")[0].removeprefix(parser.prog))
-        parser.parse_args(given)
+def examples(told: str) -> list[str]:
+    return [
+        line.strip().partition("  ")[0] for line in told.splitlines() if line.strip().startswith("iiwa-sim ")
+    ]

@@ -110,7 +110,7 @@ def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
 def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with (
-        Simulator(cell=TABLE, dialects=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
+        Simulator(cell=TABLE, dialect=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
         Iiwa(simulator.host, simulator.ports["iiwa"]) as driver,
         Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
     ):
@@ -159,7 +159,7 @@ def test_replay_leaves_out_what_lost_its_reply(run: Path, tmp_path: Path) -> Non
 def test_a_dialogue_that_began_before_is_played_in_its_dialect(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with (
-        Simulator(dialects=["iiwa", "krc4"]) as simulator,
+        Simulator(dialect=["iiwa", "krc4"]) as simulator,
         Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
     ):
         plc.fin()
@@ -215,20 +215,3 @@ def test_without_the_library_one_line_tells_how_to_get_it(
     monkeypatch.chdir(tmp_path)
     told = fails(*command, program=(sys.executable, "-c", WITHOUT))
     assert told == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--record-rate", "10"), "argument --record-rate: expected --record with it"),
-        (("--record", "a", "--rate", "100", "--record-rate", "101"), "101 is above the 100 ticks per second"),
-        (("--record", "a", "--record-rate", "0"), "not a whole number from 1 to 1000"),
-    ],
-)
-def test_options_that_make_no_sense_are_told(
-    options: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with pytest.raises(SystemExit) as left:
-        main(list(options))
-    assert left.value.code == 2
-    assert told in capsys.readouterr().err

@@ -77,7 +77,7 @@ def talk(simulator: Simulator) -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recorded") / "session.txt"
-    with Simulator(SIX_AXES, dialects=["krc4"], clock="stepped", transcript=path) as simulator:
+    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped", transcript=path) as simulator:
         talk(simulator)
     return path
 
@@ -89,7 +89,7 @@ def test_a_session_with_every_message_is_recorded_and_played(recorded: Path) -> 
     assert set(IDS) <= transcript.commands
     by_mark = {step.compare for step in transcript.steps if isinstance(step, Answered)}
     assert by_mark == {Compare.EXACT, Compare.NUMBERS}
-    with Simulator(SIX_AXES, dialects=["krc4"], clock="stepped") as another:
+    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped") as another:
         assert played(transcript, another) == []
 
 
@@ -99,7 +99,7 @@ def test_one_changed_number_is_told_with_its_line(recorded: Path) -> None:
     wrong = asked.replace(" R0=", " R0=1")
     line = text.splitlines().index(asked) + 1
     transcript = read("changed", text.replace(asked, wrong, 1))
-    with Simulator(SIX_AXES, dialects=["krc4"], clock="stepped") as another:
+    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped") as another:
         ((where, told),) = played(transcript, another)
     assert where == line
     assert ": R0 is " in told
@@ -108,7 +108,7 @@ def test_one_changed_number_is_told_with_its_line(recorded: Path) -> None:
 def test_both_dialects_of_one_robot_are_recorded_and_played(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     with (
-        Simulator(dialects=["iiwa", "krc4"], clock="stepped", transcript=str(path)) as simulator,
+        Simulator(dialect=["iiwa", "krc4"], clock="stepped", transcript=str(path)) as simulator,
         socket.create_connection((simulator.host, simulator.ports["iiwa"])) as driver,
         Krc4Client(simulator.ports["krc4"]) as plc,
         driver.makefile("rb") as replies,
@@ -124,7 +124,7 @@ def test_both_dialects_of_one_robot_are_recorded_and_played(tmp_path: Path) -> N
     assert text.count(" connects in krc4\n") == 1
     assert text.count(" connects\n") == 1
     assert text.count(" leaves\n") == 2
-    with Simulator(dialects=["iiwa", "krc4"], clock="stepped") as another:
+    with Simulator(dialect=["iiwa", "krc4"], clock="stepped") as another:
         assert played(read_file(path), another) == []
     with (
         Simulator(clock="stepped") as one_dialect,
@@ -152,7 +152,7 @@ def test_a_simulator_that_cannot_listen_leaves_the_recording(tmp_path: Path) -> 
 )
 def test_a_server_of_the_other_dialect_is_named(spoken: str, text: str, told: str) -> None:
     with (
-        Simulator(dialects=[spoken], clock="stepped") as simulator,
+        Simulator(dialect=[spoken], clock="stepped") as simulator,
         pytest.raises(TranscriptFault, match=f"^127.0.0.1:{simulator.port} {told}$"),
     ):
         played(read("one", text), simulator, timeout_s=1.0)

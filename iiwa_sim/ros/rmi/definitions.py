@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 from msgspec import Meta, Struct
 
-from iiwa_sim.ros.options import RESULT_CONSTANTS
+from iiwa_sim.ros.conventions import RESULT_CONSTANTS
 from iiwa_sim.ros.rmi.message_text import TYPES, Definition, joined, parsed, struct_of, within
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.options import APPLY, NEWEST_RESULT
+from iiwa_sim.ros.conventions import APPLY, NEWEST_RESULT
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of
 from iiwa_sim.ros.rmi.message_text import Definition, converted
@@ -51,7 +51,7 @@ class Node:
         reference: str = APPLY,
     ) -> None:
         """`now_ns` returns the time since 1970 (ns) that goes into headers; for `result` and `reference` see
-        `RosOptions`."""
+        `conventions.py`."""
         self._controller = controller
         self._now_ns = now_ns
         self._result = result

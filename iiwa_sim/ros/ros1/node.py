@@ -16,7 +16,7 @@ import rospy
 
 from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.options import RosFault
+from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.rmi.definitions import service
 from iiwa_sim.ros.rmi.message_text import BadMessage, Definition
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Message, Node

@@ -9,7 +9,7 @@ from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 
-from iiwa_sim.ros.options import RosFault
+from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.wording import shortened
 
 PACKAGES = (

@@ -13,8 +13,8 @@ from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.graph import Graph
-from iiwa_sim.ros.options import RosFault
 from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import Message
 from iiwa_sim.ros.ros2.goals import NodeGoals

@@ -19,7 +19,7 @@ from typing import Any, Self
 
 import msgspec
 
-from iiwa_sim.ros.options import RosFault
+from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.wording import harmless, shortened
 
 START_S = 120.0

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from iiwa_sim.cli.server_options import server_parser
 from iiwa_sim.robot.description import load_robot
+from tests.processes import robots
 
 ROOT = Path(__file__).parents[3]
 LAUNCH = ROOT / "examples" / "ros2"
@@ -62,8 +62,7 @@ def test_each_starts_a_robot_with_options_that_it_has(name: str) -> None:
     program, *given = robot.named["cmd"]
     assert program == "iiwa-sim"
     words = [each if isinstance(each, str) else "cell" for each in given]
-    parser = server_parser()
-    assert parser.parse_args(words).ros2 is True
+    assert robots(*words)[""].ros2
 
 
 def test_moveit_is_told_the_robot_and_where_its_action_is() -> None:

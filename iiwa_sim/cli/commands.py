@@ -1,0 +1,313 @@
+"""The commands beside the simulator: each takes its parser and its words, and returns the exit code.
+
+Its docstring stands in its --help. It imports what it needs when it runs: others may need an extra.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser, path, server, servers
+from iiwa_sim.options.robots import settings_of
+from iiwa_sim.options.sources import SettingError
+from iiwa_sim.serve.token import secret_in
+from iiwa_sim.wording import harmless
+
+if TYPE_CHECKING:
+    from iiwa_sim.recordings.read import Recorded
+    from iiwa_sim.recordings.timeline import Timeline
+
+PICTURES = (".png", ".svg")
+PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
+PAGE_PORT = {"view_port": "8080"}
+OF_EACH = ("backdoor", "driver", "name")
+"""Options of `view` that are given once for each robot, in the order of their addresses, or not at all."""
+
+
+def plot(parser: Parser, words: Sequence[str]) -> int:
+    """The file has a command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; a # begins a
+    comment. Below the line 'dialect krc4' they are KRC4 messages, as Cmd I1=100.
+
+      iiwa-sim plot examples/blending.txt -o blending.svg
+      iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
+      iiwa-sim plot run.mcap -o run.png
+    """
+    parser.add_argument("commands", type=path, metavar="COMMANDS|FILE.mcap", help="commands or a recording")
+    parser.add_argument(
+        "-o", "--output", type=_picture, required=True, metavar="PICTURE", help=".png or .svg"
+    )
+    parser.add_options(("cell", "robot", "rate"))
+    own, given = parser.parsed(words)
+    settings, is_recorded = settings_of(given), _is_recording(own.commands)
+    for key in given if is_recorded else ():
+        raise SettingError(f"--{key}: expected none with a recording, which names its own")
+    from iiwa_sim.cell.cell import cell_of
+    from iiwa_sim.plot.script import PlotFault, read_script
+
+    try:
+        from iiwa_sim.plot.draw import picture
+    except ModuleNotFoundError as fault:
+        if not (fault.name or "").startswith("matplotlib"):
+            raise
+        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
+    if is_recorded:
+        with _opened(own.commands) as recorded:
+            from iiwa_sim.plot.recorded import motion_in
+
+            motion = motion_in(recorded)
+    else:
+        from iiwa_sim.plot.run import run
+
+        cell = cell_of(settings.robot, settings.cell)
+        motion = run(read_script(str(own.commands)), cell, settings.rate_hz)
+    try:
+        own.output.write_bytes(picture(motion, own.output.suffix[1:].lower()))
+    except OSError as fault:
+        raise PlotFault(f"{own.output}: cannot be written: {fault.strerror}") from None
+    return 0
+
+
+def check_cell(parser: Parser, words: Sequence[str]) -> int:
+    """An example:
+
+    iiwa-sim check-cell examples/table.toml
+    """
+    parser.add_argument("file", metavar="CELL.toml")
+    own, _ = parser.parsed(words)
+    from iiwa_sim.cell.cell import load_cell
+    from iiwa_sim.cell.summary import summary
+    from iiwa_sim.dialect.dialects import fitting_dialects
+    from iiwa_sim.simulator import Simulator
+
+    cell = load_cell(own.file)
+    say(summary(Simulator(cell=cell, dialect=fitting_dialects(cell.description)).cell))
+    return 0
+
+
+def replay(parser: Parser, words: Sequence[str]) -> int:
+    """Exit code 0 if all replies agree, 1 if some deviate, 2 if the file cannot be played.
+
+    iiwa-sim replay session.txt 127.0.0.1:30000
+    iiwa-sim replay run.mcap 127.0.0.1:30000
+    """
+    parser.add_argument("file", type=path, metavar="FILE", help="of --transcript or --record")
+    parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each dialect")
+    own, _ = parser.parsed(words)
+    from iiwa_sim.transcript.lines import read_file
+    from iiwa_sim.transcript.replay import replay as played
+
+    if _is_recording(own.file):
+        with _opened(own.file) as recorded:
+            from iiwa_sim.recordings.dialogue import transcript_of
+
+            transcript = transcript_of(recorded)
+    else:
+        transcript = read_file(own.file)
+    deviations = 0
+    for deviation in played(transcript, *own.server):
+        deviations += 1
+        say(harmless(f"{transcript.name}:{deviation.line}: {deviation}") + "\n")
+    say(f"{deviations} deviation{'' if deviations == 1 else 's'} in {len(transcript.steps)} lines\n")
+    return 1 if deviations else 0
+
+
+def export(parser: Parser, words: Sequence[str]) -> int:
+    """States, dialogue and events have a file each, FILE.state.csv and so on. Columns of states carry units.
+
+    iiwa-sim export run.mcap --csv
+    """
+    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
+    parser.add_argument("--csv", action="store_true", required=True, help="as CSV, in UTF-8")
+    folder = "folder to write into (default: that of the recording)"
+    parser.add_argument("-o", "--output", type=path, default=None, metavar="FOLDER", help=folder)
+    own, _ = parser.parsed(words)
+    with _opened(own.recording) as recorded:
+        from iiwa_sim.recordings.tables import write_tables
+
+        for file in write_tables(recorded, own.output or own.recording.parent):
+            say(harmless(str(file)) + "\n")
+    return 0
+
+
+def check(parser: Parser, words: Sequence[str]) -> int:
+    """It sends hello, help, stop, bye, lines that are no commands, and commands that begin with get or
+    is, which move nothing. The robot has to be at rest. Exit code 0 if nothing deviates, 1 if something
+    does, 2 without a server, or with a robot that moves.
+
+      iiwa-sim check 172.31.1.147:30000
+    """
+    motion = (
+        "also send moves, from where the robot is and back: up to 40 mm upwards, 0.1 rad of A7, 0.03 rad "
+        "of A3 with the TCP held, at up to a fifth of the speed"
+    )
+    parser.add_argument("server", type=server, metavar="HOST:PORT", help="where the server listens")
+    parser.add_argument("--allow-motion", action="store_true", default=False, help=motion)
+    own, _ = parser.parsed(words)
+    from iiwa_sim.check import report
+    from iiwa_sim.check.check import check as checked
+    from iiwa_sim.check.findings import Finding, Verdict
+    from iiwa_sim.check.link import Link
+
+    host, port = own.server
+    link = Link(host, port, own.allow_motion)
+    findings: list[Finding] = []
+    for probe, finding in checked(link):
+        if not findings:
+            say(f"{report.HEAD}\n")
+        findings.append(finding)
+        say(report.line(probe, finding) + "\n")
+    say(report.summary(findings, link.sent) + "\n")
+    return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
+
+
+def show(parser: Parser, words: Sequence[str]) -> int:
+    """It needs the extras record and view. Exit code 0 after SIGTERM or SIGINT.
+
+    iiwa-sim show run.mcap
+    """
+    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
+    parser.add_options(PAGE, defaults=PAGE_PORT)
+    own, given = parser.parsed(words)
+    settings = settings_of(given)
+    from iiwa_sim.cli.page import served
+
+    with _opened(own.recording):  # fails before the page is loaded if it is none
+        pass
+    with served(settings) as page:
+        from iiwa_sim.recordings.timeline import Timeline
+        from iiwa_sim.view.playback import run_playback
+
+        timeline = Timeline(own.recording)
+        _warn_if_cut(timeline)
+        run_playback(page.listening, timeline, page.over, page.token, page.announce)
+    return 0
+
+
+def view(parser: Parser, words: Sequence[str]) -> int:
+    """With a backdoor the page can also push robots, stop them, and inject faults. With several robots,
+    --backdoor, --driver and --name come once for each, in their order.
+
+      iiwa-sim view 127.0.0.1:30001
+      iiwa-sim view 127.0.0.1:30001 --backdoor 127.0.0.1:30002
+      iiwa-sim view 10.0.0.5:30001 10.0.0.6:30001
+    """
+    parser.add_argument("servers", type=server, nargs="+", metavar="HOST:PORT", help="status port of a robot")
+    place: dict[str, Any] = {"type": server, "metavar": "HOST:PORT", "action": "append", "default": []}
+    parser.add_argument("--backdoor", help="backdoor of the robot (default: none)", **place)
+    parser.add_argument("--driver", help="its text protocol, to type commands (default: none)", **place)
+    name = "name of the robot on the page (default: its HOST:PORT)"
+    parser.add_argument("--name", action="append", default=[], help=name)
+    parser.add_options(("robot", "backdoor_token_file", *PAGE), defaults=PAGE_PORT)
+    own, given = parser.parsed(words)
+    token = secret_in(given.pop("backdoor_token_file").value) if "backdoor_token_file" in given else ""
+    settings = settings_of(given)
+    for option in OF_EACH:
+        if (often := len(getattr(own, option))) not in (0, len(own.servers)):
+            raise SettingError(f"--{option}: {often} given, expected one for each HOST:PORT")
+    from iiwa_sim.cli.page import served
+    from iiwa_sim.serve.listening import host_and_port
+
+    with served(settings) as page:
+        from iiwa_sim.view.live import run_page
+        from iiwa_sim.view.station import Place
+
+        places = [
+            Place(
+                name=name or host_and_port(*status),
+                status=status,
+                backdoor=backdoor,
+                token=token,
+                driver=driver,
+                robot=settings.robot,
+            )
+            for status, backdoor, driver, name in zip_longest(
+                own.servers, *(getattr(own, option) for option in OF_EACH)
+            )
+        ]
+        run_page(page.listening, places, page.over, page.token, page.announce)
+    return 0
+
+
+def health(parser: Parser, words: Sequence[str]) -> int:
+    """It asks all dialects, on the ports that command line and environment of the process name. Exit code
+    0 if all answer, else 1.
+
+      iiwa-sim health
+    """
+    number = "number of the process (default: 1, the first of a container)"
+    parser.add_argument("process", nargs="?", type=int, default=1, metavar="PROCESS", help=number)
+    from iiwa_sim.cli.health import fault_of
+
+    fault = fault_of(parser.parsed(words)[0].process)
+    if fault:
+        print(f"iiwa-sim: {fault}", file=sys.stderr)
+    return 1 if fault else 0
+
+
+def ros_package_path(parser: Parser, words: Sequence[str]) -> int:
+    """For rostopic, rosservice and rosmsg, in ROS_PACKAGE_PATH:
+
+    iiwa-sim ros-package-path
+    """
+    parser.parsed(words)
+    from importlib.resources import files
+
+    say(f"{files('iiwa_sim.protocol').joinpath('rmi')}\n")
+    return 0
+
+
+def ros2_env(parser: Parser, words: Sequence[str]) -> int:
+    """The wheels are for x86-64 Linux (270 MB). It prints the interpreter, which iiwa-sim --ros2 finds in the
+    default folder. Types that no wheel has (control_msgs, tf2_msgs, robot_movement_interface) are
+    compiled where a C++ compiler is.
+
+      iiwa-sim ros2-env
+    """
+    folder = "folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)"
+    parser.add_argument("folder", nargs="?", type=path, default=None, metavar="FOLDER", help=folder)
+    own, _ = parser.parsed(words)
+    from iiwa_sim.ros.ros2.environment import default_folder, make, python_in
+
+    made = own.folder or default_folder()
+    lacking = make(made)
+    if lacking:
+        sys.stderr.write(
+            "iiwa-sim: without the action FollowJointTrajectory, /tf and Appendix A, whose types need a C++ "
+            f"compiler and Python's headers (g++, python3-dev): {lacking}\n"
+        )
+    say(f"{python_in(made)}\n")
+    return 0
+
+
+def _is_recording(file: Path) -> bool:
+    return file.suffix.lower() == ".mcap"
+
+
+@contextmanager
+def _opened(file: Path) -> "Iterator[Recorded]":
+    """Open a recording; a warning on stderr says at the end if it is cut off. Raises RecordingFault."""
+    from iiwa_sim.recordings.fault import needs_mcap
+
+    with needs_mcap():
+        from iiwa_sim.recordings.read import Recorded
+    recorded = Recorded(file)
+    yield recorded
+    _warn_if_cut(recorded)
+
+
+def _warn_if_cut(recorded: "Recorded | Timeline") -> None:
+    if recorded.cut:
+        where = "" if recorded.cut_at_s is None else f" at {round(recorded.cut_at_s, 3):g} s"
+        warning = f"iiwa-sim: {recorded.path}: cut off or damaged{where}: what follows is lost"
+        print(harmless(warning), file=sys.stderr)
+
+
+def _picture(text: str) -> Path:
+    if Path(text).suffix.lower() not in PICTURES:
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {' or '.join(PICTURES)}")
+    return Path(text)

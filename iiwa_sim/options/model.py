@@ -1,0 +1,207 @@
+"""Options of the simulator: types, ranges, units, defaults, help and rules.
+
+`sources.py` derives the command line, environment variables, keys of a fleet file, keyword arguments and the
+reference table from it. The field `rate_hz` is the option `--rate`, the variable `IIWA_SIM_RATE`, the key
+`rate` of a fleet file and the keyword argument `rate_hz`.
+"""
+
+from collections.abc import Callable
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from iiwa_sim.clock import pace
+from iiwa_sim.dialect.ports import MAX_PORT
+from iiwa_sim.serve.token import LOOPBACK, Token, secret_in
+
+
+def option_name(field: str) -> str:
+    """Return the name of an option: its field without the unit."""
+    return field.removesuffix("_hz").removesuffix("_s")
+
+
+def _checked(check: Callable[[str], object], expected: str, metavar: str) -> Meta:
+    """Describe a text for which `check` raises OSError or ValueError if it is wrong."""
+    return Meta(min_length=1, extra={"check": check, "expected": expected, "metavar": metavar})
+
+
+def _admit(**named: list[str]) -> None:
+    from iiwa_sim.serve.web_access import WebAccess
+
+    WebAccess(**named)
+
+
+def _group(title: str) -> Callable[..., Meta]:
+    """Return a function that describes an option of a group: help text, metavar, meaning of no value."""
+
+    def described(text: str, metavar: str = "", unset: str = "") -> Meta:
+        extra = {"metavar": metavar, "unset": unset}
+        return Meta(title=title, description=text, extra={key: each for key, each in extra.items() if each})
+
+    return described
+
+
+_NOT_EMPTY = "a text that is not empty"
+_A_TOKEN = "1 to 256 printable ASCII characters without blanks"
+Port = Annotated[int, Meta(ge=0, le=MAX_PORT, extra={"metavar": "PORT"})]
+Count = Annotated[int, Meta(ge=1, le=10_000, extra={"metavar": "NUMBER"})]
+Seconds = Annotated[float, Meta(ge=0, le=86400, extra={"metavar": "SECONDS"})]
+SecondsAboveZero = Annotated[float, Meta(gt=0, le=86400, extra={"metavar": "SECONDS"})]
+TickRateHz = Annotated[int, Meta(ge=100, le=1000, extra={"metavar": "HZ"})]
+StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
+RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
+File = Annotated[str, Meta(min_length=1, extra={"metavar": "FILE", "expected": _NOT_EMPTY})]
+Host = Annotated[str, Meta(min_length=1, extra={"metavar": "HOST", "expected": _NOT_EMPTY})]
+SecretFile = Annotated[str, _checked(secret_in, "a readable file that is not empty", "FILE")]
+TokenFile = Annotated[
+    str, _checked(lambda path: Token(secret_in(path)), f"a readable file with {_A_TOKEN}", "FILE")
+]
+Word = Annotated[str, _checked(Token, _A_TOKEN, "TOKEN")]
+Clock = Annotated[str, _checked(pace.pace, pace.EXPECTED, "real|10x|fast|stepped")]
+Origin = Annotated[
+    str, _checked(lambda text: _admit(origins=[text]), "scheme://host or scheme://host:port", "ORIGIN")
+]
+HostName = Annotated[
+    str, _checked(lambda text: _admit(hosts=[text]), "a host name without scheme and port", "NAME")
+]
+Dialect = Literal["iiwa", "krc4"]
+LogLevel = Literal["error", "warning", "info", "debug"]
+_robots, _connections, _time, _output = map(_group, ("robots", "connections", "time", "output"))
+_backdoor, _ros, _other = map(_group, ("backdoor", "ROS", "other options"))
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
+    """Options of one robot and of the process that runs it."""
+
+    cell: Annotated[File | None, _robots("robot, start pose, tool, surfaces and parts", "CELL.toml")] = None
+    robot: Annotated[
+        File | None, _robots("built-in robot, or a folder", "NAME|FOLDER", "lbr_iiwa_7_r800")
+    ] = None
+    count: Annotated[
+        Count | None,
+        _robots("run equal robots, robot-0, robot-1 and so on; ports count up", "", "one without a name"),
+    ] = None
+    fleet: Annotated[File | None, _robots("run the robots that this file names", "FLEET.toml")] = None
+
+    dialect: Annotated[tuple[Dialect, ...], _connections("protocols, each on its own port")] = ("iiwa",)
+    host: Annotated[Host, _connections("address to listen on; 0.0.0.0 for all")] = LOOPBACK
+    port: Annotated[
+        tuple[Port, ...],
+        _connections("one port for each dialect; 0 picks a free one", "", "30000 for iiwa, 54600 for krc4"),
+    ] = ()
+    strict: Annotated[
+        bool, _connections("reject an iiwa command with surplus values, instead of ignoring them")
+    ] = False
+    exclusive: Annotated[bool, _connections("serve one client after the other; others wait")] = False
+    reconnect_pause_s: Annotated[Seconds, _connections("wait between one client and the next")] = 0.0
+    bye_shuts_down: Annotated[bool, _connections("exit when a client sends bye")] = False
+
+    clock: Annotated[
+        Clock,
+        _time(
+            "real time, a multiple of it, as fast as possible while the robot moves, "
+            "or advanced by a test only"
+        ),
+    ] = "real"
+    rate_hz: Annotated[TickRateHz, _time("ticks per second")] = 500
+    servo_timeout_s: Annotated[
+        SecondsAboveZero | None,
+        _time("stop if no smart or direct move follows the last one within this time", "", "never"),
+    ] = None
+
+    status_port: Annotated[
+        Port | None, _output("send the state as lines of JSON, and take the line stop; 0 picks a port")
+    ] = None
+    status_rate_hz: Annotated[StatusRateHz, _output("lines per second on the status port")] = 50
+    view_port: Annotated[
+        Port | None, _output("port of a live page, which uses status port and backdoor; 0 picks a port")
+    ] = None
+    view_host: Annotated[Host, _output("address of the page; others than loopback need a token")] = LOOPBACK
+    view_token: Annotated[Word | None, _output("admit only browsers that know this token")] = None
+    view_token_file: Annotated[TokenFile | None, _output("file with the token of the page")] = None
+    transcript: Annotated[File | None, _output("write the dialogue, for iiwa-sim replay")] = None
+    record: Annotated[File | None, _output("record the run; needs the extra record", "FILE.mcap")] = None
+    record_rate_hz: Annotated[
+        RateHz | None, _output("states per second in the recording", "", "one at every tick")
+    ] = None
+    log_level: Annotated[
+        LogLevel,
+        _output(
+            "warning adds rejected commands and lost clients, info clients that come and go, "
+            "debug all commands"
+        ),
+    ] = "warning"
+    log_json: Annotated[bool, _output("log JSON, one object per line")] = False
+
+    backdoor_port: Annotated[
+        Port | None, _backdoor("faults, pushes and state as lines of text; 0 picks a port")
+    ] = None
+    backdoor_http_port: Annotated[
+        Port | None, _backdoor("the same as JSON over HTTP; needs the extra http; 0 picks a port")
+    ] = None
+    backdoor_host: Annotated[Host, _backdoor("address of both; others than loopback need a token")] = LOOPBACK
+    backdoor_token: Annotated[
+        Word | None,
+        _backdoor("serve only clients that send this token; other users see it in the list of processes"),
+    ] = None
+    backdoor_token_file: Annotated[TokenFile | None, _backdoor("file with the token of the backdoor")] = None
+
+    rosbridge_port: Annotated[Port | None, _ros("serve rosbridge; usually 9090; 0 picks a port")] = None
+    rosbridge_secret: Annotated[
+        SecretFile | None, _ros("serve only clients that know the secret in this file", "", "all clients")
+    ] = None
+    rosbridge_origin: Annotated[
+        tuple[Origin, ...], _ros("also admit web pages of this origin", "", "pages of this machine")
+    ] = ()
+    rosbridge_host: Annotated[
+        tuple[HostName, ...], _ros("also admit this name of the machine", "", "addresses and localhost")
+    ] = ()
+    ros: Annotated[bool, _ros("run a ROS 1 node at ROS_MASTER_URI; needs rospy")] = False
+    ros_result: Annotated[
+        Literal[2016, 2021, 2023, 2024], _ros("year of the message type of /command_result")
+    ] = 2024
+    ros_reference: Annotated[
+        Literal["apply", "ignore"], _ros("what to do with a pose_reference_frame other than the base")
+    ] = "apply"
+    ros_stamps: Annotated[Literal["real", "simulated"], _ros("time in message headers")] = "real"
+    ros2: Annotated[bool, _ros("run a ROS 2 node in a process of its own")] = False
+    ros2_python: Annotated[
+        File | None, _ros("interpreter with rclpy", "PATH", "that of iiwa-sim ros2-env, or a sourced one")
+    ] = None
+    ros_namespace: Annotated[str, _ros("namespace of the ROS 2 node and its topics", "NAME", "none")] = ""
+
+    version: Annotated[bool, _other("print the version and exit")] = False
+
+
+# Rules by option name. Options of the process, which one robot of a fleet cannot have:
+PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json", "ros", "version"))
+PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
+COMMON = frozenset(("cell", "robot", "count", "fleet", "dialect", "host", "port", "clock", "rate"))  # --help
+COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
+COMMON |= {"backdoor_port", "backdoor_http_port", "rosbridge_port", "ros", "ros2"}
+REPEATED = ("rosbridge_origin", "rosbridge_host")  # on the command line
+WRITTEN = ("transcript", "record")  # files of which each robot writes its own
+FILES = ("cell", "robot", "rosbridge_secret", "backdoor_token_file", *WRITTEN)  # seen from the fleet file
+SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")  # Kubernetes sets them for a Service iiwa-sim
+LISTENS_AT = {"port": "host", "status_port": "host", "rosbridge_port": "host"}  # ports and their addresses
+LISTENS_AT |= dict.fromkeys(("backdoor_port", "backdoor_http_port"), "backdoor_host")
+LISTENS_AT |= {"view_port": "view_host"}
+NEEDS = {  # an option: at least one of these has to be given with it
+    "status_rate": ("status_port", "view_port"),
+    "record_rate": ("record",),
+    **dict.fromkeys(("rosbridge_secret", "rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
+    **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
+    **dict.fromkeys(("ros_result", "ros_reference", "ros_stamps"), ("rosbridge_port", "ros", "ros2")),
+    **dict.fromkeys(
+        ("backdoor_host", "backdoor_token", "backdoor_token_file"),
+        ("backdoor_port", "backdoor_http_port", "view_port"),
+    ),
+    **dict.fromkeys(("view_host", "view_token", "view_token_file"), ("view_port",)),
+}
+EXCLUDES = {"robot": "cell", "fleet": "count"}  # an option: this one must not be given with it
+EXCLUDES |= {"backdoor_token_file": "backdoor_token", "view_token_file": "view_token"}
+AT_MOST = {"status_rate": "rate", "record_rate": "rate"}
+NEEDS_DIALECT = {"strict": "iiwa", "bye_shuts_down": "iiwa"}
+NEEDS_TOKEN = {"backdoor_host": ("backdoor_token", "backdoor_token_file")}  # unless it is a loopback address
+NEEDS_TOKEN |= {"view_host": ("view_token", "view_token_file")}

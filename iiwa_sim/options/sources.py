@@ -1,0 +1,136 @@
+"""Environment variables, tables of TOML files and keyword arguments for the options in `model.py`."""
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
+
+import msgspec
+
+from iiwa_sim.options import model
+from iiwa_sim.wording import Unusable, harmless, shortened
+
+LONGEST_SHOWN = 60
+"""Most characters of a name or a value that a message shows."""
+
+
+class SettingError(Unusable, ValueError):
+    """An option is unknown, or its value is wrong. The message is one line."""
+
+
+def _either(words: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+class Option:
+    """One option in all its spellings."""
+
+    def __init__(self, field: msgspec.structs.FieldInfo) -> None:
+        self.key, self.keyword, self.default = field.encode_name, field.name, field.default
+        flag = f"--{self.key.replace('_', '-')}"
+        self.flag = "CELL.toml" if self.key == "cell" else flag
+        self.command_flag = flag.replace("--view-", "--")  # in commands such as plot and view
+        self.variable = f"IIWA_SIM_{self.key.upper()}"
+        arms, self.is_list = get_args(get_args(field.type)[0]), isinstance(self.default, tuple)
+        self.type = arms[0] if type(None) in arms else field.type
+        item = arms[0] if self.is_list else self.type
+        kind = get_args(item)[0] if get_origin(item) is Annotated else item
+        metas = [*getattr(item, "__metadata__", ()), *field.type.__metadata__]
+        extra = {key: value for meta in metas for key, value in (meta.extra or {}).items()}
+        self.group, self.text = str(metas[-1].title), str(metas[-1].description)
+        self.is_switch, self.check = kind is bool, extra.get("check", str)
+        words = list(map(str, get_args(kind))) or (["true", "false"] if self.is_switch else ["a text"])
+        if kind in (int, float):
+            limit, whole = next(meta for meta in metas if meta.le is not None), "whole " * (kind is int)
+            low = f"from {limit.ge:g} to" if limit.ge is not None else f"above {limit.gt:g} and up to"
+            unit = {"_hz": " Hz", "_s": " s"}.get(self.keyword.removeprefix(self.key), "")
+            words = [f"a {whole}number {low} {limit.le:g}{unit}"]
+        self.expected = extra.get("expected", _either(words)) + ", commas between" * self.is_list
+        self.metavar = extra.get("metavar", "|".join(words))
+        shown = ",".join(self.default) if self.is_list else self.default
+        shown = f"{shown:g}" if kind is float and shown is not None else shown
+        self.unset = extra.get("unset") or ("none" if shown in (None, "") else str(shown).lower())
+
+
+class Place(NamedTuple):
+    """Source of a value, and how this source spells options."""
+
+    spelling: str
+    equals: str
+    before: str = ""
+    is_text: bool = False
+
+    def show(self, option: Option, value: object = None) -> str:
+        """Return an option and its value as the user wrote them, such as `--rate 5`; tokens stay hidden."""
+        words = map(str, value if isinstance(value, list | tuple) else [value])
+        text = (",".join(words) or "''") if self.is_text else repr(value)
+        text = "***" if option.metavar == "TOKEN" else shortened(harmless(text), LONGEST_SHOWN)
+        return f"{self.before}{getattr(option, self.spelling)}{'' if value is None else self.equals + text}"
+
+
+class Value(NamedTuple):
+    """A checked value and its source."""
+
+    value: Any
+    place: Place
+
+
+Given = dict[str, Value]
+"""Values by the names of their options."""
+OPTIONS = {field.encode_name: Option(field) for field in msgspec.structs.fields(model.Settings)}
+"""All options by name."""
+ENVIRONMENT = Place("variable", "=", is_text=True)
+KEYWORDS = Place("keyword", "=")
+
+
+def from_environment(variables: Mapping[str, str]) -> tuple[Given, list[str]]:
+    """Return the options in environment variables, and warnings for unknown ones.
+
+    An empty variable counts as not set. Raises SettingError.
+    """
+    known = {each.variable: each for each in OPTIONS.values() if each.key != "version"}
+    mine = {name for name, text in variables.items() if text and name.startswith("IIWA_SIM_")}
+    mine -= {name for name in mine if name.startswith(model.SERVICE_LINKS) or "tcp://" in variables[name]}
+    given = from_names({name: variables[name] for name in known if name in mine}, ENVIRONMENT)
+    return given, [str(unknown(name, known)) for name in sorted(mine - known.keys())]
+
+
+def from_names(names: Mapping[str, Any], place: Place, folder: Path | None = None) -> Given:
+    """Return options by keyword or key of a table; paths start at `folder`. Raises SettingError."""
+    left_out = {"keyword": model.PROCESS - {"ros"}, "key": model.PROCESS}.get(place.spelling, ())
+    known = {getattr(each, place.spelling): each for each in OPTIONS.values() if each.key not in left_out}
+    for name in sorted(names.keys() - known.keys()):
+        raise unknown(name, known, before=place.before)
+    given = {known[name]: value for name, value in names.items() if value is not None}
+    return {option.key: read(option, value, place, folder) for option, value in given.items()}
+
+
+def merged(*sources: Given) -> Given:
+    """Return the options of several sources, the last of which holds; a cell stands for a robot."""
+    found: Given = {}
+    for each in sources:
+        if "cell" in each or "robot" in each:
+            found = {key: value for key, value in found.items() if key not in ("cell", "robot")}
+        found |= each
+    return found
+
+
+def read(option: Option, given: Any, place: Place, folder: Path | None = None) -> Value:
+    """Return a checked value. Raises SettingError with the option, its value and what is expected."""
+    value = str(given) if isinstance(given, Path) else given
+    if option.is_list and not isinstance(value, list | tuple):
+        value = [word.strip() for word in str(value).split(",")]
+    try:
+        value = msgspec.convert(value, option.type, strict=not (place.is_text or option.is_list))
+        if folder and option.key in model.FILES and (option.key != "robot" or (folder / value).exists()):
+            value = str(folder / value)
+        list(map(option.check, value if option.is_list else [value]))
+    except (msgspec.ValidationError, ValueError, OSError):
+        raise SettingError(f"{place.show(option, given)}: expected {option.expected}") from None
+    return Value(value, place)
+
+
+def unknown(name: str, known: Iterable[str], what: str = "no such option", before: str = "") -> SettingError:
+    """Build the error for an unknown name, with the one of `known` that is nearest to it."""
+    near = [f", did you mean {each}?" for each in difflib.get_close_matches(name, list(known), 1)]
+    return SettingError(f"{before}{shortened(harmless(name), LONGEST_SHOWN)}: {what}{''.join(near)}")

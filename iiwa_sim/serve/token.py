@@ -1,0 +1,55 @@
+"""The token by which clients of other machines authenticate at the backdoor and the page."""
+
+import re
+from pathlib import Path
+
+LONGEST = 256
+"""Most characters of a token: it fits in a line of the protocol and in a header of HTTP."""
+
+_TOKEN = re.compile(rf"[!-~]{{1,{LONGEST}}}")
+
+LOOPBACK = "127.0.0.1"
+"""Default address of backdoor and page: for tests on the same machine."""
+
+
+class Token:
+    """A secret word, compared in constant time."""
+
+    def __init__(self, text: str) -> None:
+        """Raises ValueError for a text that is not one word of printable ASCII."""
+        if not _TOKEN.fullmatch(text):  # not shown: it may be a secret with a slip in it
+            raise ValueError(
+                f"the token has {len(text)} characters: expected 1 to {LONGEST} of printable ASCII, no blanks"
+            )
+        self._text = text.encode()
+
+    def fits(self, given: bytes) -> bool:
+        """Return True if this is the token."""
+        import hmac  # which loads OpenSSL: only where there is a token
+
+        return hmac.compare_digest(self._text, given)
+
+
+def secret_in(path: str) -> str:
+    """Return the text of a file, without blanks around it. Raises OSError, and ValueError if it is empty."""
+    secret = Path(path).read_text(encoding="utf-8-sig").strip()
+    if not secret:
+        raise ValueError(f"{path} is empty")
+    return secret
+
+
+def word_of(text: str | None, file: str | None) -> str | None:
+    """Return the token that a text or a file names, None if neither does. Raises OSError and ValueError."""
+    return text if file is None else secret_in(file)
+
+
+def is_loopback(host: str) -> bool:
+    """Return True if only this machine reaches an address; of names only localhost counts."""
+    if host == LOOPBACK:
+        return True
+    import ipaddress
+
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"

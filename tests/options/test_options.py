@@ -1,0 +1,150 @@
+"""Options from command line, environment, fleet file and keywords: equal values, one line for a wrong one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim import SettingError, Settings, Simulator
+from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.options.model import PROCESS, REPEATED
+from iiwa_sim.options.sources import OPTIONS, Place, from_environment, from_names
+from tests.processes import refused, robots
+from tools import options as page
+
+VALUES = """
+cell=cell.toml robot=kr_6_r900_sixx count=3 fleet=fleet.toml dialect=krc4,iiwa host=0.0.0.0 port=31000,31001
+strict=true exclusive=TRUE reconnect_pause=2.5 bye_shuts_down=1 clock=fast rate=250 servo_timeout=1.5
+status_port=31001 status_rate=20 view_port=31005 view_host=::1 view_token=swordfish view_token_file=SECRET
+transcript=said.txt record=run.mcap record_rate=50 log_level=debug log_json=1 backdoor_port=31003
+backdoor_http_port=31004 backdoor_host=::1 backdoor_token=swordfish backdoor_token_file=SECRET
+rosbridge_port=0 rosbridge_secret=SECRET rosbridge_origin=https://a.example,null
+rosbridge_host=simulator,robot ros=1 ros_result=2016 ros_reference=ignore ros_stamps=simulated ros2=1
+ros2_python=/no/such/python ros_namespace=cell
+"""
+"""A value other than the default for each option."""
+
+
+@pytest.fixture
+def secret(tmp_path: Path) -> str:
+    path = tmp_path / "secret"
+    path.write_text("\ufeffswordfish\n", encoding="utf-8")
+    return str(path)
+
+
+def test_an_option_has_the_same_value_by_each_way(secret: str) -> None:
+    values = dict(word.replace("SECRET", secret).split("=", 1) for word in VALUES.split())
+    assert values.keys() == OPTIONS.keys() - {"version"}
+    for key, text in values.items():
+        option = OPTIONS[key]
+        words = [f"{option.flag}={each}" for each in (text.split(",") if key in REPEATED else [text])]
+        words = [option.flag] if option.is_switch else [text] if key == "cell" else words
+        value = from_command_line(words)[key].value
+        assert value != option.default
+        assert from_environment({option.variable: text})[0][key].value == value
+        if key not in PROCESS:
+            native = list(value) if option.is_list else value
+            assert from_names({key: native}, Place("key", " = "))[key].value == value
+            assert from_names({option.keyword: native}, Place("keyword", "="))[key].value == value
+
+
+def test_the_command_line_comes_before_the_environment_and_an_empty_variable_is_none() -> None:
+    assert robots("--clock", "stepped", IIWA_SIM_CLOCK="fast")[""].clock == "stepped"
+    assert robots("a.toml", IIWA_SIM_ROBOT="kr_6_r900_sixx")[""].robot is None
+    assert robots(IIWA_SIM_CLOCK="", IIWA_SIM_STRICT="") == robots()
+    assert robots(IIWA_SIM_PORT="tcp://10.0.0.7:30000", IIWA_SIM_SERVICE_HOST="10.0.0.7") == robots()
+
+
+def test_unknown_variables_are_warned_of_unless_kubernetes_sets_them() -> None:
+    variables = {"IIWA_SIM_CLOK": "fast", "IIWA_SIM_PORT_30000_TCP": "tcp://10.0.0.7:30000"}
+    assert from_environment(variables) == (
+        {},
+        ["IIWA_SIM_CLOK: no such option, did you mean IIWA_SIM_CLOCK?"],
+    )
+
+
+WRONG = {
+    "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
+    "--clock fats": "--clock fats: expected real, a multiple of real time from 0.01x to 100x, fast or",
+    "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
+    "--port 1,2": "--port 1,2: expected 1, one for each dialect",
+    "--dialect klingon": "--dialect klingon: expected iiwa or krc4, commas between",
+    "--dialect iiwa,iiwa": "--dialect iiwa,iiwa: expected one or more, each once",
+    "--servo-timeout 0": "--servo-timeout 0: expected a number above 0 and up to 86400 s",
+    "--servo-timeout nan": "--servo-timeout nan: expected a number above 0",
+    "--reconnect-pause=-1": "--reconnect-pause -1: expected a number from 0 to 86400 s",
+    "--status-rate 50": "--status-rate 50: expected --status-port or --view-port with it",
+    "--status-port 0 --status-rate 200 --rate 100": "--status-rate 200: expected at most 100 Hz, the --rate",
+    "--dialect krc4 --strict": "--strict: expected iiwa in --dialect",
+    "--prot 1": "--prot: no such option, did you mean --port?",
+    "--stritc": "--stritc: no such option, did you mean --strict?",
+    "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
+    "a.toml --robot lbr_iiwa_7_r800": "--robot lbr_iiwa_7_r800: expected no CELL.toml with it",
+    "shwo": "shwo: no file and no command, did you mean show?",
+    "--transcript=": "--transcript '': expected a text that is not empty",
+    "--status-port 30000": "--status-port: 30000 is taken by --port",
+    "--count 0": "--count 0: expected a whole number from 1 to 10000",
+    "--count 2 --fleet a.toml": "--fleet a.toml: expected no --count with it",
+    "--count 2 --ros": "--ros: expected one robot",
+    "--count 2 --port 65535": "--port: robot 1 has port 65536, expected up to 65535",
+    "--count 2 --status-port 30001": "--port of robot-1: 30001 is taken by --status-port of robot-0",
+    "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host 0.0.0.0: expected --backdoor-token or "
+    "--backdoor-token-file with it",
+    "--backdoor-host ::1": "--backdoor-host ::1: expected --backdoor-port or --backdoor-http-port or",
+    "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
+    "--backdoor-port 0 --backdoor-token-file /no/such": "--backdoor-token-file /no/such: expected a readable",
+    "--rosbridge-port 0 --rosbridge-secret /no": "--rosbridge-secret /no: expected a readable file",
+    "--rosbridge-port 0 --rosbridge-origin here": "--rosbridge-origin here: expected scheme://host or",
+}
+
+
+def test_a_wrong_command_line_ends_with_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    for words, told in WRONG.items():
+        line = refused(*words.split(" "))
+        assert line.startswith(f"iiwa-sim: {told}"), line
+        assert line[:-1].isprintable()
+    assert len(refused("--port", "x" * 5000)) < 500
+    assert refused("--transcript", "").startswith("iiwa-sim: --transcript ''")
+    monkeypatch.setenv("IIWA_SIM_RATE", "99")
+    assert refused() == "iiwa-sim: IIWA_SIM_RATE=99: expected a whole number from 100 to 1000 Hz\n"
+
+
+def test_keywords_and_settings_of_a_simulator() -> None:
+    found = Simulator(
+        "lbr_iiwa_14_r820", settings=Settings(clock="fast", dialect=("iiwa", "krc4")), rate_hz=250
+    )
+    assert found.settings == Settings(
+        robot="lbr_iiwa_14_r820", clock="fast", dialect=("iiwa", "krc4"), rate_hz=250, port=(0, 0)
+    )
+    assert found.clock.tick_s == 0.004
+    assert Simulator(cell=found.cell).cell is found.cell
+
+
+@pytest.mark.parametrize(
+    ("keywords", "told"),
+    [
+        ({"stirct": True}, "stirct: no such option, did you mean strict?"),
+        ({"rate_hz": 5}, "rate_hz=5: expected a whole number from 100 to 1000 Hz"),
+        ({"rate_hz": "500"}, "rate_hz='500': expected a whole number"),
+        ({"strict": 1}, "strict=1: expected true or false"),
+        ({"dialect": []}, r"dialect=\[\]: expected one or more, each once"),
+        ({"port": [1, 2]}, r"port=\[1, 2\]: expected 1, one for each dialect"),
+        ({"record_rate_hz": 10}, "record_rate_hz=10: expected record with it"),
+        ({"cell": "a.toml", "robot": "b"}, "robot='b': expected no cell with it"),
+        ({"settings": Settings(rate_hz=5)}, "rate_hz=5: expected"),
+        (
+            {"backdoor_port": 0, "backdoor_host": "0.0.0.0"},
+            "backdoor_host='0.0.0.0': expected backdoor_token or",
+        ),
+        ({"log_level": "debug"}, "log_level: no such option"),
+    ],
+)
+def test_wrong_keywords(keywords: dict[str, object], told: str) -> None:
+    with pytest.raises(SettingError, match=told) as caught:
+        Simulator(**keywords)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_the_page_of_options_is_current() -> None:
+    assert page.PAGE.read_text(encoding="utf-8") == page.page()
