@@ -109,7 +109,7 @@ async def dialogue(scene: Scene, pace: Pace) -> list[tuple[float, ...]]:
     Those of the iiwa blend. Who asks whether the robot still moves learns in the end that it does not.
     """
     joints = []
-    with scene.simulator(clock=pace) as simulator:
+    with scene.simulator(clock=pace.name) as simulator:
         controller = simulator.controller
         step = controller.step
 

@@ -129,4 +129,4 @@ def test_an_interpreter_is_found_where_a_distribution_is_sourced(
 
 def test_a_fleet_needs_a_namespace_for_each() -> None:
     said = refused(*ROS2, "--count", "2")
-    assert "--ros-namespace: expected one of its own for each robot on ROS 2" in said
+    assert "--ros-namespace: expected a different one for each robot on ROS 2" in said
