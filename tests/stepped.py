@@ -28,8 +28,8 @@ ALL_ROBOTS = [name if name in ARMS else pytest.param(name, marks=pytest.mark.slo
 """To parametrize tests with: `make test` leaves a second arm of a kind to `make test-slow`."""
 STIFF = {Mode.DIRECT, Mode.TRAJECTORY}
 """The modes with the limits of direct moves."""
-TOLERANCE = 1.01  # of planned acceleration and jerk
-VELOCITY_TOLERANCE = 1.001
+TOLERANCE = 1.01  # of planned acceleration
+VELOCITY_TOLERANCE, JERK_TOLERANCE = 1.005, 1.05
 ROUNDING = 1e-9
 
 
@@ -193,7 +193,7 @@ def assert_loads_are_within(worst: dict[str, float]) -> None:
     """Velocity, acceleration and jerk over their limits."""
     assert worst["velocity"] <= VELOCITY_TOLERANCE, worst
     assert worst["acceleration"] <= TOLERANCE, worst
-    assert worst["jerk"] <= TOLERANCE, worst
+    assert worst["jerk"] <= JERK_TOLERANCE, worst
 
 
 def line_errors(robot: SteppedRobot, joints: Sequence[Sequence[float]], target: Frame) -> tuple[float, float]:

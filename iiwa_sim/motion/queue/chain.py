@@ -13,12 +13,11 @@ import numpy as np
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.profile_kernel import UNIT_S
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.front_kernel import kept
 from iiwa_sim.motion.queue.motion_kernel import Motion, add_times
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.rows_kernel import UNIT_S
-from iiwa_sim.motion.timing.bounds_kernel import Rows
 
 KEPT_S = 0.01
 """How much of the past a front keeps: an override looks back a little."""
@@ -38,13 +37,11 @@ class Front(NamedTuple):
     """How many cells the clock is kept for; x is kept for all."""
     cells_s: Array
     """How long (s) the two cells behind the kept ones take in the chain that is planned on."""
-    rows: Rows | None
-    """What bounds the clock over the cells behind the frozen ones, if that is known."""
 
     @classmethod
     def at_start(cls) -> "Front":
         """The front of a chain that begins from rest: nothing is kept."""
-        return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0), None)
+        return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0))
 
     @property
     def kept(self) -> int:
@@ -77,14 +74,12 @@ class Chain:
         controls: Array,
         clock: Array,
         times: Array,
-        rows: Rows | None,
         rough: bool = False,
     ) -> None:
-        """`times` (k + 1,) are those of the first knots; `rows` bound the clock over the last cells."""
+        """`times` (k + 1,) are those of the first knots."""
         self.course = course
         self.controls = controls
         self.clock = clock
-        self._rows = rows
         self.version = 0
         """Number of this chain among those that its owner has had under way, one after the other."""
         self.rough = rough
@@ -175,15 +170,12 @@ class Chain:
             until_x,
             0.5 * self.course.window_s,
         )
-        rows = self._rows
-        known = len(self.times) - 1 - rows.cells if rows else last
         return Front(
             self.controls[first : last + 3],
             self.clock[first : last + 2],
             self.times[first : last + 1],
             k - first,
             np.diff(self.times[last : last + 3]),
-            rows.part(k - known, last - known) if rows and last > k >= known else None,
         )
 
 

@@ -7,18 +7,16 @@ import numpy as np
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.profile_kernel import UNIT_S
 from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.chain_kernel import JointPath
 from iiwa_sim.motion.queue.controls_kernel import through
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.rows_kernel import UNIT_S, layout, write
 from iiwa_sim.motion.queue.straight_kernel import Evenly
 from iiwa_sim.motion.slices import Slices, T
-from iiwa_sim.motion.timing.bounds_kernel import Rows
-from iiwa_sim.motion.timing.clock import fastest, guess, quick
-from iiwa_sim.motion.timing.guess_kernel import steady
+from iiwa_sim.motion.speed_profile import fastest, guess, quick, sampled
 from iiwa_sim.motion.timing.run_kernel import caps, moving_average, phases, rest_to_rest, run
 from iiwa_sim.motion.timing.widths_kernel import switches, widths
 
@@ -37,8 +35,6 @@ MANY_CELLS = 400
 NOWHERE_S = np.empty(0)
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
-CELLS_IN_SLICE = 40
-"""Most cells that one slice asks for the bounds of their clock."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4
@@ -54,15 +50,14 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
     controls, cells_s = nominal
     frozen = front.frozen
     yield
-    rows = yield from _rows_along(course.way, controls[frozen:], front.rows)
-    if frozen:
-        # The clock of before as far as x is kept, then one at an even pace.
-        c = np.concatenate([front.clock[frozen:-2], guess(rows, cells_s / UNIT_S, front.clock[-2:])])
-    else:
-        c = steady(rows.bounds, cells_s / UNIT_S)
-    if not (yield from fastest(rows, c, 2 if frozen else 0, front.kept if frozen else 0)):
+    old = front.clock[frozen:] if frozen else front.clock[:0]
+    profile = yield from sampled(course.way, controls[frozen:], old, front.kept if frozen else 0)
+    guess(profile, cells_s)
+    yield
+    if not (yield from fastest(profile)):
         return None
-    return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1], rows)
+    c = profile.coefficients
+    return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1])
 
 
 def begun(move: Move) -> Chain:
@@ -71,12 +66,12 @@ def begun(move: Move) -> Chain:
     if move.path.straight:
         return _straight(course)
     controls, cells_s = _checked(at_once(_nominal(course, front)))
-    rows = at_once(_rows_along(course.way, controls, None))
-    c = steady(rows.bounds, cells_s / UNIT_S)
-    if not isfinite(float(np.asarray(rows.bounds.j3).sum())):
+    profile = at_once(sampled(course.way, controls))
+    if not profile.finite:
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
-    rough = not quick(rows, c)
-    return Chain(course, controls, c, front.times, rows, rough)
+    guess(profile, cells_s)
+    rough = not quick(profile, cells_s)
+    return Chain(course, controls, profile.coefficients, front.times, rough)
 
 
 def planned_on(
@@ -197,7 +192,7 @@ def _straight(course: Course) -> Chain:
         controls, c = _long(course.end_x, limits, lengths, jerks)
     else:
         controls, c = evenly.found(end_s, UNIT_S)
-    return Chain(course, controls, c, np.zeros(1), None)
+    return Chain(course, controls, c, np.zeros(1))
 
 
 def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Array, Array]:
@@ -210,10 +205,10 @@ def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Ar
     phases(lengths, jerks, knots_s, motion)
     controls = through(np.zeros(3), motion, cells_s, end_x)
     # The clock is planned for one joint, which is x.
-    rows = at_once(_rows_along(_as_one_joint(end_x, limits), controls, None))
-    c = steady(rows.bounds, cells_s / UNIT_S)
-    at_once(fastest(rows, c, 0, 0, STRAIGHT_ENOUGH))
-    return controls, c
+    profile = at_once(sampled(_as_one_joint(end_x, limits), controls))
+    guess(profile, cells_s)
+    at_once(fastest(profile, STRAIGHT_ENOUGH))
+    return controls, profile.coefficients
 
 
 def _as_one_joint(end_x: float, limits: Array) -> JointPath:
@@ -221,21 +216,6 @@ def _as_one_joint(end_x: float, limits: Array) -> JointPath:
     none = np.zeros(2)
     path = ptp((0.0,), (end_x,))
     return JointPath(np.array([0.0, end_x]), none, none, np.ones(2), [path], limits.reshape(1, 3, 1))
-
-
-def _rows_along(way: JointPath, controls: Array, kept: Rows | None) -> Slices[Rows]:
-    """What bounds the clock over cells of x as a B-spline (N + 3,), of which the first ones are `kept`."""
-    cells, first = len(controls) - 3, kept.cells if kept else 0
-    starts = np.zeros(cells + 1, dtype=np.intp)
-    if kept:
-        starts[: first + 1] = kept.starts
-    layout(way, controls, first, starts)
-    rows: Rows = Rows(starts, way.joint_count, kept)
-    scratch = np.empty((15, way.joint_count))
-    for k in range(first, cells, CELLS_IN_SLICE):
-        write(way, controls, k, min(k + CELLS_IN_SLICE, cells), rows, scratch)
-        yield
-    return rows
 
 
 def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:

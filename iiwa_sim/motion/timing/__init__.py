@@ -1,1 +1,1 @@
-"""When the robot is where on its course: fastest run, moving average, and the clock that keeps all limits."""
+"""The nominal motion along a course: the fastest run without jerk limits, its average, its segments."""

@@ -15,7 +15,15 @@ from iiwa_sim.motion.queue.planning import begun
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.asked import lin_joint_move, lin_move, ptp_move
-from tests.stepped import ALL_ROBOTS, ARMS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
+from tests.stepped import (
+    ALL_ROBOTS,
+    ARMS,
+    JERK_TOLERANCE,
+    TOLERANCE,
+    VELOCITY_TOLERANCE,
+    SteppedRobot,
+    worst_loads,
+)
 
 TICK_S = 0.002
 
@@ -71,7 +79,7 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     controller.move(lin_joint_move((0.6163, 0.7738, 0.2731, -1.2483, -0.2809, 1.3182, 0.1703), 0.5, 500.0))
     controller.move(ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0))
     robot.runs_until_stopped()
-    assert worst_loads(robot)["jerk"] <= TOLERANCE
+    assert worst_loads(robot)["jerk"] <= JERK_TOLERANCE
 
 
 @pytest.mark.slow
@@ -101,7 +109,7 @@ def test_jerks_hold_right_behind_the_border_of_a_short_piece() -> None:
     assert plan.path.piece_count == 11
     chain = chain_of(plan)
     derivatives, limits = chain.along(np.linspace(0.0, chain.rest_s, 20_001)[:-1])
-    assert (np.abs(derivatives[:, 3]) / limits[:, 2]).max() <= TOLERANCE
+    assert (np.abs(derivatives[:, 3]) / limits[:, 2]).max() <= JERK_TOLERANCE
 
 
 @pytest.mark.slow
