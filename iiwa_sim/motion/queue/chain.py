@@ -15,12 +15,14 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.profile_kernel import UNIT_S
 from iiwa_sim.motion.queue.course import Course
-from iiwa_sim.motion.queue.front_kernel import kept
 from iiwa_sim.motion.queue.motion_kernel import Motion, add_times
 from iiwa_sim.motion.queue.move import Move
 
 KEPT_S = 0.01
 """How much of the past a front keeps: an override looks back a little."""
+BESIDE_BRAKING_S = 0.1
+"""Until so long before it begins to brake at its end, a chain moves as one would that goes on."""
+AHEAD_CELLS = 2
 
 
 class Front(NamedTuple):
@@ -159,17 +161,17 @@ class Chain:
         its end if that is later. x is kept longer: up to a little before the chain brakes, or before the run
         whose mean it is comes to `until_x`.
         """
-        first, k, last = kept(
-            self.controls,
-            self.clock,
-            self.times,
-            UNIT_S,
-            now_s - KEPT_S,
-            time_s,
-            free_s,
-            until_x,
-            0.5 * self.course.window_s,
-        )
+        c, times = self.controls, self.times
+        speeds = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[:-1] + self.clock[1:])) / UNIT_S
+        rising = (speeds[1:] > speeds[:-1]).nonzero()[0]
+        brakes_s = float(times[rising[-1] + 1]) if len(rising) else 0.0
+        most = len(times) - 2
+        k = max(min(int(times.searchsorted(max(time_s, brakes_s - free_s))), most), 1)
+        first = max(min(int(times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
+        until_s = max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + times[k]))
+        last = min(int(times.searchsorted(until_s)), most)
+        ahead = (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0 + 0.5 * self.course.window_s * speeds
+        last = max(min(last, int(ahead[: last + AHEAD_CELLS].searchsorted(until_x)) - AHEAD_CELLS), k)
         return Front(
             self.controls[first : last + 3],
             self.clock[first : last + 2],

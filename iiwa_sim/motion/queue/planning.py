@@ -10,7 +10,6 @@ from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.profile_kernel import UNIT_S
 from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.chain_kernel import JointPath
-from iiwa_sim.motion.queue.controls_kernel import through
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
@@ -174,7 +173,28 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     knots_s, mean = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
     cells_s.cumsum(out=knots_s[1:])
     moving_average(x_then, speeds, times, scratch, window_s, knots_s, mean)
-    return through(front.controls, mean, cells_s, course.end_x), cells_s
+    return _through(front.controls, mean, cells_s, course.end_x), cells_s
+
+
+def _through(before: Array, motion: Array, cells_s: Array, end_x: float) -> Array:
+    """Return the coefficients (k + N,) of x as a cubic B-spline that go on from those before (k,).
+
+    `motion` (N + 1, 3) is x and its first two derivatives over time at the knots. x never goes back.
+    """
+    # The coefficient of a knot is its value without a sixth of its second derivative over theta.
+    widths, changes = 0.5 * (cells_s[1:-2] + cells_s[2:-1]), cells_s[2:-1] - cells_s[1:-2]
+    x, first, second = motion[2:-2].T
+    inner = x - (second * (widths * widths) + first * changes) / 6.0
+    found: Array = np.concatenate([before, inner, np.full(3, end_x)])
+    new = found[len(before) - 1 :]
+    falls = new[1:] < new[:-1]
+    if falls.any():
+        # Cells are too wide for how x changes: coefficients go between the values at the knots beside theirs.
+        means = 0.5 * (motion[1:-2, 0] + motion[2:-1, 0])
+        inside = np.minimum(np.maximum(new[1:-3], means[:-1]), means[1:])
+        new[1:-3] = np.where(falls[:-3] | falls[1:-2], inside, new[1:-3])
+        new[1:-3] = np.minimum(np.maximum.accumulate(new[:-3])[1:], new[-1])
+    return found
 
 
 def _straight(course: Course) -> Chain:
@@ -203,7 +223,7 @@ def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Ar
     knots_s, motion = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
     cells_s.cumsum(out=knots_s[1:])
     phases(lengths, jerks, knots_s, motion)
-    controls = through(np.zeros(3), motion, cells_s, end_x)
+    controls = _through(np.zeros(3), motion, cells_s, end_x)
     # The clock is planned for one joint, which is x.
     profile = at_once(sampled(_as_one_joint(end_x, limits), controls))
     guess(profile, cells_s)
