@@ -24,7 +24,7 @@ LONGEST = 160
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tools.hunt", description="a property at many seeds")
-    parser.add_argument("function", help="of a seed, as tests.handling.test_energy:grip")
+    parser.add_argument("function", help="of a seed, as tests.contact.test_energy:contact")
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument(

@@ -9,9 +9,9 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Vector
-from iiwa_sim.handling.falling import GONE
-from iiwa_sim.handling.part import Part
 from iiwa_sim.robot.capsules import Capsule
+from iiwa_sim.world.gripper import Jaws
+from iiwa_sim.world.part import Mesh, Part
 
 
 class DescribedRobot(msgspec.Struct, frozen=True):
@@ -130,13 +130,14 @@ def described_cell(controller: Controller) -> DescribedCell:
 
 def parts_of(controller: Controller) -> list[Part]:
     """The parts that are there, in the order in which the cell names them."""
-    bodies = [] if controller.handling is None else controller.handling.bodies
-    return [each.part for each in bodies if each.state != GONE]
+    return [] if controller.handling is None else controller.handling.bodies
 
 
 def jaw_m_of(controller: Controller) -> tuple[float, ...]:
     """Size of each jaw of its gripper, along x y z of the TCP (m); empty without a gripper."""
-    return () if controller.handling is None else controller.handling.gripper.jaws.jaw_m
+    handling = controller.handling
+    kind = None if handling is None or handling.gripper is None else handling.gripper.kind
+    return kind.jaw_m if isinstance(kind, Jaws) else ()
 
 
 def settings_of(surface: Surface) -> AnySurface:
@@ -148,16 +149,25 @@ def settings_of(surface: Surface) -> AnySurface:
         friction=surface.friction,
         **Frame.from_transform(surface.pose)._asdict(),
         **_lengths(surface.shape),
+        **_carries(surface),
     )
 
 
-def _kind(shape: Shape) -> str:
+def _carries(surface: Surface) -> dict[str, Any]:
+    x, y, z = surface.surface_velocity
+    is_box = isinstance(surface.shape, Box)
+    return {"surface_velocity_mm_per_s": (1e3 * x, 1e3 * y, 1e3 * z)} if is_box else {}
+
+
+def _kind(shape: Shape | Mesh) -> str:
     return type(shape).__name__.lower()
 
 
-def _lengths(shape: Shape) -> dict[str, Any]:
-    """The keys of a cell.toml for the lengths of a shape (mm)."""
+def _lengths(shape: Shape | Mesh) -> dict[str, Any]:
+    """The keys of a cell.toml for the lengths of a shape (mm); of a mesh the corners of its triangles."""
     match shape:
+        case Mesh():
+            return {"corners_mm": tuple((1e3 * x, 1e3 * y, 1e3 * z) for x, y, z in shape.corners)}
         case Box():
             return {"size_mm": (2e3 * shape.half_x, 2e3 * shape.half_y, 2e3 * shape.half_z)}
         case Sphere():

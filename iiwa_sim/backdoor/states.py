@@ -81,7 +81,7 @@ class States:
         controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
         controller.set_tool_load(state.tool_load)
         if controller.handling is not None and state.handled is not None:
-            controller.handling.restore(state.handled, controller.load.tcp(state.joints))
+            controller.handling.restore(state.handled)
         controller.load.feel_again(state.felt, state.joints)
         controller.injected.allow_what_is()
         controller.release_emergency_stop()

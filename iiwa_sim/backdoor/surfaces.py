@@ -9,9 +9,9 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, Vector
-from iiwa_sim.handling.falling import LIES
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
+from iiwa_sim.world.part import LIES
 
 MOST_SURFACES = 256
 """Most surfaces: all of them are evaluated in every tick."""
@@ -69,16 +69,15 @@ def _check_parts(controller: Controller, surface: Surface, before: Surface | Non
     """Raises `Refused` where the middle of a part that lies would come to be within a surface that is put, or
     was moved from where it was before."""
     handling = controller.handling
-    if handling is None or handling.workpieces is None:
-        return
-    for body in handling.workpieces.bodies.values():
-        middle = body.pose.translation
-        rides = before is not None and body.on == surface.name
-        if body.state != LIES or rides or surface.nearest(*middle)[0] >= 0.0:
+    world = None if handling is None else handling.world
+    for number, part in enumerate(() if world is None else world.parts):
+        assert world is not None
+        middle = world.pose(number).translation
+        rides = before is not None and surface.name in world.near(number, 1e-4)
+        if world.state(number) != LIES or rides or surface.nearest(*middle)[0] >= 0.0:
             continue
         if before is None or before.nearest(*middle)[0] >= 0.0:
-            part = body.part.name
-            raise Refused(EXECUTION, harmless(f"part {part!r} would be within surface {surface.name!r}"))
+            raise Refused(EXECUTION, harmless(f"part {part.name!r} would be within surface {surface.name!r}"))
 
 
 def named(world: World, name: str) -> Surface:

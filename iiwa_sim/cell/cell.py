@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 
-from iiwa_sim.cell.handled import check_places, part_of
-from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, read_settings
-from iiwa_sim.cell.surfaces import AnySurface
+from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
+from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, metres, read_settings
+from iiwa_sim.cell.surfaces import AnySurface, BoxSettings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.controller.handling import HandlingSetup
+from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
+from iiwa_sim.world.part import Mesh
 
 CELL_SUFFIX = ".toml"
 
@@ -125,13 +126,18 @@ def load_cell(path: str | Path) -> Cell:
     description = load_robot(_robot(reader, settings.robot, file.parent))
     tool = settings.tool_in_flange
     noise = settings.noise
+    meshes = {
+        each.name: each.read(reader, file.parent, f"part[{index}]")
+        for index, each in enumerate(settings.part)
+        if isinstance(each, MeshPartSettings)
+    }
     cell = Cell(
         description=description,
         start=_start(reader, settings.start_deg, description),
         tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
         contact_radius_m=1e-3 * settings.contact_radius_mm,
         tool=None if settings.tool is None else settings.tool.tool(),
-        handled=_handled(settings),
+        handled=_handled(settings, meshes),
         surfaces=tuple(map(surface_of, settings.surfaces().values())),
         noise_levels=None
         if noise is None
@@ -142,15 +148,17 @@ def load_cell(path: str | Path) -> Cell:
         path=file,
     )
     _check_start(reader, settings, cell)
-    check_places(reader, settings.part, cell.surfaces)
+    check_places(reader, [] if cell.handled is None else cell.handled.parts, cell.surfaces)
     return cell
 
 
-def _handled(settings: CellSettings) -> HandlingSetup | None:
-    if settings.gripper is None:
+def _handled(settings: CellSettings, meshes: Mapping[str, Mesh]) -> HandlingSetup | None:
+    """The gripper and the parts; `meshes` are the shapes of parts that are in files, by name."""
+    if settings.gripper is None and not settings.part:
         return None
-    parts = tuple((part_of(each), each.pose()) for each in settings.part)
-    return HandlingSetup(*settings.gripper.gripper(), parts)
+    kind, wiring = (None, Wiring(NOTHING)) if settings.gripper is None else settings.gripper.gripper()
+    parts = tuple((part_of(each, meshes.get(each.name)), each.pose()) for each in settings.part)
+    return HandlingSetup(kind, wiring, parts)
 
 
 def _robot(reader: Reader, name: str, folder: Path) -> str | Path:
@@ -192,6 +200,9 @@ def surface_of(settings: AnySurface) -> Surface:
         stiffness=settings.stiffness_n_per_m,
         damping=settings.damping_s_per_m,
         friction=settings.friction,
+        surface_velocity=metres(settings.surface_velocity_mm_per_s)
+        if isinstance(settings, BoxSettings)
+        else (0.0, 0.0, 0.0),
     )
 
 

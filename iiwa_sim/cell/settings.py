@@ -90,7 +90,7 @@ class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             self.collision_force_n,
             self.collision_torque_nm,
             None if speed_mm is None else 1e-3 * speed_mm,
-            None if low_mm is None or high_mm is None else (_metres(low_mm), _metres(high_mm)),
+            None if low_mm is None or high_mm is None else (metres(low_mm), metres(high_mm)),
         )
 
 
@@ -116,7 +116,7 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
     def tool(self) -> Tool:
         """What a controller takes."""
         capsules = tuple(map(Capsule.of_tool, self.capsules_mm))
-        return Tool(ToolLoad(self.mass_kg, _metres(self.centre_mm)), self.inertia_kgm2, capsules)
+        return Tool(ToolLoad(self.mass_kg, metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 
 class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -161,7 +161,7 @@ def read_settings(path: str, text: str) -> CellSettings:
     _check_io(reader, "io.outputs", settings.io.outputs)
     inputs, outputs = len(settings.io.input_names()), len(settings.io.output_names())
     check_gripper(reader, settings.gripper, inputs, outputs)
-    check_parts(reader, settings.part, settings.gripper, [each.name for each in settings.surfaces().values()])
+    check_parts(reader, settings.part, [each.name for each in settings.surfaces().values()])
     return settings
 
 
@@ -215,7 +215,8 @@ def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:
         reader.check(f"{key}[{index}]", name, name not in given[:index], "each name once")
 
 
-def _metres(place_mm: Vector) -> Vector:
+def metres(place_mm: Vector) -> Vector:
+    """Return a place told in mm (m)."""
     x, y, z = place_mm
     return 1e-3 * x, 1e-3 * y, 1e-3 * z
 

@@ -1,13 +1,15 @@
 """A summary of a cell in a few lines, for its author."""
 
+from collections.abc import Iterator
 from math import degrees
 
 from iiwa_sim.cell.cell import Cell
+from iiwa_sim.cell.handled import CLOSE_M
 from iiwa_sim.controller.protection import Safety
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.handling.lying import start
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
+from iiwa_sim.world.gripper import Jaws
 
 
 def summary(cell: Cell) -> str:
@@ -26,14 +28,7 @@ def summary(cell: Cell) -> str:
         place = _numbers(*(1e3 * each for each in centre))
         lines.append(f"tool: {_numbers(mass_kg)} kg, its centre at {place} mm in the flange")
     if cell.handled is not None:
-        jaws, wiring, parts = cell.handled
-        stroke, speed = _numbers(1e3 * jaws.stroke_m), _numbers(1e3 * jaws.speed_m_per_s)
-        on = f"output {wiring.close_output}"
-        lines.append(f"gripper: {stroke} mm at {speed} mm/s, {_numbers(jaws.force_n)} N, closed by {on}")
-        for body in start(parts, cell.surfaces):
-            kind, kg = type(body.part.shape).__name__.lower(), _numbers(body.part.mass_kg)
-            on = f"lies on {body.on!r}" if body.on else "falls"
-            lines.append(f"part {body.part.name!r}: {kind}, {kg} kg, {on}")
+        lines += _handled(cell)
     for surface in cell.surfaces:
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"
@@ -45,6 +40,24 @@ def summary(cell: Cell) -> str:
     lines.append(_watched(cell.safety))
     lines.append(f"{len(cell.input_names)} inputs, {len(cell.output_names)} outputs")
     return "".join(f"{line}\n" for line in lines)
+
+
+def _handled(cell: Cell) -> Iterator[str]:
+    """Yield a line on the gripper and on each part."""
+    assert cell.handled is not None
+    kind, wiring, parts = cell.handled
+    if isinstance(kind, Jaws):
+        stroke, speed = _numbers(1e3 * kind.stroke_m), _numbers(1e3 * kind.speed_m_per_s)
+        on = f"output {wiring.close_output}"
+        yield f"gripper: {stroke} mm at {speed} mm/s, {_numbers(kind.force_n)} N, closed by {on}"
+    elif kind is not None:
+        yield f"gripper: suction, {_numbers(kind.force_n)} N, on by output {wiring.close_output}"
+    handling = cell.controller(0.002).handling
+    world = None if handling is None else handling.world
+    for number, (part, _) in enumerate(parts):
+        touched = [] if world is None else world.near(number, CLOSE_M)
+        shape, kg = type(part.shape).__name__.lower(), _numbers(part.mass_kg)
+        yield f"part {part.name!r}: {shape}, {kg} kg, {f'lies on {touched[0]!r}' if touched else 'falls'}"
 
 
 def _watched(safety: Safety) -> str:

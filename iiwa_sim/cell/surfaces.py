@@ -8,7 +8,11 @@ from iiwa_sim.cell.placed import Placed, body_ranges, box, check_ranges, cylinde
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.settings import Reader
 
-SURFACE_RANGES = body_ranges((0.01, 10_000.0, " mm"), damping_s_per_m=(0.0, 100.0, " s/m"))
+SURFACE_RANGES = body_ranges(
+    (0.01, 10_000.0, " mm"),
+    damping_s_per_m=(0.0, 100.0, " s/m"),
+    surface_velocity_mm_per_s=(-10_000.0, 10_000.0, " mm/s"),
+)
 """Range and unit of the keys of any surface, or of each value in them."""
 
 
@@ -32,6 +36,7 @@ class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_o
     """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
 
     size_mm: tuple[float, float, float]
+    surface_velocity_mm_per_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def shape(self) -> Box:
         """What is felt, without pose and material."""

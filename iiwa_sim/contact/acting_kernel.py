@@ -48,7 +48,8 @@ class Acting:
         self._touch: Wrench = NO_WRENCH
         self._carried: Wrench = NO_WRENCH
         self._handed: Wrench = NO_WRENCH
-        self._handed_weight: Wrench = NO_WRENCH
+        self._handed_push: Wrench = NO_WRENCH
+        self._handed_torques: tuple[float, ...] | None = None
         self._met: Wrench = NO_WRENCH
         self._link_torques: tuple[float, ...] | None = None
         self._folded: tuple[float, ...] | None = None
@@ -57,6 +58,7 @@ class Acting:
         self._motion: TcpMotion | None = None
         self._carried_at: Any = ()
         self._links: Any = None
+        self.bodies: Any = None
         self.judged = False
         self.pushes = _Pushes(self)
 
@@ -103,9 +105,9 @@ class Acting:
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
-        """The links that surfaces have touched in the last tick."""
+        """Links, tool and jaws that have touched surfaces or parts in the last tick."""
         contacts: tuple[LinkContact, ...] = () if self._links is None else self._links.contacts
-        return contacts
+        return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """The arm, at `joints` (rad), carries this from now on, seen from the flange, besides what the
@@ -120,16 +122,17 @@ class Acting:
         self._carried = self._motion.wrench(self._at_tcp)
 
     @cython.ccall
-    def hand(self, wrench: Wrench, weight: Wrench) -> object:
-        """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
-        self._handed, self._handed_weight, self.judged = wrench, weight, False
+    def hand(self, wrench: Wrench, push: Wrench, torques: Any) -> object:
+        """What parts do to the TCP, along its axes, in this tick, and to the joints by links (Nm), None for
+        nothing; `push` is what of the wrench a robot that yields gives way to."""
+        self._handed, self._handed_push, self._handed_torques, self.judged = wrench, push, torques, False
         return None
 
     @property
     def tcp_push(self) -> Wrench:
         """What a robot that yields gives way to at the TCP, along its axes, besides surfaces: the applied
-        wrench, and the weight of what the controller does not know of."""
-        push = self._wrench if self._handed is NO_WRENCH else _sum_of(self._wrench, self._handed_weight)
+        wrench, parts, and the weight of what the controller does not know of."""
+        push = self._wrench if self._handed is NO_WRENCH else _sum_of(self._wrench, self._handed_push)
         return push if self._motion is None else _sum_of(push, self._motion.weight(self._at_tcp))
 
     @property
@@ -202,6 +205,7 @@ class Acting:
             or self._folded is not None
             or self._met is not NO_WRENCH
             or self._handed is not NO_WRENCH
+            or self._handed_torques is not None
         )
 
     @cython.ccall
@@ -236,6 +240,8 @@ class Acting:
             pushed += _greatest(self._link_torques)
         if self._folded is not None:
             pushed += _greatest(self._folded)
+        if self._handed_torques is not None:
+            pushed += _greatest(self._handed_torques)
         return force * part_per_n + (torque + pushed) / least_nm < _NEARLY
 
     @property
@@ -258,10 +264,12 @@ class Acting:
 
     @property
     def _made_by_links(self) -> tuple[float, ...] | None:
-        """Torques (Nm) of surfaces on links and of links on links; None for neither."""
-        if self._folded is None or self._link_torques is None:
-            return self._folded if self._link_torques is None else self._link_torques
-        return tuple(map(add_numbers, self._link_torques, self._folded))
+        """Torques (Nm) of surfaces, parts and links on links; None for neither."""
+        made: tuple[float, ...] | None = None
+        for each in (self._link_torques, self._folded, self._handed_torques):
+            if each is not None:
+                made = each if made is None else tuple(map(add_numbers, made, each))
+        return made
 
 
 @cython.cclass
@@ -280,11 +288,13 @@ class _Pushes:
 
     @property
     def joint_push(self) -> tuple[float, ...]:
-        """Torque (Nm) on each joint: applied, of surfaces on links, and of links on links."""
+        """Torque (Nm) on each joint: applied, and of surfaces, parts and links on links."""
         load = self._load
         push, made = load._joint_push, None if load._links is None else load._links.yielding_to
         if load._folded is not None:
             push = tuple(map(add_numbers, push, load._folded))
+        if load._handed_torques is not None:
+            push = tuple(map(add_numbers, push, load._handed_torques))
         return push if made is None else tuple(map(add_numbers, push, made))
 
 

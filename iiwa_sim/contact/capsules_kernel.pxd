@@ -38,7 +38,6 @@ cdef class Capsules:
     cdef double _at_least(
         self, Py_ssize_t s, double ax, double ay, double az, double dx, double dy, double dz, double square
     ) noexcept
-    cdef double middle(self, Py_ssize_t c, Py_ssize_t s, double part)
     cdef (double, double, double, double, double, double) _seen_from(self, Py_ssize_t c, Py_ssize_t s) noexcept
     cdef double distance(self, Py_ssize_t s, double px, double py, double pz) noexcept
     cdef double apart(self, Py_ssize_t a, Py_ssize_t b)

@@ -21,11 +21,11 @@ from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
 from iiwa_sim.robot.capsules import Capsule
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.contact.lines_kernel import middle_along, nearest_along
+    from cython.cimports.iiwa_sim.contact.lines_kernel import nearest_along
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
-    from iiwa_sim.contact.lines_kernel import middle_along, nearest_along
+    from iiwa_sim.contact.lines_kernel import nearest_along
     from iiwa_sim.contact.ways_in_kernel import come_in
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
@@ -197,16 +197,6 @@ class Capsules:
             part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0)
         ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
         return sqrt(ax * ax + ay * ay + az * az) - self._extent[s]
-
-    @cython.cfunc
-    def middle(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, part: cython.double) -> cython.double:
-        """The middle of all places of a capsule's line that are as near to a shape as the nearest one is,
-        which is at that part of it."""
-        x, y, z, ux, uy, uz = self._seen_from(c, s)
-        mx, my, mz, r = self._mx, self._my, self._mz, self._shapes
-        return middle_along(
-            self._kind[s], r[s, 12], r[s, 13], r[s, 14], self._around, x, y, z, ux, uy, uz, mx, my, mz, part
-        )
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -26,14 +26,12 @@ import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Vector
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.entered_kernel import Entered
 else:
     from iiwa_sim.contact.entered_kernel import Entered
 
-_UP = cython.declare(cython.double, 1.0 - 1e-6)
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
 _SLIP_M = cython.declare(cython.double, 1e-12)
@@ -71,30 +69,6 @@ class Contact(Entered):
         self.touched = self._anchored = False
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0
-        self.unpressed = 0.0
-        self._leans = False
-        self._lean_x = self._lean_y = 0.0
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def lean(self, leans: cython.bint, x: cython.double, y: cython.double) -> cython.void:
-        """The TCP presses at another place than where it is, of the same height, or does so no more: at these
-        x and y (m, in the base), without friction."""
-        if leans != self._leans and self._came is None:
-            self._known, self._gap = False, 0.0  # no way leads from the one place to the other
-        self._leans, self._lean_x, self._lean_y = leans, x, y
-        if leans:
-            self._anchored = False
-
-    @cython.cfunc
-    @cython.exceptval(-1, check=True)
-    def is_from_above(self) -> cython.bint:
-        """Whether the TCP has come in through a level face, from above."""
-        if self._came is None or len(self._came) != 2:
-            return False
-        axis, side = self._came
-        up: cython.double = (self._r6, self._r7, self._r8)[axis]
-        return up * side > _UP
 
     def move(self, surface: Surface) -> None:
         """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
@@ -138,44 +112,6 @@ class Contact(Entered):
             self._ay += self._radius * (wz * self._ux - wx * self._uz)
             self._az += self._radius * (wx * self._uy - wy * self._ux)
 
-    def be_at(self, place: Vector) -> Vector | None:
-        """The TCP is at a place now, which is remembered: how far (m, in the base) it is from where friction
-        has held it, None where that has not."""
-        x, y, z = place
-        self._find_depth(x, y, z, True)
-        if self._depth <= 0.0:
-            self._anchored = False
-        return (x - self._ax, y - self._ay, z - self._az) if self._anchored else None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def rubs(
-        self,
-        way: cython.double[::1],
-        turn: cython.double[::1],
-        px: cython.double,
-        py: cython.double,
-        pz: cython.double,
-        wx: cython.double,
-        wy: cython.double,
-        wz: cython.double,
-    ) -> tuple[cython.double, cython.double, cython.double]:
-        """How far (m) a TCP at a place is from where friction holds it, as soon as the surface has gone a way
-        and turned about the vertical through its middle by an angle (rad), the fourth of the way, of the
-        cosine and sine given, and the TCP by a rotation vector (rad); nothing remembers that. What of it is
-        out of the surface does not count."""
-        x, y = self._ax - self._ox, self._ay - self._oy
-        co, s = turn[0], turn[1]
-        x, y = px - (co * x - s * y + self._ox + way[0]), py - (s * x + co * y + self._oy + way[1])
-        z = pz - (self._az + way[2])
-        ux, uy = co * self._ux - s * self._uy, s * self._ux + co * self._uy
-        wz -= way[3]  # as the sphere rolls on it
-        x -= self._radius * (wy * self._uz - wz * uy)
-        y -= self._radius * (wz * ux - wx * self._uz)
-        z -= self._radius * (wx * uy - wy * ux)
-        out: cython.double = 0.5 * (x * ux + y * uy + z * self._uz)  # as in `press`
-        return x - out * ux, y - out * uy, z - out * self._uz
-
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
         does the next one."""
@@ -186,16 +122,14 @@ class Contact(Entered):
         """All that the surface remembers, to be brought back."""
         held: Any = [bool(self.touched), bool(self._anchored), bool(self._known), self._came]
         held += [self._ax, self._ay, self._az, self._ux, self._uy, self._uz]
-        held += [self._wx, self._wy, self._wz, self.unpressed]
-        return [*held, bool(self._leans), self._lean_x, self._lean_y]
+        return [*held, self._wx, self._wy, self._wz]
 
     def restore(self, kept: Any) -> None:
         """Remember that again."""
         self.touched, self._anchored, self._known, came = kept[:4]
         self._come(came)
         self._ax, self._ay, self._az, self._ux, self._uy, self._uz = kept[4:10]
-        self._wx, self._wy, self._wz, self.unpressed = kept[10:14]
-        self._leans, self._lean_x, self._lean_y = kept[14:]
+        self._wx, self._wy, self._wz = kept[10:]
 
     @cython.cfunc
     @cython.exceptval(-1, check=True)
@@ -210,18 +144,12 @@ class Contact(Entered):
         remember: cython.bint,
     ) -> cython.bint:
         """Whether the TCP touches the surface at a place (m) with a velocity (m/s); what acts is in f, t."""
-        off_x: cython.double = self._lean_x - px if self._leans else 0.0
-        off_y: cython.double = self._lean_y - py if self._leans else 0.0
-        px, py = px + off_x, py + off_y
         if self._is_plane:
             self._depth = self._height - (self._nx * px + self._ny * py + self._nz * pz)
         else:
             self._find_depth(px, py, pz, remember)
-        unpressed: cython.double = min(self.unpressed, max(0.0, self._depth))
         if remember:
             self.touched = self._depth > 0.0
-            self.unpressed = unpressed
-        self._depth -= unpressed
         if self._depth <= 0.0:
             if remember:
                 self._anchored = False
@@ -231,10 +159,6 @@ class Contact(Entered):
         normal: cython.double = self._stiffness * self._depth * damped if damped > 0.0 else 0.0
         self.fx, self.fy, self.fz = normal * nx, normal * ny, normal * nz
         self.tx = self.ty = self.tz = 0.0
-        if self._leans:
-            self.tx, self.ty = off_y * self.fz, -off_x * self.fz
-            self.tz = off_x * self.fy - off_y * self.fx
-            return True
         if self._friction == 0.0:
             return True
         if not self._anchored:

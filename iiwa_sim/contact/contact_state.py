@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.contact.surface import Surface
 from iiwa_sim.wrench import Wrench
 
 
@@ -11,7 +10,6 @@ class ContactState(NamedTuple):
 
     world: object
     links: object
-    parts: dict[str, Surface]
     wrenches: tuple[Wrench, Wrench]
     """Wrenches of surfaces at the TCP, and on tool and jaws."""
     torques: tuple[tuple[float, ...] | None, tuple[float, ...] | None]

@@ -1,4 +1,4 @@
-# For the kernels of one surface that the TCP touches, and of parts that are pressed by what is held.
+# For the kernel of one surface that the TCP touches.
 cdef class Entered:
     cdef readonly object surface
     cdef double _radius

@@ -3,10 +3,6 @@ cdef (double, double) nearest_along(
     int kind, double a, double b, double c, double radius, double x, double y, double z,
     double dx, double dy, double dz, double mx, double my, double mz
 ) noexcept
-cdef double middle_along(
-    int kind, double a, double b, double c, double radius, double x, double y, double z,
-    double dx, double dy, double dz, double mx, double my, double mz, double part
-) noexcept
 cdef double _at(
     int kind, double a, double b, double c, double radius, double x, double y, double z,
     double dx, double dy, double dz, double mx, double my, double mz, double part

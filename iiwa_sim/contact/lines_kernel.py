@@ -18,7 +18,6 @@ else:
 _GOLDEN = cython.declare(cython.double, 0.6180339887498949)
 _CUTS = cython.declare(cython.Py_ssize_t, 30)  # of a line by the golden section: to 5e-7 of its length
 _FLAT_M = cython.declare(cython.double, 1e-6)  # what is nearer by less is as near
-_HALVINGS = cython.declare(cython.Py_ssize_t, 20)
 
 
 @cython.cfunc
@@ -63,46 +62,6 @@ def nearest_along(
         part = left if at_left <= at_right else right
         least = min(at_left, at_right)
     return least, part
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def middle_along(
-    kind: cython.int,
-    a: cython.double,
-    b: cython.double,
-    c: cython.double,
-    radius: cython.double,
-    x: cython.double,
-    y: cython.double,
-    z: cython.double,
-    dx: cython.double,
-    dy: cython.double,
-    dz: cython.double,
-    mx: cython.double,
-    my: cython.double,
-    mz: cython.double,
-    part: cython.double,
-) -> cython.double:
-    """The middle of all places of that line that are as near as the nearest one is, which is at that part of
-    it."""
-    at: cython.double
-    inner: cython.double
-    end: cython.double
-    total: cython.double = 0.0
-    most: cython.double = _at(kind, a, b, c, radius, x, y, z, dx, dy, dz, mx, my, mz, part) + _FLAT_M
-    for side in range(2):
-        end = 1.0 * side
-        if _at(kind, a, b, c, radius, x, y, z, dx, dy, dz, mx, my, mz, end) > most:
-            inner = part
-            for _cut in range(_HALVINGS):
-                at = 0.5 * (inner + end)
-                if _at(kind, a, b, c, radius, x, y, z, dx, dy, dz, mx, my, mz, at) > most:
-                    end = at
-                else:
-                    inner = at
-        total += end
-    return 0.5 * total
 
 
 @cython.cfunc

@@ -1,12 +1,11 @@
-"""What a surface, or a part that lies, does to one link that touches it, or to one tool or jaw.
+"""What a surface does to one link that touches it, or to one tool or jaw.
 
 **What a link feels.** A surface pushes the point of a link that is deepest in it with its stiffness times the
 depth, damped as at the TCP; that makes torques on the joints that move the link. What tools and jaws feel
 makes a wrench at the TCP.
 
 **Ways in.** It is pushed out the way it has come in, however deep it is pressed, until it is out again, or
-beside what it has come in by: more is said in `ways_in_kernel`. A part that lies is pushed by it along the
-same line.
+beside what it has come in by: more is said in `ways_in_kernel`.
 
 **A robot that yields** gives way to the same forces, but for what keeps it calm at any tick: the force is the
 one that the surface will have at the end of the next tick, if the link has the least mass that it can have
@@ -26,7 +25,6 @@ import cython
 import numpy as np
 
 from iiwa_sim.contact.link_friction_kernel import FOLLOWS, LEAST_INERTIA_KGM2, STIFFEST_N_PER_M
-from iiwa_sim.contact.worn import PARTS
 from iiwa_sim.frames import Vector
 
 if cython.compiled:
@@ -39,11 +37,10 @@ _FOLLOWS = cython.declare(cython.double, FOLLOWS)
 _STIFFEST = cython.declare(cython.double, STIFFEST_N_PER_M)
 # A smaller average (N) of a link that touches nothing is none.
 _LEAST_PUSH_N = cython.declare(cython.double, 1e-3)
-_PARTS = cython.declare(cython.int, PARTS)
 
 
 class LinkContact(NamedTuple):
-    """A link that touches a surface, or a part."""
+    """A link, a tool or a jaw that touches a surface or a part."""
 
     link: str
     surface: str
@@ -65,39 +62,15 @@ class LinkForces(LinkFriction):
         self._law: Any = np.array(laws).reshape(len(laws), 3)
         self._pushing: Any = np.zeros((link_count, least))
         self._depth: Any = np.zeros((link_count, least))
-        self._unpressed: Any = np.zeros((link_count, least))
         self._touches: Any = np.zeros((link_count, least), dtype=np.int8)
         self._rubbed: Any = np.zeros((link_count, least, 3))
         self._dragging: Any = np.zeros((link_count, least, 3))
-        self._shifted: Any = np.zeros((least, 4))
         self._came: Any = np.zeros((self._capsule_count, least, 3))
-        self._deaf: Any = np.zeros((self._capsule_count, least), dtype=np.int8)
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _is_part(self, s: cython.Py_ssize_t) -> cython.bint:
-        """Whether that is no surface, but a part that lies."""
-        return s >= self._shape_count - self._part_count
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _can_feel(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.bint:
-        """Whether a capsule feels a surface: the base feels none."""
-        feels: cython.int = self._feels[c]
-        if self._is_part(s):
-            return self._moved_by[c] > 0 and feels >= _PARTS
-        return self._moved_by[c] > 0 and feels % _PARTS == 1
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _feels_now(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.bint:
-        """Whether a capsule feels a surface, and was out of it since it does so."""
-        return self._can_feel(c, s) and not self._deaf[c, s]
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _recall(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.void:
-        """Have `gap`, `middle` and `distance` be those of a capsule that has come into a surface by the way
+        """Have `gap` and `distance` be those of a capsule that has come into a surface by the way
         that is remembered, from now on."""
         m = self._came
         self._mx, self._my, self._mz = m[c, s, 0], m[c, s, 1], m[c, s, 2]
@@ -185,7 +158,7 @@ class LinkForces(LinkFriction):
         gx, gy, gz = push * nx, push * ny, push * nz
         rubs: cython.bint = self._law[s, 2] > 0.0 and force > 0.0
         if rubs:
-            wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
+            wx, wy, wz = self._gone(c, x, y, z, speeds, tick_s)
             self._rub(c, s, wx, wy, wz, force)
             r = self._rubbed
             along: cython.double = min(stiffness, self._share[c] * _STIFFEST)

@@ -10,8 +10,6 @@ cdef class LinkFriction(Capsules):
     cdef char[:, ::1] _touches
     cdef double[:, :, ::1] _rubbed
     cdef double[:, :, ::1] _dragging   # friction (N) on a link of a robot that yields, on the average
-    # Of each part: how it has been moved since links have felt it: a way (m), an angle about z (rad).
-    cdef double[:, ::1] _shifted
     cdef object _rub(
         self, Py_ssize_t c, Py_ssize_t s, double wx, double wy, double wz, double normal_n
     )
@@ -20,5 +18,5 @@ cdef class LinkFriction(Capsules):
         double tick_s, double push_n
     )
     cdef (double, double, double) _gone(
-        self, Py_ssize_t c, Py_ssize_t s, double x, double y, double z, object speeds, double tick_s
+        self, Py_ssize_t c, double x, double y, double z, object speeds, double tick_s
     )

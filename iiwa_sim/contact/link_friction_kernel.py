@@ -1,4 +1,4 @@
-"""Friction between one link and a surface that it touches, or a part that lies.
+"""Friction between one link and a surface that it touches.
 
 What a link has gone along the surface winds a spring, whose force is at most the friction times the normal
 force; what is beyond that is lost. It is unwound by going back, and gone where the link leaves the surface.
@@ -122,15 +122,13 @@ class LinkFriction(Capsules):
     def _gone(
         self,
         c: cython.Py_ssize_t,
-        s: cython.Py_ssize_t,
         x: cython.double,
         y: cython.double,
         z: cython.double,
         speeds: Any,
         tick_s: cython.double,
     ) -> tuple[cython.double, cython.double, cython.double]:
-        """How far (m) the material of a capsule at that place has gone since the last look, as seen from a
-        surface there."""
+        """How far (m) the material of a capsule at that place has gone since the last look."""
         wx: cython.double = 0.0
         wy: cython.double = 0.0
         wz: cython.double = 0.0
@@ -142,8 +140,4 @@ class LinkFriction(Capsules):
             wx += turn * (a[k, 1] * dz - a[k, 2] * dy)
             wy += turn * (a[k, 2] * dx - a[k, 0] * dz)
             wz += turn * (a[k, 0] * dy - a[k, 1] * dx)
-        m, t = self._shifted, self._shapes
-        wx -= m[s, 0] - m[s, 3] * (y - t[s, 10])
-        wy -= m[s, 1] + m[s, 3] * (x - t[s, 9])
-        wz -= m[s, 2]
         return wx, wy, wz

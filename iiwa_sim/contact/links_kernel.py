@@ -1,13 +1,10 @@
-"""What surfaces and parts that lie do to the links of an arm, and to what it wears: tools and jaws.
+"""What surfaces do to the links of an arm, and to what it wears: tools and jaws.
 
 What one of them feels of one surface is said in `link_forces_kernel`.
 
 **What the arm stands in** does not count: a surface in which a link is where the robot starts, or is placed,
 or where the surface is put, pushes no link until all of them have been out of it; neither does one in which
-the base stands deeper than `STANDS_M`. So a table may be a plane without end. The base feels nothing. A part
-that is in a link where it comes to lie pushes no link, either, before all of them have been out of it. What
-begins to feel parts, as the sphere between closing jaws, does not feel one in which it is before it has been
-out of that.
+the base stands deeper than `STANDS_M`. So a table may be a plane without end. The base feels nothing.
 
 **Cost.** After a look at all links and surfaces nothing is looked at again until the joints have turned so
 far that the nearest of them could touch; then only that is, and what is as near.
@@ -22,21 +19,20 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs
+from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.links_beside_kernel import NEAR_M
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
+from iiwa_sim.contact.worn import Worn
 from iiwa_sim.robot.capsules import Capsule
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.contact.links_beside_kernel import LinksBeside
+    from cython.cimports.iiwa_sim.contact.link_forces_kernel import LinkForces
 else:
-    from iiwa_sim.contact.links_beside_kernel import LinksBeside
+    from iiwa_sim.contact.link_forces_kernel import LinkForces
 
-_NEAR_M = cython.declare(cython.double, NEAR_M)
-_PARTS = cython.declare(cython.int, PARTS)
+# Distance (m) beyond which only a bound of it is found for a pair of link and surface.
+_NEAR_M = cython.declare(cython.double, 0.02)
 # When one surface could be touched, all that are no farther from the links than this (m) are looked at.
 _SOON_M = cython.declare(cython.double, 0.02)
 STANDS_M = 0.02
@@ -45,7 +41,7 @@ _STANDS_M = cython.declare(cython.double, STANDS_M)
 
 
 @cython.cclass
-class Links(LinksBeside):
+class Links(LinkForces):
     """The capsules of one arm, and what surfaces do to them; the attributes are declared in the .pxd."""
 
     def __init__(self, fixed: NDArray[np.float64], capsules: Sequence[Capsule]) -> None:
@@ -54,8 +50,6 @@ class Links(LinksBeside):
         self._before = np.full(len(fixed) - 1, np.nan)
         self._names: Any = ()
         self._numbers: Any = {}
-        self._part_count = 0
-        self.begun = 0
         self._forget_forces()
         self._wear(fixed, ())
 
@@ -75,64 +69,37 @@ class Links(LinksBeside):
 
     @cython.cfunc
     def _wear(self, fixed: Any, worn: Any) -> object:
-        LinksBeside.__init__(self, fixed, self._own, [each.capsule for each in worn])
+        LinkForces.__init__(self, fixed, self._own, [each.capsule for each in worn])
         self._put_on, self._put_on_levers = np.array(self._local), np.array(self._levers)
         names = list(dict.fromkeys(capsule.link for capsule in self._own))
         self._own_count = len(names)
         links = [names.index(capsule.link) for capsule in self._own]
         links += [len(names) + number for number in range(len(worn))]  # each for itself
         self._link_count = len(names) + len(worn)
-        self._ends_before, self._ends_looked = np.zeros((2, self._capsule_count, 6))
+        self._ends_looked = np.zeros((self._capsule_count, 6))
         self._link = np.array(links, dtype=np.intp)
         self._share = np.array([1.0] * len(self._own) + [each.share for each in worn])
-        feels = [SURFACES + PARTS] * len(self._own) + [each.feels for each in worn]
-        self._feels = np.array(feels, dtype=np.intc)
         return None
 
     def rewear(self, worn: Sequence[Worn]) -> None:
-        """What is worn, the same capsules as before, is elsewhere, or feels something else."""
+        """What is worn, the same capsules as before, is elsewhere."""
         first = self._capsule_count - len(worn)
-        n: cython.Py_ssize_t
-        feels: cython.int
         moved: cython.double = 0.0
-        for number, (capsule, feels, _share) in enumerate(worn):
-            n = first + number
-            if self._feels[n] != feels:
-                moved = 1e9
-                if self._feels[n] < _PARTS <= feels:
-                    self._begin(n)
-            self._feels[n] = feels
-            moved = max(moved, self._carry(n, capsule.start, capsule.end))
+        for number, (capsule, _share) in enumerate(worn):
+            moved = max(moved, self._carry(first + number, capsule.start, capsule.end))
         self._free -= moved
         self._passed += moved
 
-    @cython.cfunc
-    def _begin(self, n: cython.Py_ssize_t) -> object:
-        """A capsule feels parts from now on, but none in which it is, before it has been out of that."""
-        self.begun += 1
-        for s in range(self._shape_count - self._part_count, self._shape_count):
-            self._deaf[n, s] = 1
-            self._came[n, s, 0] = self._came[n, s, 1] = self._came[n, s, 2] = 0.0
-        return None
-
-    def surround(
-        self,
-        surfaces: Mapping[str, Surface],
-        joints: Sequence[float],
-        parts: Mapping[str, Surface] | None = None,
-    ) -> None:
-        """Set the surfaces, and the parts that lie near, that are there from now on, with the robot at joint
-        positions (rad).
+    def surround(self, surfaces: Mapping[str, Surface], joints: Sequence[float]) -> None:
+        """Set the surfaces that are there from now on, with the robot at joint positions (rad).
 
         A surface of a name that was there before may have been moved.
         """
         before = self._numbers
         remembered = self._remembered() if before else ()
-        lying: Any = {} if parts is None else parts
-        everything = [*surfaces.values(), *lying.values()]
-        self._names = (*surfaces, *lying)
+        everything = list(surfaces.values())
+        self._names = tuple(surfaces)
         self._numbers = {name: number for number, name in enumerate(self._names)}
-        self._part_count = len(lying)
         self.stand(everything)
         self._muted: Any = np.zeros(max(len(everything), 1), dtype=np.int8)
         self._away = np.zeros(max(len(everything), 1))
@@ -147,28 +114,9 @@ class Links(LinksBeside):
                 self._muted[s] = not self._is_out(s, _STANDS_M)
         self._free = 0.0
 
-    def shift(self, name: str, surface: Surface, way: Sequence[float]) -> None:
-        """A part that lies is there now; it has gone that way, and turned by an angle: dx dy dz (m), rad."""
-        s: cython.Py_ssize_t = self._numbers[name]
-        r = self._shapes
-        rotation, place = surface.pose
-        for i in range(9):
-            r[s, i] = rotation[i]
-        for i in range(3):
-            r[s, 9 + i] = place[i]
-        for i in range(4):
-            self._shifted[s, i] += way[i]
-        self._free = self._away[s] = 0.0
-
-    def leave(self, name: str, link: int, deep_m: float) -> None:
-        """A link, or what is worn, by its number, is so deep in a part without pressing on it, until it is
-        less deep."""
-        s: cython.Py_ssize_t = self._numbers[name]
-        self._unpressed[link, s] = deep_m
-
     def forget(self) -> None:
         """Know of no surfaces: all of them are put anew by `surround`."""
-        self._names, self._shape_count, self._part_count = (), 0, 0
+        self._names, self._shape_count = (), 0
         self._numbers = {}
         self._forget_forces()
 
@@ -225,7 +173,6 @@ class Links(LinksBeside):
             gone = 1e9
         self._passed = 0.0
         e, m = self._ends, self._came
-        is_part: cython.bint
         for s in range(self._shape_count):
             self._away[s] -= gone
             least = min(least, self._away[s])
@@ -246,9 +193,8 @@ class Links(LinksBeside):
             nearest: cython.double = 1e9
             where: cython.double = 0.0
             which: cython.Py_ssize_t = 0
-            is_part = self._is_part(s)
             for c in range(self._capsule_count):
-                if self._can_feel(c, s):
+                if self._moved_by[c] > 0:
                     enough: cython.double = max(0.0, min(nearest, _NEAR_M))
                     gap: cython.double = -1.0
                     part: cython.double = 0.5
@@ -260,21 +206,12 @@ class Links(LinksBeside):
                     if gap <= enough:
                         self._recall(c, s)
                         gap, part = self.gap(c, s, enough)
-                        if self._deaf[c, s]:
-                            self._deaf[c, s] = gap < 0.0
-                            gap = max(gap, 0.0)
-                        else:
-                            if gap < 0.0 and is_part:
-                                part = self.middle(c, s, part)
-                            self._remember(c, s, gap, part)
-                    else:
-                        self._deaf[c, s] = 0
+                        self._remember(c, s, gap, part)
                     if gap < nearest:
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
                     link = self._link[c]
-                    self._unpressed[link, s] = min(self._unpressed[link, s], max(0.0, -nearest))
-                    pressed: cython.double = -nearest - self._unpressed[link, s]
+                    pressed: cython.double = -nearest
                     if pressed > 0.0 or self._pushing[link, s] > 0.0:
                         if made is None:
                             none = [0.0] * self._count
@@ -296,8 +233,6 @@ class Links(LinksBeside):
                     nearest = 1e9
             self._away[s] = away
             least = min(least, away)
-            for k in range(4):
-                self._shifted[s, k] = 0.0
         for k in range(self._count):
             self._before[k] = joints[k]
         self._free, self.contacts = least, tuple(felt)
@@ -308,3 +243,111 @@ class Links(LinksBeside):
             self.worn = tuple(worn) if on_worn else None
             self.yielding_to = tuple(pushing) if any(pushing) else None
         return None
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def _carry(self, n: cython.Py_ssize_t, start: Any, end: Any) -> cython.double:
+        """A capsule that is worn has its ends there in the flange now (m); gives how far it has moved (m).
+        Its levers are then no longer than when it was put on, and how far it has been from there."""
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        place: cython.double
+        square: cython.double
+        from_there: cython.double
+        row: cython.Py_ssize_t
+        moved: cython.double = 0.0
+        off: cython.double = 0.0
+        f, local = self._fixed, self._local
+        flange: cython.Py_ssize_t = self._count
+        for j in range(0, 6, 3):
+            x, y, z = end if j else start
+            square = from_there = 0.0
+            for i in range(j, j + 3):
+                row = 3 * (i - j)
+                place = f[flange, 9 + i - j] + (
+                    f[flange, row] * x + f[flange, row + 1] * y + f[flange, row + 2] * z
+                )
+                square += (place - local[n, i]) * (place - local[n, i])
+                from_there += (place - self._put_on[n, i]) * (place - self._put_on[n, i])
+                local[n, i] = place
+            moved, off = max(moved, sqrt(square)), max(off, sqrt(from_there))
+        self._is_there = False
+        for k in range(self._count):
+            self._levers[k] = max(self._levers[k], self._put_on_levers[k] + off)
+        return moved
+
+    @cython.cfunc
+    def _speeds(self, joints: Any, tick_s: cython.double) -> object:
+        """Velocities of the joints (rad/s) since the last tick."""
+        if tick_s <= 0.0:
+            return [0.0] * self._count
+        return [(joints[k] - self._before[k]) / tick_s for k in range(self._count)]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _since(self, before: cython.double[:, ::1]) -> cython.double:
+        """No point of the arm is farther (m) from where it was with the ends of capsules there; those of now
+        are put there."""
+        e, b = self._ends, before
+        most: cython.double = 0.0
+        for c in range(self._capsule_count):
+            for j in range(0, 6, 3):
+                dx, dy, dz = e[c, j] - b[c, j], e[c, j + 1] - b[c, j + 1], e[c, j + 2] - b[c, j + 2]
+                most = max(most, dx * dx + dy * dy + dz * dz)
+                for i in range(3):
+                    b[c, j + i] = e[c, j + i]
+        return sqrt(most)
+
+    @cython.cfunc
+    def _bring(self, was: cython.Py_ssize_t[::1], remembered: Any) -> object:
+        """Remember of each surface what was remembered of the one of that number; -1 for a new one."""
+        muted: cython.char[:, ::1]
+        came: cython.double[:, :, ::1]
+        pushing: cython.double[:, ::1]
+        depth: cython.double[:, ::1]
+        touches: cython.char[:, ::1]
+        rubbed: cython.double[:, :, ::1]
+        dragging: cython.double[:, :, ::1]
+        muted, came, pushing, depth, touches, rubbed, dragging = remembered
+        o: cython.Py_ssize_t
+        capsules: cython.Py_ssize_t = min(came.shape[0], self._came.shape[0])  # fewer or more than before
+        links: cython.Py_ssize_t = min(depth.shape[0], self._depth.shape[0])
+        for s in range(was.shape[0]):
+            o = was[s]
+            if o < 0:
+                continue
+            self._muted[s] = muted[0, o]
+            for c in range(capsules):
+                for k in range(3):
+                    self._came[c, s, k] = came[c, o, k]
+            for m in range(links):
+                self._pushing[m, s], self._depth[m, s] = pushing[m, o], depth[m, o]
+                self._touches[m, s] = touches[m, o]
+                for k in range(3):
+                    self._rubbed[m, s, k] = rubbed[m, o, k]
+                    self._dragging[m, s, k] = dragging[m, o, k]
+        return None
+
+    @cython.cfunc
+    def _remembered(self) -> object:
+        """All that is remembered of surfaces, as arrays: the second index is that of the surface."""
+        muted: Any = np.asarray(self._muted)
+        return (
+            muted[np.newaxis],
+            np.asarray(self._came),
+            np.asarray(self._pushing),
+            np.asarray(self._depth),
+            np.asarray(self._touches),
+            np.asarray(self._rubbed),
+            np.asarray(self._dragging),
+        )
+
+    @cython.cfunc
+    def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:
+        """Whether no link is in a surface, and the base not deeper than so."""
+        for c in range(self._capsule_count):
+            self._recall(c, s)
+            if self.gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):
+                return False
+        return True

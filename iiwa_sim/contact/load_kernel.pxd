@@ -16,7 +16,6 @@ cdef class ExternalLoad(Acting):
     cdef object _coming_joints         # where it was asked for; None where it is that of this tick
     cdef object _tool                  # what is worn
     cdef object _jaws
-    cdef object _parts                 # that lie near, by name
     cdef int _surrounded               # the number of changes of the world that the links know of
     cdef int _settled                  # and when a tick left all contacts unchanged
     cdef TcpTouch _at_world            # the TCP

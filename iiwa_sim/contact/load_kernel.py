@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import cython
@@ -12,8 +12,7 @@ import cython
 from iiwa_sim.contact.contact_state import ContactState
 from iiwa_sim.contact.itself_kernel import Itself
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
+from iiwa_sim.contact.worn import Worn
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
@@ -62,9 +61,8 @@ class ExternalLoad(Acting):
         self._model = model
         self._coming_tcp = Tcp(model.fixed_poses, tool_in_flange)
         self.world = World((), 0.0) if world is None else world
-        self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
+        self._tool = tuple(Worn(capsule) for capsule in tool)
         self._jaws: tuple[Worn, ...] = ()
-        self._parts: dict[str, Surface] = {}
         fixed, at = model.tcp_of_flange.fixed, model.description
         self.itself = Itself(
             fixed, capsules_of(at), [each.capsule for each in self._tool], at.home, at.velocity
@@ -117,26 +115,13 @@ class ExternalLoad(Acting):
                 self._surrounded = NEVER
         self._settled = NEVER
 
-    def lay(self, parts: Mapping[str, Surface]) -> None:
-        """These parts lie near the arm from now on, which feels them with all but the TCP."""
-        if dict(parts) != self._parts:
-            self._parts = dict(parts)
-            self._surrounded = self._settled = NEVER
-
-    def shift(self, name: str, part: Surface, way: Sequence[float]) -> None:
-        """A part that lies near has gone that way: dx dy dz (m) in the base, and an angle about z (rad)."""
-        self._parts[name] = part
-        self._settled = NEVER
-        if self._surrounded == self.world.changes:
-            self.links.shift(name, part, way)
-
     @cython.ccall
     def surround(self, joints: Sequence[float]) -> Links:
         """The links, as they know what surrounds them, with the robot at joint positions (rad)."""
         links = self.links
         if self._surrounded != self.world.changes:
             self._surrounded = self.world.changes
-            links.surround(self.world.surfaces, joints, self._parts)
+            links.surround(self.world.surfaces, joints)
         return links
 
     @cython.cfunc
@@ -236,7 +221,7 @@ class ExternalLoad(Acting):
         """What the robot feels of all that it touches."""
         links = None if self._links is None or self._surrounded == NEVER else self._links.kept()
         wrenches, torques = (self._touch, self._met), (self._link_torques, self._folded)
-        return ContactState(self.world.kept(), links, dict(self._parts), wrenches, torques)
+        return ContactState(self.world.kept(), links, wrenches, torques)
 
     def feel_again(self, felt: ContactState, joints: Sequence[float]) -> None:
         """The robot has been placed at `joints` (rad), where it felt that, among the same surfaces.
@@ -247,7 +232,6 @@ class ExternalLoad(Acting):
         self._joints = joints
         self._at_world.go_to(self._tcp, joints)
         self._at_world.stay()
-        self._parts = dict(felt.parts)
         if felt.links is not None:
             self._surrounded = NEVER
             self.surround(joints).restore(felt.links, joints)
@@ -257,7 +241,7 @@ class ExternalLoad(Acting):
 
     @cython.cfunc
     def _touch_links(self, joints: Any, tick_s: cython.double) -> object:
-        """A tick has moved the robot to `joints` (rad): find what surfaces and parts do to its links, and to
+        """A tick has moved the robot to `joints` (rad): find what surfaces do to its links, and to
         what it wears."""
         if self._surrounded != self.world.changes:
             self.surround(joints)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Nearest, Shape
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import Transform, Vector
 
 
 class Surface(NamedTuple):
@@ -19,6 +19,8 @@ class Surface(NamedTuple):
     """s/m: the normal force grows by this fraction for each m/s of penetration speed."""
     friction: float
     """Coefficient of Coulomb friction."""
+    surface_velocity: Vector = (0.0, 0.0, 0.0)
+    """Velocity (m/s, in the frame of the shape) at which it carries parts, as a conveyor does."""
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
         """Signed distance (m) of a point in the base (m), and outward direction in the base. See

@@ -16,7 +16,7 @@ import cython
 import numpy as np
 
 from iiwa_sim.contact.moments import GRAVITY_M_S2, Moments
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 _GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
@@ -43,6 +43,22 @@ class TcpMotion:
         self._turning[:] = 0.0
         self._known = 3
         self.still = True
+
+    def copy(self) -> TcpMotion:
+        """Return another one that goes on in the same way."""
+        other = TcpMotion(IDENTITY)
+        for k in range(12):
+            other._now[k], other._before[k], other._earlier[k] = (
+                self._now[k],
+                self._before[k],
+                self._earlier[k],
+            )
+        for k in range(3):
+            other._linear[k] = self._linear[k]
+        for k in range(9):
+            other._turning[k] = self._turning[k]
+        other._known, other.still = self._known, self.still
+        return other
 
     def step(self, pose: Transform, tick_s: float, coming: Transform | None = None) -> None:
         """A tick has brought it to `pose`; the next one brings it to `coming`, if that is known."""

@@ -26,9 +26,6 @@ else:
     from iiwa_sim.robot.feeling_kernel import Feeling
     from iiwa_sim.robot.record_kernel import record
 
-AT_REST: Vector = (0.0, 0.0, 0.0)
-
-
 @cython.cclass
 class World(Feeling):
     """Surfaces, and a sphere round the TCP that touches them, and rolls on them.
@@ -61,46 +58,13 @@ class World(Feeling):
 
     def move(self, name: str, pose: Transform) -> None:
         """Move a surface, which must be there; a TCP that touches it goes on doing so if it still can."""
-        self.take(self._contacts[name].surface._replace(pose=pose))
-
-    def take(self, surface: Surface) -> None:
-        """Move a surface, which must be there, to where it is now."""
-        self._contacts[surface.name].move(surface)
+        contact = self._contacts[name]
+        contact.move(contact.surface._replace(pose=pose))
         self.changes += 1
 
     def touched(self, name: str) -> bool:
         """Whether a surface, which must be there, was touched where the TCP has been last."""
         return bool(self._contacts[name].touched)
-
-    def pushing(self) -> list[str]:
-        """The names of those that were touched where the TCP has been last, also of one through which it has
-        been pressed."""
-        return [contact.surface.name for contact in self._all if contact.touched]
-
-    def outward(self, name: str) -> Vector:
-        """Which way a surface, which must be there and touched, pushes: a unit vector in the base."""
-        contact: Contact = self._contacts[name]
-        return (contact._nx, contact._ny, contact._nz)
-
-    def at(self, name: str, place: Vector) -> tuple[Contact | None, Vector | None]:
-        """The TCP is at a place now, which is remembered: a surface, None where that is not there; and how
-        far (m, in the base) the TCP is from where friction has held it on that, None where that has not."""
-        contact = self._contacts.get(name)
-        return (None, None) if contact is None else (contact, contact.be_at(place))
-
-    def turned(self, rotation: Rotation) -> Vector:
-        """How the TCP has turned (rad, in the base) since it was felt last, as it is turned like that now."""
-        if not self._is_turned:
-            return AT_REST
-        for k in range(9):
-            self._coming[k] = rotation[k]
-        x, y, z = turn_between(self._turned, self._coming)
-        return (x, y, z)
-
-    def leave(self, name: str, unpressed_m: float) -> None:
-        """Have so much of how deep the TCP is in a surface, if it is there, press nothing."""
-        if name in self._contacts:
-            self._contacts[name].unpressed = unpressed_m
 
     def roll(self, rotation: Rotation) -> None:
         """The TCP is turned like that in the base now, and has turned since the last call, by little."""

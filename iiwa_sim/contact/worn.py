@@ -4,16 +4,11 @@ from typing import NamedTuple
 
 from iiwa_sim.robot.capsules import Capsule
 
-SURFACES, PARTS = 1, 2
-"""What a capsule can feel; the sum for both."""
-
 
 class Worn(NamedTuple):
     """A capsule that is fixed to the flange."""
 
     capsule: Capsule
     """The capsule, in the flange."""
-    feels: int
-    """What the capsule feels: `SURFACES`, `PARTS`, or the sum of both; 0 for nothing now."""
     share: float = 1.0
     """What it feels of a surface's stiffness: with others side by side a part of it."""

@@ -90,7 +90,9 @@ class Controller:
             tcp,
             self.load,
             Carrying(tool, self.load),
-            None if handled is None else Handling(handled, self.io, self.load, tick_s),
+            None
+            if handled is None
+            else Handling(handled, self.io, self.load, description, tool, start, tick_s),
             protection,
             servo_timeout_s,
             on_fault,

@@ -16,15 +16,14 @@ from iiwa_sim.controller.meetings import Meetings
 from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.protection import Protection
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.surroundings import STIFF
 from iiwa_sim.wrench import Wrench
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.load_kernel import ExternalLoad
-    from cython.cimports.iiwa_sim.controller.handling_kernel import HandlingTicks
     from cython.cimports.iiwa_sim.controller.tolerance_kernel import Tolerance
 else:
     from iiwa_sim.contact.load_kernel import ExternalLoad
-    from iiwa_sim.controller.handling_kernel import HandlingTicks
     from iiwa_sim.controller.tolerance_kernel import Tolerance
 
 
@@ -37,7 +36,7 @@ class CoreTicks:
     tick_s: float = cython.declare(cython.double, visibility="public")
     motions: Motions = cython.declare(object, visibility="public")
     load: ExternalLoad = cython.declare(ExternalLoad, visibility="public")
-    handling: Handling | None = cython.declare(HandlingTicks, visibility="public")
+    handling: Handling | None = cython.declare(object, visibility="public")
     """The gripper and the parts, if there are any."""
     protection: Protection = cython.declare(Tolerance, visibility="public")
     endings: Endings = cython.declare(object, visibility="public")
@@ -130,15 +129,17 @@ class CoreTicks:
     @cython.cfunc
     def _feel(self) -> object:
         """Find what pushes the robot where a tick has brought it."""
-        motions, load, handling, coming = self.motions, self.load, self.handling, None
+        motions, load, handling = self.motions, self.load, self.handling
         joints, contact = motions.joints, motions.tcp_contact
-        if load._motion is not None or (
-            handling is not None and handling.workpieces is not None and handling.workpieces._held is not None
-        ):
-            load.tcp(joints)  # where it has come to was found a tick ago
+        tcp: Any = None
+        coming: Any = None
+        next_joints: Any = None
+        if load._motion is not None or load.bodies is not None:
+            tcp = load.tcp(joints)  # where it has come to was found a tick ago
             next_joints = motions.coming
             coming = None if next_joints is None else load.coming_tcp(next_joints)
         if handling is not None:
-            handling.step(joints, contact, coming)
+            stiffness = motions.compliance if next_joints is None and load.bodies is not None else STIFF
+            handling.step(joints, next_joints, tcp, coming, stiffness)
         load.step(joints, self.tick, self.tick_s, contact, coming)
         return None

@@ -1,23 +1,25 @@
-"""What the robot works with, wired to the controller's inputs and outputs."""
+"""The gripper and the parts of a cell, wired to the controller's inputs and outputs."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.handling_kernel import HandlingTicks
+from iiwa_sim.controller.fingers import Fingers
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.handling.aside_kernel import Aside
-from iiwa_sim.handling.falling import GONE, Body
-from iiwa_sim.handling.fingers_kernel import Fingers
-from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
-from iiwa_sim.handling.lying import start
-from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.told import Tell, ToldWorkpieces
-from iiwa_sim.handling.workpieces import Parts
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.wording import harmless
+from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
+from iiwa_sim.world.part import GONE, Part
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.world import Tell, World
 
 SENSORS = ("open", "closed", "holds")
 NOTHING = 0
@@ -34,7 +36,7 @@ class Wiring(NamedTuple):
     open_input: int = NOTHING
     """Input that is on while the jaws are open to the stroke."""
     closed_input: int = NOTHING
-    """Input that is on while jaw lies on jaw."""
+    """Input that is on while jaw touches jaw."""
     holds_input: int = NOTHING
     """Input that is on while the jaws press on a part."""
 
@@ -44,7 +46,7 @@ class PartState(msgspec.Struct, frozen=True):
 
     name: str
     frame: Frame
-    """Pose of the middle of the part, in the base: mm, rad."""
+    """Pose of the part in the base: mm, rad."""
     state: str
     """lies, falls, held, gone"""
 
@@ -52,17 +54,20 @@ class PartState(msgspec.Struct, frozen=True):
 class HandlingSetup(NamedTuple):
     """What a robot works with, at the beginning."""
 
-    jaws: Jaws
+    gripper: Jaws | Cup | None
+    """None where there are parts only."""
     wiring: Wiring
     parts: tuple[tuple[Part, Transform], ...] = ()
-    """Parts with the poses of their middles in the base."""
+    """Parts with their poses in the base."""
 
 
 class HandlingState(NamedTuple):
     """What a named state keeps of it."""
 
     opening_m: float
-    parts: Parts
+    driven: int
+    blocked: bool
+    world: Any
 
 
 class GripperState(msgspec.Struct, frozen=True):
@@ -73,160 +78,184 @@ class GripperState(msgspec.Struct, frozen=True):
     """open, closed, holds, or between for neither of these"""
 
 
-class Handling(HandlingTicks):
-    """The gripper of one robot and the parts in its cell, in their ticks."""
+class Handling:
+    """The gripper of one robot and the parts in its cell, tick by tick."""
 
-    def __init__(self, handled: HandlingSetup, io: Io, load: ExternalLoad, tick_s: float) -> None:
-        """What a part does to the robot is told to `load`, whose surfaces parts lie on."""
-        super().__init__(Gripper(handled.jaws), io, load)
-        self._wiring = handled.wiring
-        self._tick_s = tick_s
+    def __init__(
+        self,
+        handled: HandlingSetup,
+        io: Io,
+        load: ExternalLoad,
+        description: RobotDescription,
+        tool: Tool | None,
+        joints: Joints,
+        tick_s: float,
+    ) -> None:
+        """The robot is at rest at `joints` (rad); forces on it go to `load`, whose surfaces parts lie on."""
+        self.gripper = None if handled.gripper is None else Gripper(handled.gripper)
+        self._wiring, self._io, self._load, self._tick_s = handled.wiring, io, load, tick_s
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
-        self._radius_m = load.world.radius_m
+        self._looked: tuple[float, bool, int] | None = None  # how the gripper was when its sensors were read
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
-        self._parts_told: ToldWorkpieces | None = None
-        if handled.parts:
-            surfaces = list(load.world.surfaces.values())
-            bodies = start(handled.parts, surfaces)
-            self.workpieces = self._parts_told = ToldWorkpieces(bodies, surfaces, self.gripper, tick_s)
-            self._aside = Aside(self.workpieces, load, tick_s, handled.jaws.stroke_m)
-        self._names = [part.name for part, _ in handled.parts]
-        self._parts_at = -1
+        self._changes = load.world.changes
         self._parts: tuple[PartState, ...] = ()
+        self._parts_at = -1
+        self.world: World | None = None
+        """The bodies; None in a cell without parts."""
+        if handled.parts:
+            from iiwa_sim.world.build import ArmShape  # MuJoCo takes 0.2 s to load
+            from iiwa_sim.world.world import World
+
+            shape = ArmShape(
+                description, load.tool_in_flange, () if tool is None else tool.capsules, load.world.radius_m
+            )
+            surfaces = tuple(load.world.surfaces.values())
+            self.world = load.bodies = World(shape, joints, surfaces, handled.parts, self.gripper, tick_s)
         self._place_jaws()
         self._tell()
 
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
-        return not self.under_way and (self._aside is None or self._aside.settled)
+        gripper, world, driven = self.gripper, self.world, self._driven()
+        if (
+            gripper is not None
+            and not gripper.settled(driven)
+            and (world is None or driven != gripper.driven)
+        ):
+            return False
+        return world is None or (world.settled and self._changes == self._load.world.changes)
 
     @property
     def under_way(self) -> bool:
-        """Whether jaws or parts move by themselves, or may after surfaces have; what the arm pushes may stand
-        still for a tick, and go on then."""
-        pieces = self.workpieces
-        if pieces is None:
-            return not self._jaws_rest()
-        rest = self._jaws_rest() or (pieces.squeezes and self.gripper.settled(self._driven()))
-        return not (rest and pieces.settled) or self._changes != self._load.world.changes
+        """Whether jaws or parts move by themselves, or may after surfaces have."""
+        return not self.settled and not (self.world is not None and self.world.is_compliant)
 
-    def _jaws_rest(self) -> bool:
-        pieces, gripper = self.workpieces, self.gripper
-        lets_go = pieces is not None and gripper.blocked and not pieces.held
-        return gripper.settled(self._driven()) and not lets_go
+    @property
+    def holds(self) -> bool:
+        """Whether a part is held."""
+        return self.world is not None and self.world.held >= 0
 
-    def _move_jaws(self, tcp: Transform | None) -> None:
-        pieces, gripper, was_m = self.workpieces, self.gripper, self.gripper.opening_m
+    def step(
+        self,
+        joints: Joints,
+        coming: Joints | None,
+        tcp: Transform | None,
+        coming_tcp: Transform | None,
+        compliance: int,
+    ) -> None:
+        """Make a tick, as `World.step` does."""
+        gripper, world, load = self.gripper, self.world, self._load
         driven = self._driven()
-        gripper.step(driven, 0.0 if pieces is None else pieces.width_m, self._tick_s)
-        if pieces is not None and tcp is not None and not pieces.held:
-            closes = driven == CLOSES and gripper.opening_m < was_m
-            if gripper.driven == OPENS:
-                pieces.squeezed = ()
-            if closes or pieces.squeezed:
-                width_m = pieces.grip(tcp, was_m)
-                if width_m > 0.0:
-                    gripper.block(width_m)
-        self._place_jaws()
+        if world is None:
+            if gripper is not None and not gripper.settled(driven):
+                gripper.step(driven, self._tick_s)
+                self._place_jaws()
+                self._tell()
+            return
+        if self._changes != load.world.changes:
+            self._changes = load.world.changes
+            world.set_surfaces(tuple(load.world.surfaces.values()))
+        assert tcp is not None
+        world.step(joints, coming, tcp, coming_tcp, driven, compliance)
+        load.hand(world.wrench, world.push, world.torques)
+        if gripper is not None and (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
+            self._looked = gripper.opening_m, gripper.blocked, gripper.driven
+            self._place_jaws()
+            self._tell()
 
-    def _place_jaws(self) -> None:
-        """Tell the arm where its jaws are."""
-        now = self.gripper.opening_m, self._load.tool_in_flange
-        if self._jaws_at is None or now[1] != self._jaws_at[1]:
-            self._fingers = Fingers(self.gripper.jaws, now[1], self._radius_m)
-        if now != self._jaws_at:
-            self._jaws_at = now
-            self._load.jaws_are(self._fingers.at(now[0]))
-
-    def tcp_is(self, tcp: Transform) -> None:
+    def tcp_is(self, joints: Joints, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
         self._place_jaws()
-        if self._aside is not None:
-            self._aside.forget()
-        if self.workpieces is not None:
-            self.workpieces.tcp_is(tcp)
-            self._load.hand(self.workpieces.wrench, self.workpieces.weight)
+        if self.world is not None:
+            self.world.place(joints, tcp, self._load.tool_in_flange)
+            self._load.hand(self.world.wrench, self.world.push, self.world.torques)
 
     def kept(self) -> HandlingState:
-        """What a named state keeps: parts know of surfaces that have moved since the last tick."""
-        self.look_at_surfaces()
-        return HandlingState(
-            self.gripper.opening_m, Parts() if self.workpieces is None else self.workpieces.kept()
-        )
-
-    def restore(self, kept: HandlingState, tcp: Transform) -> None:
-        """Bring that back, with the TCP at rest at a pose."""
-        self.gripper.opening_m = kept.opening_m
-        self.gripper.driven = self._driven()
-        self.gripper.blocked = kept.parts.held is not None or bool(kept.parts.squeezed)
-        self._rest = None
-        self._place_jaws()
-        if self._aside is not None:
-            self._aside.forget()
-        if self.workpieces is not None:
+        """Return what a named state keeps."""
+        gripper, world = self.gripper, self.world
+        if world is not None and self._changes != self._load.world.changes:
             self._changes = self._load.world.changes
-            self.workpieces.restore(kept.parts, tcp, list(self._load.world.surfaces.values()))
-            self._load.hand(self.workpieces.wrench, self.workpieces.weight)
-        self._told = ()  # inputs are as they were saved, when sensors may have told something else
+            world.set_surfaces(tuple(self._load.world.surfaces.values()))
+        jaws = (
+            (0.0, STAYS, False) if gripper is None else (gripper.opening_m, gripper.driven, gripper.blocked)
+        )
+        return HandlingState(*jaws, None if world is None else world.kept())
+
+    def restore(self, kept: HandlingState) -> None:
+        """Bring that back, with the TCP at rest where it was."""
+        if self.gripper is not None:
+            self.gripper.opening_m, self.gripper.driven, self.gripper.blocked = kept[:3]
+        self._place_jaws()
+        if self.world is not None:
+            self._changes = self._load.world.changes
+            self.world.restore(kept.world)
+            self._load.hand(self.world.wrench, self.world.push, self.world.torques)
+        # Inputs are as they were saved, when sensors may have told something else.
+        self._told, self._looked = (), None
         self._tell()
 
     @property
     def parts(self) -> tuple[PartState, ...]:
         """All parts, in the order in which the cell names them."""
-        pieces = self.workpieces
-        if pieces is not None and pieces.changes != self._parts_at:
-            self._parts_at = pieces.changes
+        world = self.world
+        if world is not None and world.changes != self._parts_at:
+            self._parts_at = world.changes
             self._parts = tuple(
-                PartState(each.part.name, Frame.from_transform(each.pose), each.state) for each in self.bodies
+                PartState(part.name, Frame.from_transform(world.pose(number)), world.state(number))
+                for number, part in enumerate(world.parts)
             )
         return self._parts
 
     @property
-    def bodies(self) -> list[Body]:
-        """All parts, in the order in which the cell names them; `workpieces` has them by height."""
-        if self.workpieces is None:
-            return []
-        there = self.workpieces.bodies
-        return [there[name] for name in self._names]
+    def bodies(self) -> list[Part]:
+        """The parts that are there, in the order in which the cell names them."""
+        world = self.world
+        return [] if world is None else [p for n, p in enumerate(world.parts) if world.state(n) != GONE]
 
     def tell_of_parts(self, tell: Tell) -> None:
         """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
         taken away."""
-        if self._parts_told is not None:
-            self._parts_told.tell = tell
+        if self.world is not None:
+            self.world.tell = tell
 
     def lose(self) -> None:
-        """A fault: what the jaws hold falls. Raises `Refused` where they hold nothing."""
-        if self._parts_told is None or not self._parts_told.held:
+        """Have the held part fall. Raises `Refused` where the gripper holds none."""
+        if self.world is None or self.world.held < 0:
             raise Refused(EXECUTION, "the gripper holds no part")
-        self._parts_told.drop()
+        self.world.lose()
 
     def remove(self, name: str) -> None:
-        """A fault: a part is missing. Raises `Refused` where there is none of this name."""
-        there = [] if self.workpieces is None else [each.name for each in self.parts if each.state != GONE]
-        if self.workpieces is None or name not in there:
-            there_are = f"there are {', '.join(map(repr, there))}" if there else "there is none"
-            raise Refused(EXECUTION, harmless(f"no part {name!r}: {there_are}"))
-        self.workpieces.remove(name)
+        """Take a part away. Raises `Refused` where there is none of this name."""
+        there = {each.name for each in self.bodies}
+        if self.world is None or name not in there:
+            names = ", ".join(repr(each.name) for each in self.bodies)
+            raise Refused(
+                EXECUTION, harmless(f"no part {name!r}: there {f'are {names}' if names else 'is none'}")
+            )
+        self.world.remove([part.name for part in self.world.parts].index(name))
 
     @property
-    def state(self) -> GripperState:
-        """The gripper as it is, whatever its sensors tell."""
+    def state(self) -> GripperState | None:
+        """The gripper as it is, whatever its sensors tell; None without one."""
         gripper = self.gripper
+        if gripper is None:
+            return None
         state = "holds" if gripper.holds else "open" if gripper.is_open else "between"
         return GripperState(1e3 * gripper.opening_m, "closed" if gripper.is_closed else state)
 
     def stick(self, stuck: bool) -> None:
-        """A fault: the jaws stay where they are, until they are told not to."""
-        self.gripper.stuck = stuck
-        self._rest = None
+        """Have the jaws stay where they are, until they are told not to."""
+        gripper = self._its_gripper
+        gripper.stuck = stuck
+        if not stuck:
+            gripper.driven = STAYS  # it looks at its outputs anew
 
     def mistake(self, sensor: str, tells: bool) -> None:
-        """A fault: a sensor tells this, whatever is so. Raises `Refused` where there is no such sensor."""
+        """Have a sensor tell this, whatever is true. Raises `Refused` where there is no such sensor."""
         wired = [each for each in SENSORS if self._input(each) != NOTHING]
         if sensor not in wired:
             there_are = f"there are {', '.join(wired)}" if wired else "none is wired"
@@ -238,15 +267,23 @@ class Handling(HandlingTicks):
         """End all faults of the gripper."""
         self.stick(False)
         self._wrong.clear()
-        self._told = ()
+        self._told, self._looked = (), None
         self._tell()
+
+    @property
+    def _its_gripper(self) -> Gripper:
+        if self.gripper is None:
+            raise Refused(EXECUTION, "the cell has no gripper")
+        return self.gripper
 
     def _input(self, sensor: str) -> int:
         number: int = getattr(self._wiring, f"{sensor}_input")
         return number
 
     def _driven(self) -> int:
-        """Which way outputs drive the jaws."""
+        """Return in which direction outputs drive the jaws."""
+        if self.gripper is None:
+            return STAYS
         if self._io.outputs is not self._driven_by:  # a change makes another tuple
             self._driven_by, wiring = self._io.outputs, self._wiring
             closes = self._io.output(wiring.close_output)
@@ -254,9 +291,22 @@ class Handling(HandlingTicks):
             self._drives = STAYS if opens == closes else OPENS if opens else CLOSES
         return self._drives
 
+    def _place_jaws(self) -> None:
+        """Tell the arm where its jaws are."""
+        if self.gripper is None or not isinstance(self.gripper.kind, Jaws):
+            return
+        now = self.gripper.opening_m, self._load.tool_in_flange
+        if self._jaws_at is None or now[1] != self._jaws_at[1]:
+            self._fingers = Fingers(self.gripper.kind, now[1])
+        if now != self._jaws_at:
+            self._jaws_at = now
+            self._load.jaws_are(self._fingers.at(now[0]))
+
     def _tell(self) -> None:
-        """Switch the inputs, where that is news: a bench may have switched one otherwise."""
+        """Switch the inputs, where that is news: a test bench may have switched one otherwise."""
         gripper = self.gripper
+        if gripper is None:
+            return
         so = (gripper.is_open, gripper.is_closed, gripper.holds)
         told = tuple(map(self._wrong.get, SENSORS, so)) if self._wrong else so
         if told == self._told:

@@ -74,7 +74,7 @@ class Injected:
         """What the robot holds is where it is."""
         core = self._core
         if core.handling is not None:
-            core.handling.tcp_is(core.load.tcp(core.motions.joints))
+            core.handling.tcp_is(core.motions.joints, core.load.tcp(core.motions.joints))
 
     def _check_rest(self) -> None:
         if self._core.motions.moving:

@@ -7,15 +7,14 @@ import msgspec
 from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Vector
-from iiwa_sim.handling.fingers_kernel import TIP
 from iiwa_sim.wording import harmless
 
 SELF_COLLISION_EVERY_S = 0.1
 """Time (s, simulated) between two looks at a moving arm for links that are in each other."""
 
 
-NAMED = {TIP: "the sphere round the TCP"}
-"""What the arm wears, as the log tells it, where that is not its own name."""
+NAMED = {"tip": "the sphere round the TCP"}
+"""What is fixed to the flange, as the log tells it, where that is not its own name."""
 
 
 class LinkTouch(msgspec.Struct, frozen=True):

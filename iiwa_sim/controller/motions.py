@@ -11,6 +11,7 @@ from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
 
@@ -64,6 +65,13 @@ class Motions(EvenMotions):
     def pausing(self) -> bool:
         """Whether what moves has come to a standstill by an override of 0."""
         return self.moving and self._override.pausing
+
+    @property
+    def compliance(self) -> int:
+        """How the robot gives way now: `STIFF`, `COMPLIANT_TCP` or `COMPLIANT_JOINTS`."""
+        if not self._follower.yielding:
+            return STIFF
+        return COMPLIANT_JOINTS if self._follower.holding else COMPLIANT_TCP
 
     @property
     def holding(self) -> bool:

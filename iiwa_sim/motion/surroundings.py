@@ -9,6 +9,10 @@ LONGEST_SUBSTEP_S = 0.001
 swings at 141 rad/s, which makes 0.14 rad in such a part."""
 
 
+STIFF, COMPLIANT_TCP, COMPLIANT_JOINTS = 0, 1, 2
+"""How a robot gives way: not at all, as a mass at the TCP, or in each joint."""
+
+
 class Pushes(Protocol):
     """What pushes the robot: `pushes` of `iiwa_sim.contact.acting_kernel.Acting` is one."""
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Quaternion, Transform, quaternion_from_rotation
+from iiwa_sim.world.part import Mesh
 
 STEPS = 1e7
 """Per unit of lengths (m) and quaternions: of 0.1 um. More would only make files larger."""
@@ -39,7 +40,9 @@ def entity(ns: int, frame: str, name: str) -> Message:
     }
 
 
-def add_shape(into: Message, shape: Box | Cylinder | Sphere, pose: Transform, color: Sequence[float]) -> None:
+def add_shape(
+    into: Message, shape: Box | Cylinder | Sphere | Mesh, pose: Transform, color: Sequence[float]
+) -> None:
     """Put a shape into an entity, at a pose in its frame (m)."""
     common = {"pose": _pose(pose), "color": dict(zip("rgba", color, strict=True))}
     match shape:
@@ -50,6 +53,9 @@ def add_shape(into: Message, shape: Box | Cylinder | Sphere, pose: Transform, co
         case Cylinder(r, z):
             size = _vector((2.0 * r, 2.0 * r, 2.0 * z))
             into["cylinders"].append({**common, "size": size, "bottom_scale": 1.0, "top_scale": 1.0})
+        case Mesh(corners):
+            points = [_vector(corner) for corner in corners]
+            into["triangles"].append({**common, "points": points, "colors": [], "indices": []})
 
 
 def transform(time: Message, parent: str, child: str, pose: Transform) -> Message:

@@ -16,7 +16,6 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
@@ -26,6 +25,7 @@ from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, SCENE
 from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
+from iiwa_sim.world.part import Part
 
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {

@@ -9,7 +9,6 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.handling import PartState
 from iiwa_sim.frames import IDENTITY, Frame, Quaternion, Transform, Vector, compose
-from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings.foxglove import (
     DELETES_ALL,
     Message,
@@ -22,6 +21,7 @@ from iiwa_sim.recordings.foxglove import (
 from iiwa_sim.recordings.urdf_links import GREY, colour_of, joint_of, shape_of
 from iiwa_sim.robot.capsules import TOOL, Capsule
 from iiwa_sim.robot.urdf_joints import joints_in, origin_of
+from iiwa_sim.world.part import Part
 
 TCP = "tcp"
 GOAL = "goal"

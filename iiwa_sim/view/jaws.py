@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.handling.gripper import JAW_M
+from iiwa_sim.world.gripper import JAW_M
 
 if TYPE_CHECKING:
     import viser

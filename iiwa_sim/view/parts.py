@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from iiwa_sim.frames import Frame
 from iiwa_sim.view.drawing import wxyz
 
@@ -50,6 +52,10 @@ class Parts:
             return self._scene.add_box(
                 path, dimensions=(1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm), color=_COLOUR
             )
+        if part["shape"] == "mesh":
+            corners = 1e-3 * np.array(part["corners_mm"])
+            faces = np.arange(len(corners)).reshape(-1, 3)
+            return self._scene.add_mesh_simple(path, corners, faces, color=_COLOUR, side="double")
         radius_m = 1e-3 * part["radius_mm"]
         if part["shape"] == "sphere":
             return self._scene.add_icosphere(path, radius=radius_m, color=_COLOUR)

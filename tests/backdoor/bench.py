@@ -14,13 +14,12 @@ from iiwa_sim.contact.shapes import Cylinder
 from iiwa_sim.controller.handling import HandlingSetup, Wiring
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
-from iiwa_sim.frames import Frame
-from iiwa_sim.handling.falling import FALLS
-from iiwa_sim.handling.gripper import Jaws
-from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.workpieces import Parts
+from iiwa_sim.frames import IDENTITY, Frame
+from iiwa_sim.world.gripper import Jaws
+from iiwa_sim.world.part import Part
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
+from tests.world.scenes import hold
 
 IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
@@ -68,18 +67,11 @@ class Bench:
         return reply[:-2].decode("ascii")
 
     def grips_disc(self) -> None:
-        """The disc falls past the TCP, and is gripped there."""
+        """The disc is at the TCP, and held there."""
         handling = self.controller.handling
         assert handling is not None
-        assert handling.workpieces is not None
-        tcp = self.controller.tcp()
-        pieces = handling.workpieces
-        body = pieces.bodies["disc"]._replace(pose=tcp, state=FALLS, on="")
-        pieces.restore(Parts((body,)), tcp, list(self.controller.load.world.surfaces.values()))
-        handling.gripper.opening_m = 0.01
-        handling.gripper.block(pieces.grip(tcp, 0.08))
+        hold(handling, IDENTITY)
         self.controller.io.set_output(16, on=True)
-        assert pieces.held == "disc"
 
     def seen(self) -> dict[str, object]:
         """All that can be changed from here."""

@@ -12,7 +12,7 @@ from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
+from iiwa_sim.contact.worn import Worn
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import load_robot
@@ -269,7 +269,7 @@ def test_what_is_looked_at_when_it_is_due_has_the_bits_of_looking_at_all_in_each
 
     def jaws(half: float) -> list[Worn]:
         ends = [((0.0, side * half, 0.02), (0.0, side * half, 0.1)) for side in (-1.0, 1.0)]
-        return [Worn(Capsule("jaw", 0, *each, 0.01), SURFACES + PARTS) for each in ends]
+        return [Worn(Capsule("jaw", 0, *each, 0.01)) for each in ends]
 
     due, each_tick = links_of(name), links_of(name)
     for arm in (due, each_tick):
@@ -301,7 +301,7 @@ def test_what_is_worn_farther_out_than_when_it_was_put_on_misses_nothing() -> No
 
     def finger(aside_m: float) -> list[Worn]:
         place = (aside_m, 0.0, 0.05)
-        return [Worn(Capsule("finger", 0, place, place, 0.01), SURFACES + PARTS)]
+        return [Worn(Capsule("finger", 0, place, place, 0.01))]
 
     def tip(angle: float) -> tuple[tuple[float, ...], Vector]:
         joints = (*home[:-1], home[-1] + angle)
@@ -376,27 +376,3 @@ def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() 
     assert np.hypot(up.force[0], up.force[2]) == pytest.approx(-0.02 * up.force[1], rel=1e-6)
     back = feels((0.9, 0.9 - 0.0005 * 59 + 0.00005, *stretched[2:]))
     assert 0.0 < -back.force[2] < -up.force[2], "and the spring is unwound first"
-
-
-def test_as_deep_as_a_link_is_in_without_pressing_it_feels_nothing_until_it_has_been_out() -> None:
-    """And what is kept of that is brought back."""
-    name = ARMS[0]
-    wall = surface(Box(0.6, 0.4, 0.6), at(0.0, 0.85, 0.6), stiffness=20_000.0)
-    away, pressed = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
-    links = links_of(name)
-    links.surround({wall.name: wall}, away)
-
-    def pressing() -> float:
-        links.step(pressed, TICK_S)
-        return float(np.linalg.norm(links.contacts[0].force))
-
-    links.step(away, TICK_S)
-    all_n = pressing()
-    names = list(dict.fromkeys(each.link for each in capsules_of(MODELS[name].description)))
-    links.leave(wall.name, names.index(links.contacts[0].link), 0.4 * all_n / wall.stiffness)
-    assert pressing() == pytest.approx(0.6 * all_n)
-    kept = links.kept()
-    links.step(away, TICK_S)
-    assert pressing() == pytest.approx(all_n)
-    links.restore(kept, pressed)
-    assert pressing() == pytest.approx(0.6 * all_n)

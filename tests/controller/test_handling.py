@@ -10,7 +10,7 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import Handling, HandlingSetup, Wiring
-from iiwa_sim.handling.gripper import Jaws
+from iiwa_sim.world.gripper import Jaws
 from tests.asked import joint_move
 from tests.stepped import SteppedRobot
 

@@ -1,0 +1,108 @@
+"""The details of MuJoCo that the bodies rely on, each in one function; tests/world/test_details.py tries
+them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco as mj
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.world.material import Law
+from iiwa_sim.world.tick_kernel import BASE, correct
+
+PARTS, SURFACES, HELD, ARM, LOST = 1, 2, 4, 8, 16
+"""Collision bits: parts meet everything, surfaces and the arm meet parts; a held part does not meet the arm,
+nor does one that the gripper has lost, until it is out of it."""
+ALL = 0x7FFFFFFF
+_SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
+
+
+def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
+    """Give a body its stiffness in each contact: of a contact, `body_invweight0` only scales the
+    compliance."""
+    model.body_invweight0[body, 0] = law.scale * BASE / stiffness_n_per_m
+
+
+def find_forces(
+    model: Any, data: Any, points: NDArray[np.intc], stands: NDArray[np.int8], imposed: Any
+) -> None:
+    """Find what `mj_forward` does, with corrected contacts: `mj_fwdVelocity` has found `efc_aref` before the
+    solver reads it, and `efc_KBIP` says by which law.
+
+    MuJoCo decides for all bodies at once whether to start from `qacc_warmstart`. With that of the dofs
+    `imposed` as without contacts, how the arm moves changes no bit of parts that it does not touch.
+    """
+    mj.mj_fwdPosition(model, data)
+    mj.mj_fwdVelocity(model, data)
+    if data.ncon:
+        c, law = data.contact, data.efc_KBIP.reshape(-1, 4)
+        rows = c.geom, c.efc_address, c.dim, c.includemargin, c.friction
+        correct(data.efc_aref, data.efc_pos, law, *rows, points, stands, model.opt.timestep)
+    mj.mj_fwdActuation(model, data)
+    mj.mj_fwdAcceleration(model, data)
+    data.qacc_warmstart[imposed] = data.qacc_smooth[imposed]
+    mj.mj_fwdConstraint(model, data)
+
+
+def set_law(model: Any, geom: int, law: Law, priority: int) -> None:
+    """Give a geom a contact law; that of the geom with the greater priority counts."""
+    model.geom_solref[geom], model.geom_solimp[geom] = law.solref, law.solimp
+    model.geom_priority[geom] = priority
+
+
+def set_imposed(model: Any, body: int, geom: int, inertia: NDArray[np.float64]) -> None:
+    """Give a part's dofs an inertia and no weight: of free bodies with aligned inertia MuJoCo reads `dof_M0`.
+
+    The part stays awake, and meets all but the arm. `body_gravcomp` counts at run time if a body has had one
+    when the model was compiled, as the arm has.
+    """
+    first = int(model.body_dofadr[body])
+    model.dof_M0[first : first + 6], model.body_gravcomp[body] = inertia, 1.0
+    never_sleeps(model, body)
+    model.geom_contype[geom], model.geom_conaffinity[geom] = HELD, ALL - ARM - HELD
+
+
+def set_free(model: Any, data: Any, body: int, geom: int, inertia: NDArray[np.float64], bit: int) -> None:
+    """Let a part move freely: `PARTS`, or `LOST` for one that does not meet the arm."""
+    first = int(model.body_dofadr[body])
+    model.dof_M0[first : first + 6], model.body_gravcomp[body] = inertia, 0.0
+    model.tree_sleep_policy[model.body_treeid[body]] = mj.mjtSleepPolicy.mjSLEEP_ALLOWED
+    model.geom_contype[geom] = bit
+    model.geom_conaffinity[geom] = ALL if bit == PARTS else ALL - ARM - LOST
+    data.qfrc_applied[first : first + 6] = 0.0
+
+
+def set_gone(model: Any, data: Any, body: int, geom: int) -> None:
+    """Have a part meet nothing, and stay where it is."""
+    first = int(model.body_dofadr[body])
+    model.geom_contype[geom] = model.geom_conaffinity[geom] = 0
+    model.body_gravcomp[body] = 1.0
+    data.qvel[first : first + 6] = data.qacc[first : first + 6] = 0.0
+
+
+def never_sleeps(model: Any, body: int) -> None:
+    """Keep the kinematic tree of a body awake: `tree_sleep_policy` is read at run time."""
+    model.tree_sleep_policy[model.body_treeid[body]] = mj.mjtSleepPolicy.mjSLEEP_NEVER
+
+
+def wake_all(model: Any, data: Any) -> None:
+    """Wake all bodies, and place surfaces anew.
+
+    A force on a body wakes it; there is no call for that. With sleep, static bodies are placed only once, so
+    they are placed without it.
+    """
+    forces = data.xfrc_applied.copy()
+    data.xfrc_applied[:, 2] += 1e-9
+    mj.mj_fwdPosition(model, data)
+    data.xfrc_applied[:] = forces
+    model.opt.enableflags &= ~_SLEEP
+    mj.mj_fwdPosition(model, data)
+    model.opt.enableflags |= _SLEEP
+
+
+def is_quiet(data: Any, imposed: int) -> bool:
+    """Return whether nothing touches, and all but so many imposed trees sleep: what sleeps has no
+    contacts."""
+    return bool(data.ncon == 0 and data.ntree_awake <= imposed)

@@ -1,0 +1,89 @@
+"""A gripper: two parallel jaws, or a suction cup."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+JAW_M = (0.02, 0.008, 0.05)
+"""Size of each jaw along x y z of the TCP (m), where a cell does not say it."""
+OPENS, STAYS, CLOSES = 1, 0, -1
+"""Directions in which the outputs drive the jaws."""
+
+
+class Jaws(NamedTuple):
+    """Two jaws that move along y of the TCP, both alike, and whose pads end at the TCP."""
+
+    stroke_m: float
+    """Greatest distance between the jaws."""
+    speed_m_per_s: float
+    """Speed at which the distance between the jaws changes."""
+    force_n: float
+    """Force with which each jaw presses on what it holds."""
+    pad_wide_m: float = 0.02
+    """Width of the pads along x of the TCP, which is in the middle of it."""
+    pad_long_m: float = 0.02
+    """Length of the pads along z of the TCP, up to the TCP."""
+    jaw_m: tuple[float, float, float] = JAW_M
+    """Size of each jaw along x y z of the TCP: jaws end at the TCP, and have their distance between them."""
+
+
+class Cup(NamedTuple):
+    """A suction cup that ends at the TCP, open along z of it."""
+
+    force_n: float
+    """Force up to which it holds a part."""
+    radius_m: float
+    length_m: float = 0.02
+
+
+class Gripper:
+    """The gripper over time; open at first."""
+
+    def __init__(self, kind: Jaws | Cup) -> None:
+        self.kind = kind
+        self.stroke_m = kind.stroke_m if isinstance(kind, Jaws) else 0.0
+        self.opening_m = self.stroke_m
+        """Distance between the jaws."""
+        self.driven = OPENS
+        self.stuck = False
+        """Whether the jaws stay where they are, whatever drives them."""
+        self.blocked = False
+        """Whether something keeps the jaws from closing further, or the cup holds something."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the jaws are open to their stroke, or the cup does not suck."""
+        return self.driven != CLOSES if isinstance(self.kind, Cup) else self.opening_m == self.stroke_m
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether jaw touches jaw, or the cup sucks on nothing."""
+        if isinstance(self.kind, Cup):
+            return self.driven == CLOSES and not self.blocked
+        return self.opening_m == 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether it presses on a part, also where the jaws stay as they have closed on it."""
+        return self.blocked and self.driven != OPENS
+
+    def settled(self, driven: int) -> bool:
+        """Return whether a tick leaves the opening as it is if outputs drive the jaws in that direction."""
+        if self.stuck:
+            return True
+        if driven != self.driven:
+            return False
+        return driven == STAYS or (self.is_open if driven == OPENS else self.is_closed or self.blocked)
+
+    def step(self, driven: int, tick_s: float, least_m: float = 0.0) -> None:
+        """Move the jaws by one tick in that direction; they close to `least_m` at most."""
+        if self.stuck:
+            return
+        self.driven = driven
+        if isinstance(self.kind, Cup):
+            return
+        way = self.kind.speed_m_per_s * tick_s
+        if driven == OPENS:
+            self.opening_m = min(self.opening_m + way, self.stroke_m)
+        elif driven == CLOSES:
+            self.opening_m = max(self.opening_m - way, min(self.opening_m, least_m))

@@ -1,0 +1,46 @@
+"""Parts: rigid bodies that move freely, until a gripper holds them."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.frames import Vector
+
+LIES, FALLS, HELD, GONE = "lies", "falls", "held", "gone"
+"""States of a part: it touches something, touches nothing, is held by the gripper, or is no longer in the
+cell."""
+
+
+class Mesh(NamedTuple):
+    """The convex hull of triangles."""
+
+    corners: tuple[Vector, ...]
+    """Three for each triangle (m, in the frame of the part)."""
+
+    @property
+    def extent(self) -> float:
+        """Largest distance of a point from the origin (m)."""
+        return max(hypot(*corner) for corner in self.corners)
+
+    @property
+    def is_solid(self) -> bool:
+        """Whether the corners do not all lie in one plane."""
+        places = np.array(self.corners)
+        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+        return bool(spread[2] > 1e-6 * spread[0])
+
+
+class Part(NamedTuple):
+    """A rigid body of one material and even density."""
+
+    name: str
+    shape: Box | Cylinder | Sphere | Mesh
+    mass_kg: float
+    friction: float
+    """Coefficient of Coulomb friction, against everything that it touches."""
+    stiffness: float
+    """N/m, in series with that of what it touches."""

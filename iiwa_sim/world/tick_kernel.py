@@ -1,0 +1,103 @@
+"""The work that is done by hand in each tick of the bodies: corrections of contacts, imposed poses,
+wrenches."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
+
+from iiwa_sim.contact.moments import GRAVITY_M_S2
+
+BASE = 2
+"""Number of contact points that share the stiffness of two bodies before their count is known: with 2, one
+point is stable for the lightest body, and eight are not too slow."""
+_BASE = cython.declare(cython.double, 2.0)
+# Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
+_RUBS = cython.declare(cython.double, 1e3)
+# Friction may always ask for this deceleration (m/s2).
+_BRAKES = cython.declare(cython.double, 1.5 * GRAVITY_M_S2)
+
+
+def correct(
+    aref: cython.double[::1],
+    pos: cython.double[::1],
+    law: cython.double[:, ::1],
+    geom: cython.int[:, :],
+    address: cython.int[:],
+    dim: cython.int[:],
+    margin: cython.double[:],
+    friction: cython.double[:, :],
+    points: cython.int[::1],
+    stands: cython.char[::1],
+    tick_s: cython.double,
+) -> None:
+    """Correct the reference accelerations of contacts before the solver uses them.
+
+    All points in which two bodies meet have the stiffness of the two in series together, however many the
+    engine finds;
+    those of one pair follow each other. Friction asks for no greater deceleration than it can give, or 1.5
+    g: MuJoCo's contact is convex, so a body that slides fast would be pressed up, lifted off, and rattle.
+    With the cap it is lifted by less than the margin, in which the contact is still there and presses by
+    damping only. What is imposed presses on what stands by k d alone, without damping.
+
+    Args:
+        aref, pos, law: Arrays `efc_aref`, `efc_pos`, `efc_KBIP` of the data.
+        geom, address, dim, margin, friction: Arrays of the contacts.
+        points: For each geom the least number of points in which it rests: 1, 2 or 4.
+        stands: For each geom whether it is that of a surface.
+        tick_s: Duration of a tick.
+    """
+    n: cython.Py_ssize_t = geom.shape[0]
+    c: cython.Py_ssize_t = 0
+    while c < n:
+        a: cython.int = geom[c, 0]
+        b: cython.int = geom[c, 1]
+        end: cython.Py_ssize_t = c + 1
+        while end < n and geom[end, 0] == a and geom[end, 1] == b:
+            end += 1
+        least: cython.int = min(points[a], points[b])
+        share: cython.double = _BASE / max(end - c, least)
+        root: cython.double = sqrt(share)
+        for k in range(c, end):
+            row: cython.Py_ssize_t = address[k]
+            if row < 0:
+                continue
+            spring: cython.double = law[row, 0] * law[row, 2]
+            deep: cython.double = -spring * pos[row]
+            if law[row, 2] < 0.5 and (
+                stands[a] or stands[b]
+            ):  # of what is imposed: nothing moves by these forces
+                aref[row] = share * deep
+                for i in range(1, dim[k]):
+                    aref[row + i] *= _RUBS
+                continue
+            damped: cython.double = aref[row] + spring * (pos[row] - margin[k])
+            if law[row, 2] < 0.5:  # of what is imposed and a free part, which would swing on that spring
+                aref[row] = share * (deep + 0.5 * tick_s * spring * damped / law[row, 1])
+            else:
+                aref[row] = share * deep + root * damped
+            if dim[k] > 1:
+                can: cython.double = friction[k, 0] * max(share * deep, _BRAKES)
+                x: cython.double = aref[row + 1]
+                y: cython.double = aref[row + 2]
+                asked: cython.double = sqrt(x * x + y * y)
+                if asked > can:
+                    aref[row + 1] = x * can / asked
+                    aref[row + 2] = y * can / asked
+        c = end
+
+
+@cython.ccall
+def way(now: Sequence[float], was: cython.double[::1], levers: cython.double[::1]) -> cython.double:
+    """Return how far (m) any point of the arm has gone at most; `was` becomes `now`."""
+    far: cython.double = 0.0
+    q: cython.double
+    for k in range(levers.shape[0]):
+        q = now[k]
+        far += fabs(q - was[k]) * levers[k]
+        was[k] = q
+    return far

@@ -1,0 +1,167 @@
+"""A compliant robot with a part in its jaws, on a part, and hit by one: it comes to rest, and what it feels
+is right."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.frames import IDENTITY
+from tests.asked import gravity_hold, lin_stiff_move
+from tests.world.scenes import CLOSE, GRIPPER, HEAD, Scene, down, hold, part, table
+
+STRONG = HEAD + GRIPPER.replace("grip_force_n = 40", "grip_force_n = 400")
+Case = tuple[str, bool, float, float, float, float]
+CASES: list[Case] = [
+    (what, hold, stiffness, kg, own, below)
+    for what, hold, stiffness, kg, own, below in product(
+        ("held", "on", "hit"),
+        (False, True),
+        (100.0, 1000.0, 5000.0),
+        (0.02, 0.2, 5.0),
+        (5e3, 1e5, 1e6),
+        (5e4, 1e6),
+    )
+    if (what == "held" or below == 5e4 or own == 1e6) and (what, kg, stiffness) != ("hit", 5.0, 100.0)
+]
+FEW = [case for number, case in enumerate(CASES) if number % 12 == 5]
+
+
+def settles(case: Case) -> tuple[float, float]:
+    """The mean of the force (N) along z in the last 0.4 s of 2 s, and its range then."""
+    what, hold, stiffness, kg, own, below = case
+    parts = [part("block", (550, 0, 330), kg=kg, stiffness=own)]
+    if what == "hit":
+        parts.append(part("ball", (750, 400, 315), "[30, 30, 30]", kg, stiffness=own))
+    scene = Scene(*parts, table(below), head=STRONG)
+    scene.rests()
+    k = 1.0 / (1.0 / own + 1.0 / below)
+    down_mm = 1e3 * (0.01 if hold else min(15.0 / stiffness, 0.03))
+    scene.goes(down(550, 0, 440), 1.0, straight=False)
+    if what == "on":
+        scene.drives(closed=True)
+        z = 360.0
+    else:
+        scene.goes(down(550, 0, 335))
+        scene.drives(closed=True)
+        z = 335.0
+        scene.goes(down(550, 0, 345 if what == "held" else 430))
+    if what == "hit":
+        z = 430.0
+    elif hold:
+        scene.goes(down(550, 0, z), 0.2)
+        scene.goes(down(550, 0, z - 1e4 / k), 0.05)
+    if hold:
+        scene.controller.move(gravity_hold(stiffness))
+        scene.step(100)
+        scene.controller.load.wrench = (0.0, 0.0, 15.0, 0.0, 0.0, 0.0)
+    else:
+        target = down(550, 0, z if what == "hit" else z - down_mm)
+        scene.controller.move(lin_stiff_move(target, 0.05, stiffness, (0.0,) * 6))
+        scene.step(1500)
+    if what == "hit":
+        held, q = scene.world.pose(0).translation, scene.world._part_q[1]
+        q[:3] = held[0], held[1] + 0.012, held[2] + 0.145
+        scene.world.wake()
+    forces = []
+    for _ in range(1000):
+        scene.step()
+        forces.append(scene.world.wrench[2])
+    last = np.array(forces[-200:])
+    return float(last.mean()), float(np.ptp(last))
+
+
+def check(case: Case) -> None:
+    mean, ripple = settles(case)
+    assert ripple < 0.01 * max(abs(mean), 1.0), (case, mean, ripple)
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_it_comes_to_rest(case: Case) -> None:
+    check(case)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_it_comes_to_rest_in_all_cases(case: Case) -> None:
+    check(case)
+
+
+@pytest.mark.parametrize("start_deg", ["[0, 30, 0, -60, 0, 90, 0]", "[0, 80, 0, -10, 0, 5, 0]"])
+def test_a_hold_is_calm_also_where_the_arm_is_stretched(start_deg: str) -> None:
+    """A part in the jaws is pressed on a wall under the TCP."""
+    head = STRONG.replace("[0, 30, 0, -60, 0, 90, 0]", start_deg)
+    empty = Scene(part("block", (0, 600, -300), kg=0.2), head=head)
+    tcp = empty.controller.tool_frame()
+    x, y, z = tcp[:3]
+    wall = f"""
+[[plane]]
+name = "wall"
+x_mm = {x}
+y_mm = {y}
+z_mm = {z - 31.0}
+stiffness_n_per_m = 100000
+friction = 0.3
+"""
+    scene = Scene(part("block", (0, 600, z + 400.0), kg=0.2), wall, head=head)
+    scene.controller.io.set_output(CLOSE, True)
+    hold(scene.handling, IDENTITY)
+    scene.controller.move(gravity_hold(1000.0))
+    scene.step(100)
+    r = np.array(scene.controller.tcp().rotation).reshape(3, 3)
+    fx, fy, fz = (r.T @ (0.0, 0.0, -15.0)).tolist()
+    scene.controller.load.wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
+    forces = []
+    for _ in range(1500):
+        scene.step()
+        forces.append(scene.world.wrench[:3])
+    last = np.array(forces[-200:])
+    assert np.ptp(last, axis=0).max() < 0.01 * np.abs(last).max()
+
+
+def test_it_gives_way_to_what_presses_on_it_and_to_the_weight_it_holds() -> None:
+    scene = Scene(part("block", (550, 0, 330), kg=1.0), table(), head=STRONG)
+    scene.picks(550, 0, 330, 100)
+    before = scene.controller.tool_frame().z_mm
+    scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
+    scene.step(1500)
+    assert before - scene.controller.tool_frame().z_mm == pytest.approx(9.81, abs=0.01)
+
+
+def test_dofs_are_heavy_again_as_soon_as_it_is_stiff() -> None:
+    scene = Scene(part("block", (550, 0, 330)), table(), head=STRONG)
+    scene.picks(550, 0, 330, 20)
+    scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
+    scene.step(10)
+    assert scene.world.is_compliant
+    scene.controller.injected.fail(3060, "protective stop")
+    scene.step(2)
+    assert not scene.world.is_compliant
+    scene.robot.runs_until_stopped()
+    scene.controller.reset_error()
+    scene.goes(down(550, 0, 329.5))
+    scene.step(50)
+    deep = 0.33 - scene.world.pose(0).translation[2]
+    k = 1.0 / (1.0 / 1e5 + 1.0 / 5e4)
+    assert -scene.force[2] == pytest.approx(k * deep - 0.5 * 9.81, rel=1e-4)
+
+
+def test_links_of_a_compliant_robot_push_parts_calmly() -> None:
+    scene = Scene(part("it", (350, 175, 525), "[60, 60, 450]", 1.0), table(), head=HEAD)
+    scene.rests()
+    scene.controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=200.0))
+    scene.step(50)
+    scene.controller.load.joint_push = (20.0, *(0.0,) * 6)
+    torques = []
+    try:
+        for _ in range(1500):
+            scene.step()
+            torques.append(scene.controller.load.exact_torques(scene.controller.joints)[0])
+    except Refused:
+        raise AssertionError from None
+    last = np.array(torques[-200:])
+    assert np.ptp(last) < 0.05 * max(1.0, np.abs(last).max())

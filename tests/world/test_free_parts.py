@@ -1,0 +1,226 @@
+"""Parts that move freely: they slide, rest on slopes, roll, tip, fall over, ride on conveyors, and are
+pushed."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+
+from tests.asked import joint_move, lin_move_at
+from tests.world.scenes import CLOSE, HEAD, TABLE_MM, G, Scene, down, part, table
+
+
+def slope(deg: float, friction: float) -> str:
+    """A box whose top goes down along x through the origin of the base, 1 m before it."""
+    a = radians(deg)
+    return f"""
+[[box]]
+name = "slope"
+size_mm = [4000, 800, 40]
+x_mm = {1000 - 20 * sin(a)}
+z_mm = {-20 * cos(a)}
+beta = {a}
+stiffness_n_per_m = 100000
+friction = {friction}
+"""
+
+
+def on_slope(deg: float, size: str, friction: float, kg: float = 0.3, stiffness: float = 1e5) -> Scene:
+    """A part on it: a box of a height of 30 mm, or what is round, of a radius of 20 mm."""
+    a, is_box = radians(deg), size.count(",") == 2
+    high = 15.0 if is_box else 20.0
+    place = (200.0, 0.0, 800.0 * sin(a) / cos(a) + high / cos(a))
+    turned = f"beta = {a}\n" if is_box else "gamma = 1.5707963267948966\n"
+    it = part("it", place, size, kg, friction, stiffness, turned)
+    return Scene(slope(deg, friction), it)
+
+
+@pytest.mark.parametrize("kg", [0.02, 0.2, 2.0])
+@pytest.mark.parametrize("stiffness", [5e3, 1e5, 1e7])
+def test_a_part_slides_as_far_as_coulomb_says(kg: float, stiffness: float) -> None:
+    it = part("it", (400, -400, 315), "[40, 40, 30]", kg, 0.3, stiffness)
+    scene = Scene(it, table(max(stiffness, 5e4)))
+    scene.rests()
+    start, friction, speed = scene.place_mm("it"), 0.3, 0.5
+    scene.speeds[0, 1] = speed
+    scene.world.wake()
+    scene.rests()
+    way = scene.place_mm("it")[1] - start[1]
+    coulomb, half_tick = 1e3 * speed**2 / (2.0 * friction * G), 1e3 * speed * 0.5 * 0.002
+    assert abs(way - coulomb) <= 0.1 * coulomb + half_tick
+    assert abs(way - coulomb) <= 0.03 * coulomb, "as measured"
+
+
+@pytest.mark.parametrize("deg", [10.0, 15.0])
+@pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 1e5), (0.2, 1e5), (2.0, 5e3), (20.0, 1e5)])
+def test_a_part_stays_on_a_slope_below_its_friction_angle(deg: float, kg: float, stiffness: float) -> None:
+    scene = on_slope(deg, "[40, 40, 30]", 0.3, kg, stiffness)
+    scene.step(500)
+    start = scene.place_mm("it")
+    scene.step(30_000)
+    assert np.abs(scene.place_mm("it") - start).max() < 1.0
+
+
+@pytest.mark.parametrize(("size", "inertia"), [("[20]", 0.4), ("[20, 60]", 0.5)])
+def test_what_is_round_rolls_down_a_slope(size: str, inertia: float) -> None:
+    scene = on_slope(10.0, size, 0.5)
+    scene.step(100)
+    before = np.linalg.norm(scene.speeds[0, :3])
+    scene.step(250)
+    rate = (np.linalg.norm(scene.speeds[0, :3]) - before) / 0.5
+    assert rate == pytest.approx(G * sin(radians(10.0)) / (1.0 + inertia), rel=0.02)
+
+
+def test_a_box_slides_down_a_steep_slope() -> None:
+    scene, a = on_slope(20.0, "[40, 40, 30]", 0.2), radians(20.0)
+    scene.step(100)
+    before = np.linalg.norm(scene.speeds[0, :3])
+    scene.step(250)
+    rate = (np.linalg.norm(scene.speeds[0, :3]) - before) / 0.5
+    assert rate == pytest.approx(G * (sin(a) - 0.2 * cos(a)), rel=0.01)
+
+
+def test_a_ball_on_a_table_comes_to_rest() -> None:
+    scene = Scene(part("it", (400, -400, 320), "[20]", 0.2), table())
+    scene.rests()
+    scene.speeds[0, 1] = 0.1
+    scene.world.wake()
+    scene.rests()
+    assert scene.part("it").state == "lies"
+
+
+@pytest.mark.parametrize(("high_mm", "tips"), [(20.0, False), (100.0, True)])
+def test_a_block_that_is_pushed_above_its_middle_tips(high_mm: float, tips: bool) -> None:
+    scene = Scene(part("it", (550, 0, 360), "[40, 40, 120]", 0.5, 0.5), table(friction=0.5))
+    scene.drives(closed=True)
+    z = TABLE_MM + high_mm
+    scene.goes(down(550, -150, 460), straight=False)
+    scene.goes(down(550, -150, z))
+    scene.controller.move(lin_move_at(down(550, 10, z), 0.1, 0.0))
+    scene.robot.runs_until_stopped()
+    scene.rests()
+    frame = scene.part("it").frame
+    assert (abs(frame.gamma) > 1.0) == tips
+    assert frame.z_mm == pytest.approx(320.0 if tips else 360.0, abs=1.0)
+
+
+def test_a_tower_of_ten_falls_over() -> None:
+    tower = [part(f"{k}", (550, 50, 315 + 30 * k), "[40, 40, 30]", 0.2) for k in range(10)]
+    scene = Scene(*tower, table())
+    scene.rests()
+    assert scene.place_mm("9")[2] == pytest.approx(585.0, abs=3.0)
+    scene.controller.io.set_output(CLOSE, True)
+    scene.goes(down(500, -250, 560), 1.0, straight=False)
+    scene.goes(down(550, -150, 560), 1.0)
+    scene.controller.move(lin_move_at(down(550, 150, 560), 0.1, 0.0))
+    scene.robot.runs_until_stopped()
+    scene.rests()
+    heights = [scene.place_mm(f"{k}")[2] for k in range(10)]
+    assert max(heights) < 450.0
+    assert all(each.state in ("lies", "gone") for each in scene.handling.parts)
+
+
+def test_a_conveyor_carries_a_box_at_its_speed() -> None:
+    belt = table(more="surface_velocity_mm_per_s = [0, 200, 0]")
+    scene = Scene(part("it", (500, -500, 330)), belt)
+    scene.step(150)
+    start = scene.place_mm("it")
+    scene.step(500)
+    assert scene.place_mm("it")[1] - start[1] == pytest.approx(200.0, abs=0.01)
+    assert scene.handling.under_way
+
+
+def test_parts_are_pushed_by_the_contact_sphere_of_a_robot_without_gripper() -> None:
+    head = HEAD.replace("contact_radius_mm = 0", "contact_radius_mm = 10")
+    scene = Scene(part("it", (550, 0, 330)), table(), head=head)
+    scene.rests()
+    assert scene.handling.state is None
+    scene.goes(down(550, -150, 330), straight=False)
+    scene.controller.move(lin_move_at(down(550, 0, 330), 0.1, 0.0))
+    forces = []
+    while scene.controller.moving:
+        scene.step()
+        forces.append(scene.force[:3])
+    assert np.abs(forces).max() < 40.0  # the block is hit at 0.1 m/s
+    _, along, up = np.median([each for each in forces if any(each)], axis=0)
+    assert along == pytest.approx(-0.5 * (0.5 * G - up), rel=0.02)  # the sphere rubs on the block, too
+    assert scene.place_mm("it")[1] == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_link_pushes_a_part_and_feels_it_in_its_joints() -> None:
+    scene = Scene(part("it", (350, 160, 525), "[60, 60, 450]", 1.0), table())
+    scene.rests()
+    joints = list(scene.controller.joints)
+    joints[0] = 0.4
+    scene.controller.move(joint_move(joints, [0.2] * 7))
+    least, links = 0.0, set()
+    while scene.controller.moving:
+        scene.step()
+        least = min(least, scene.controller.joint_torque()[0])
+        links |= {(each.link, each.surface) for each in scene.controller.load.link_contacts}
+    assert -10.0 < least < -0.5
+    assert {surface for _, surface in links} == {"it"}
+    assert scene.controller.cartesian_force() == (0.0,) * 6
+    assert scene.place_mm("it")[1] > 200.0
+
+
+@pytest.mark.parametrize("speed", [0.25, 1.0, 2.5])
+def test_jaws_throw_no_cube_faster_than_physics_allows(speed: float) -> None:
+    cubes = [
+        part(f"{i} {k}", (540 + 21 * i, -30 + 21 * k, 310), "[20, 20, 20]", 0.02)
+        for i in range(4)
+        for k in range(4)
+    ]
+    scene = Scene(*cubes, table())
+    scene.drives(closed=True)
+    scene.goes(down(550, -250, 450), 1.0, straight=False)
+    scene.goes(down(550, -250, 312), 1.0)
+    # The jaws follow a course of the robot at a speed that no move has.
+    robot, course = scene.controller, []
+    other = Scene(*cubes[:1], table())
+    other.goes(down(550, -250, 450), 1.0, straight=False)
+    other.goes(down(550, -250, 312), 1.0)
+    other.controller.move(lin_move_at(down(550, 250, 312), 0.25, 0.0))
+    while other.controller.moving:
+        other.step()
+        course.append(other.controller.joints)
+    course = course[:: round(speed / 0.25)]
+    world, fastest = scene.world, 0.0
+    tcp = robot.load.tcp
+    for now, then in zip(course, course[1:] + course[-1:], strict=True):
+        world.step(now, then, tcp(now), robot.load.coming_tcp(then), -1, 0)
+        fastest = max(fastest, float(np.linalg.norm(scene.speeds[:, :3], axis=1).max()))
+    assert 0.5 * speed < fastest < 10.0
+    assert fastest < 2.0 * speed + 1.0, "as measured"
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.25])
+def test_a_block_between_jaws_and_a_wall_presses_as_springs_in_series(speed: float) -> None:
+    wall = """
+[[box]]
+name = "wall"
+size_mm = [400, 20, 200]
+x_mm = 550
+y_mm = 60
+z_mm = 400
+stiffness_n_per_m = 50000
+friction = 0.3
+"""
+    scene = Scene(wall, part("it", (550, 0, 330), stiffness=5e4), table())
+    scene.drives(closed=True)
+    scene.goes(down(550, -150, 460), 1.0, straight=False)
+    scene.goes(down(550, -150, 330))
+    scene.controller.move(lin_move_at(down(550, 10, 330), speed, 0.0))
+    most = 0.0
+    while scene.controller.moving:
+        scene.step()
+        most = max(most, abs(scene.force[1]))
+    too_far = 1e-3 * (10.0 + 8.0 + 40.0 - 50.0)
+    springs = too_far / (1.0 / 25e3 + 1.0 / 5e4)
+    assert most < 1.2 * springs
+    assert abs(scene.force[1]) == pytest.approx(springs, rel=0.1)
+    scene.goes(down(550, -150, 330))
+    scene.rests()
+    assert scene.place_mm("it") == pytest.approx((550.0, 30.0, 330.0), abs=1.0)

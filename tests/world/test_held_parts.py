@@ -1,0 +1,317 @@
+"""Parts in the jaws: gripped, carried, pressed on things, slipping, let go, lost, taken away."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import pytest
+
+from iiwa_sim.controller.carrying import ToolLoad
+from iiwa_sim.controller.errors import Refused
+from tests.asked import lin_force_move, lin_move_at, ptp_move
+from tests.world.scenes import CLOSE, GRIPPER, HEAD, HOLDS, TABLE_MM, G, Scene, down, part, table
+
+OWN = 1e7
+"""Stiffness (N/m) of a part that gives way by next to nothing."""
+SLOPPY = GRIPPER.replace("grip_force_n = 40", "grip_force_n = 400")
+
+
+def holding(
+    friction: float = 0.5,
+    stiffness: float = 5e4,
+    gripper: str = GRIPPER,
+    size: str = "[40, 40, 60]",
+    more: str = "",
+) -> Scene:
+    """A part of 0.5 kg in the jaws, 80 mm above where it lay on a table of a stiffness."""
+    block = part("block", (550, -100, 330), size, 0.5, friction, OWN)
+    scene = Scene(block, table(stiffness), more, head=HEAD + gripper)
+    scene.rests()
+    scene.picks(550, -100, 330)
+    scene.step(100)
+    return scene
+
+
+def told(scene: Scene) -> float:
+    """Tell the controller what it carries; gives how high (m) the TCP is above the middle of the part."""
+    above = scene.controller.tcp().translation[2] - scene.world.pose(0).translation[2]
+    scene.controller.set_tool_load(ToolLoad(0.5, (0.0, 0.0, 0.15 - above)))
+    scene.step(10)
+    assert np.abs(scene.force).max() < 1e-6, "of what it knows it feels nothing"
+    return above
+
+
+def test_jaws_grip_a_part_and_inputs_tell_it() -> None:
+    scene = Scene(part("block", (550, -100, 330)), table())
+    scene.rests()
+    assert scene.part("block").state == "lies"
+    scene.goes(down(550, -100, 420), straight=False)
+    scene.goes(down(550, -100, 330))
+    scene.controller.io.set_output(CLOSE, True)
+    ticks = scene.until(lambda: scene.controller.io.input(HOLDS))
+    assert ticks * 0.002 == pytest.approx((60.0 - 40.0) / 120.0, abs=0.01)
+    state = scene.handling.state
+    assert state is not None
+    assert (state.opening_mm, state.state) == (pytest.approx(40.0, abs=1e-3), "holds")
+    assert scene.part("block").state == "held"
+    assert scene.told == ["the gripper holds part 'block'"]
+    scene.drives(closed=False)
+    assert scene.told[1:] == ["part 'block' is let go: the jaws have opened"]
+    assert scene.part("block").state == "lies"
+    assert scene.place_mm("block") == pytest.approx((550.0, -100.0, 330.0), abs=0.2)
+
+
+def test_closing_jaws_push_a_part_to_the_middle() -> None:
+    scene = Scene(part("block", (550, -92, 330), kg=0.2), table())
+    scene.picks(550, -100, 330, 0)
+    assert scene.part("block").state == "held"
+    assert scene.place_mm("block")[1] == pytest.approx(-100.0, abs=0.2)
+
+
+def test_several_in_a_row_stop_the_jaws_at_the_sum_of_their_widths() -> None:
+    row = [part(f"{k}", (550, -110 + 20 * k, 330), "[20, 19, 60]", 0.1, stiffness=1e6) for k in range(2)]
+    scene = Scene(*row, table())
+    scene.picks(550, -100, 330, 0)
+    state = scene.handling.state
+    assert state is not None
+    assert (state.opening_mm, state.state) == (pytest.approx(38.0, abs=1.0), "holds")
+    assert [each.state for each in scene.handling.parts] == ["lies", "lies"]
+
+
+def test_the_jaws_press_with_no_more_than_their_force() -> None:
+    """One jaw meets a heavy part from the side."""
+    scene = Scene(part("block", (550, -92, 330), kg=40.0, friction=1.0, stiffness=1e6), table(1e6))
+    scene.goes(down(550, -100, 420), straight=False)
+    scene.goes(down(550, -100, 330))
+    scene.controller.io.set_output(CLOSE, True)
+    forces = []
+    for _ in range(500):
+        scene.step()
+        forces.append(abs(scene.force[1]))
+    assert max(forces) < 60.0
+    assert forces[-1] == pytest.approx(38.0, abs=3.0)
+    assert scene.place_mm("block")[1] == pytest.approx(-92.0, abs=0.3)
+
+
+@pytest.mark.parametrize("stiffness", [5e3, 5e4, 1e5])
+@pytest.mark.parametrize("speed", [0.01, 0.1, 0.25])
+def test_a_held_part_presses_as_stiff_as_the_cell_says(stiffness: float, speed: float) -> None:
+    scene = holding(stiffness=stiffness, gripper=SLOPPY)
+    above = told(scene)
+    deep_mm = 2.0 if stiffness == 5e3 else 0.5
+    k = 1.0 / (1.0 / stiffness + 1.0 / OWN)
+    scene.controller.move(lin_move_at(down(550, -100, 330 - deep_mm + 1e3 * above), speed, 0.0))
+    passed = 0.0
+    while scene.controller.moving:
+        scene.step()
+        deep = 0.33 - scene.world.pose(0).translation[2]
+        passed = passed or (-scene.force[2] / (k * deep) if -scene.force[2] > 8.0 else 0.0)
+    assert passed == pytest.approx(1.0, abs=0.005)
+    scene.step(100)
+    deep = 0.33 - scene.world.pose(0).translation[2]
+    assert -scene.force[2] == pytest.approx(k * deep, rel=1e-5)
+
+
+@pytest.mark.parametrize("stiffness", [5e4, 1e6])
+def test_a_force_move_ends_where_the_stiffness_says(stiffness: float) -> None:
+    scene = holding(stiffness=stiffness)
+    above = told(scene)
+    scene.controller.move(lin_force_move(down(550, -100, 320), 0.02, 0.0, (None, None, 8.0)))
+    scene.robot.runs_until_stopped()
+    met = scene.robot.contacts[-1]
+    deep = 0.33 - (1e-3 * met.tcp.z_mm - above)
+    k = 1.0 / (1.0 / stiffness + 1.0 / OWN)
+    tick = k * 0.02 * 0.002
+    assert 8.0 < k * deep < 8.0 + 1.3 * tick
+
+
+def test_weight_and_inertia_of_what_is_held_are_felt() -> None:
+    scene = holding()
+    assert scene.force[2] == pytest.approx(0.5 * G, abs=1e-6)
+    assert np.abs(np.array(scene.force[:2])).max() < 1e-6
+    world, h = scene.world, scene.controller.tick_s
+    scene.controller.move(ptp_move(down(450, 250, 500), 1.0, 0.0))
+    forces, places, turns = [], [], []
+    while scene.controller.moving:
+        scene.step()
+        forces.append(scene.force[:3])
+        places.append(world.pose(0).translation)
+        turns.append(np.array(scene.controller.tcp().rotation).reshape(3, 3))
+    p = np.array(places)
+    acceleration = (p[2:] - 2.0 * p[1:-1] + p[:-2]) / h**2
+    up = np.array((0.0, 0.0, G))
+    expected = np.array([-0.5 * turn.T @ (a + up) for turn, a in zip(turns[1:-1], acceleration, strict=True)])
+    greatest = np.abs(expected).max()
+    assert greatest > 1.05 * 0.5 * G
+    assert np.abs(np.array(forces)[1:-1] - expected).max() < 0.01 * greatest
+
+
+def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
+    scene = holding()
+    before = scene.world.pose(0).translation[2] - scene.controller.tcp().translation[2]
+    for frame in (down(450, 200, 500), down(600, -200, 450), down(550, 100, 420)):
+        scene.goes(frame, 1.0, straight=False)
+    after = scene.world.pose(0).translation[2] - scene.controller.tcp().translation[2]
+    assert after == pytest.approx(before, abs=1e-6)
+    scene.goes(down(550, 100, 331))
+    scene.drives(closed=False)
+    assert scene.place_mm("block") == pytest.approx((550.0, 100.0, 330.0), abs=0.3)
+
+
+@pytest.mark.parametrize("stiffness", [5e3, 5e4, 1e5, 1e6])
+@pytest.mark.parametrize("speed", [0.01, 0.1, 0.25])
+def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed: float) -> None:
+    scene = holding(stiffness=stiffness)
+    above = told(scene)
+    deep_mm = 12.0 if stiffness == 5e3 else 3.0
+    limit = 2.0 * 0.5 * 40.0
+    scene.controller.move(lin_move_at(down(550, -100, 330 - deep_mm + 1e3 * above), speed, 0.0))
+    slipping = []
+    while scene.controller.moving:
+        scene.step()
+        if hypot(*scene.world._slip) > 0.0:
+            x, _, z = scene.world.wrench[:3]
+            slipping.append(hypot(x, z))
+    assert max(slipping) == pytest.approx(limit, rel=0.03)
+    scene.step(100)
+    assert scene.part("block").state == "held"
+    assert scene.place_mm("block")[2] > scene.controller.tool_frame().z_mm + 1.0 - 1e3 * above
+
+
+def test_a_part_that_is_too_heavy_slides_out_of_the_jaws() -> None:
+    scene = holding(friction=0.05)
+    assert "part 'block' has slipped out of the jaws" in scene.told
+    scene.rests()
+    assert scene.part("block").state == "lies"
+    assert scene.place_mm("block")[2] == pytest.approx(330.0, abs=0.5)
+    state = scene.handling.state
+    assert state is not None
+    assert (state.opening_mm, state.state) == (0.0, "closed")
+
+
+def test_a_part_that_is_pushed_past_the_pads_is_lost() -> None:
+    scene = holding(stiffness=1e6, size="[40, 40, 60]")
+    scene.controller.move(lin_move_at(down(550, -100, 300.5), 0.05, 0.0))
+    scene.robot.runs_until_stopped()
+    scene.rests()
+    assert scene.part("block").state in ("held", "lies")
+
+
+def test_what_is_let_go_in_motion_goes_on() -> None:
+    scene = holding()
+    scene.goes(down(550, -300, 450))
+    scene.controller.move(lin_move_at(down(550, 100, 450), 0.25, 0.0))
+    scene.step(500)
+    before = scene.controller.tcp().translation[1]
+    scene.controller.io.set_output(CLOSE, False)
+    scene.step()
+    speed = (scene.controller.tcp().translation[1] - before) / 0.002
+    assert speed > 0.15
+    scene.step(2)
+    assert scene.speeds[0, 1] == pytest.approx(speed, rel=0.01)
+    assert scene.part("block").state == "falls"
+    start = scene.place_mm("block")
+    scene.step(50)
+    way = scene.place_mm("block") - start
+    assert way[1] == pytest.approx(100.0 * speed, rel=0.01)
+    assert way[2] == pytest.approx(-1e3 * 0.5 * G * (0.1**2 + 2 * 0.1 * 0.006), rel=0.1)
+
+
+def test_a_lost_part_falls_and_the_jaws_close() -> None:
+    scene = holding()
+    scene.handling.lose()
+    scene.step(2)
+    assert scene.part("block").state == "falls"
+    scene.rests()
+    state = scene.handling.state
+    assert state is not None
+    assert state.state == "closed"
+    assert not scene.controller.io.input(HOLDS)
+    assert scene.force == (0.0,) * 6
+    assert scene.told[-1] == "part 'block' falls out of the jaws: made to through the backdoor"
+    with pytest.raises(Refused, match="the gripper holds no part"):
+        scene.handling.lose()
+    scene.drives(closed=False)
+    z = scene.place_mm("block")[2]
+    scene.goes(down(*scene.place_mm("block")[:2], 420), straight=False)
+    scene.goes(down(*scene.place_mm("block")[:2], z))
+    scene.drives(closed=True)
+    assert scene.part("block").state == "held", "it can be picked again"
+
+
+def test_a_part_that_is_taken_away_is_gone() -> None:
+    scene = holding()
+    scene.handling.remove("block")
+    scene.step(2)
+    assert scene.part("block").state == "gone"
+    scene.rests()
+    assert scene.told[-1] == "part 'block' is gone: made to through the backdoor"
+    assert scene.force == (0.0,) * 6
+    with pytest.raises(Refused, match="no part 'block': there is none"):
+        scene.handling.remove("block")
+
+
+def test_a_part_that_falls_far_is_gone() -> None:
+    scene = Scene(part("block", (1500, 0, 330)), table())
+    assert scene.part("block").state == "falls"
+    scene.rests()
+    assert scene.part("block").state == "gone"
+
+
+def test_stuck_jaws_hold_on_and_let_go_when_they_are_repaired() -> None:
+    scene = holding()
+    scene.handling.stick(True)
+    scene.controller.io.set_output(CLOSE, False)
+    scene.step(300)
+    assert scene.part("block").state == "held"
+    scene.handling.repair()
+    scene.rests()
+    assert scene.part("block").state == "lies"
+
+
+def test_a_thin_part_is_held_at_its_width() -> None:
+    scene = Scene(part("pin", (550, -100, 330), "[10, 60]", 0.1), table())
+    scene.picks(550, -100, 340)
+    state = scene.handling.state
+    assert state is not None
+    assert (state.opening_mm, state.state) == (pytest.approx(20.0, abs=0.05), "holds")
+
+
+def test_a_held_part_pushes_others_and_feels_them() -> None:
+    other = part("other", (550, 0, 330), kg=0.5)
+    scene = holding(more=other)
+    told(scene)
+    scene.goes(down(550, -100, 335))
+    scene.controller.move(lin_move_at(down(550, -20, 335), 0.1, 0.0))
+    forces = []
+    while scene.controller.moving:
+        scene.step()
+        forces.append(scene.force[1])
+    assert scene.place_mm("other")[1] == pytest.approx(28.0, abs=1.0), "by the jaw"
+    assert np.median([each for each in forces if abs(each) > 0.5]) == pytest.approx(-0.5 * 0.5 * G, rel=0.5)
+
+
+def test_a_cup_holds_what_it_touches_up_to_its_force() -> None:
+    wired = "close_output = 1\nholds_input = 3\nclosed_input = 2\n"
+    cup = f'[gripper]\nkind = "suction"\ngrip_force_n = 10\n{wired}'
+    scene = Scene(
+        part("block", (550, -100, 330)), part("heavy", (550, 100, 330), kg=1.5), table(), head=HEAD + cup
+    )
+    state = scene.handling.state
+    assert state is not None
+    assert state.state == "open"
+    for y, held in ((-100.0, True), (100.0, False)):
+        scene.goes(down(550, y, 420), straight=False)
+        scene.controller.io.set_output(CLOSE, True)
+        scene.step(5)
+        assert scene.controller.io.input(2)
+        scene.goes(down(550, y, 359.5), 0.1)
+        scene.step(50)
+        assert scene.controller.io.input(HOLDS)
+        scene.goes(down(550, y, 420), 0.1)
+        assert scene.controller.io.input(HOLDS) == held
+        scene.controller.io.set_output(CLOSE, False)
+        scene.rests()
+    assert "part 'heavy' has slipped out of the jaws" in scene.told
+    assert scene.place_mm("block")[2] == pytest.approx(TABLE_MM + 30.0, abs=0.5)

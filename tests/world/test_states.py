@@ -1,0 +1,160 @@
+"""Named states: what is brought back goes on with the same bits; skipping ticks changes nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from hashlib import sha256
+
+import pytest
+
+from iiwa_sim.backdoor.states import States
+from iiwa_sim.backdoor.surfaces import add, remove
+from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.frames import Frame
+from tests.asked import lin_move_at
+from tests.world.scenes import CLOSE, HEAD, Scene, down, part, table
+
+CUBES = [
+    part(f"{i} {k}", (500 + 22 * i, -60 + 22 * k, 310), "[20, 20, 20]", 0.02)
+    for i in range(5)
+    for k in range(5)
+]
+
+
+def ploughs(scene: Scene, ticks: int = 700) -> str:
+    """All that is seen while the arm goes through cubes, as a checksum."""
+    seen = sha256()
+    scene.controller.move(lin_move_at(down(550, 100, 312), 0.25, 0.0))
+    for _ in range(ticks):
+        scene.step()
+        seen.update(repr((scene.handling.parts, scene.force, scene.controller.joint_torque())).encode())
+    return seen.hexdigest()
+
+
+def before_cubes() -> Scene:
+    scene = Scene(*CUBES, table())
+    scene.drives(closed=True)
+    scene.goes(down(550, -150, 420), 1.0, straight=False)
+    scene.goes(down(550, -150, 312), 1.0)
+    return scene
+
+
+def halfway() -> Scene:
+    """The arm stands among cubes, some of which still move."""
+    scene = before_cubes()
+    scene.goes(down(550, -40, 312), 1.0)
+    return scene
+
+
+def holding() -> Scene:
+    """What is held is pressed on what lies."""
+    scene = Scene(part("upper", (550, -100, 330)), part("lower", (550, 100, 330)), table())
+    scene.picks(550, -100, 330, 100)
+    scene.goes(down(550, 100, 400))
+    scene.goes(down(550, 100, 389.8))
+    return scene
+
+
+def carries(scene: Scene) -> str:
+    seen = sha256()
+    for frame, closed in (
+        (down(550, 100, 450), True),
+        (down(500, -200, 400), True),
+        (down(500, -200, 420), False),
+    ):
+        scene.controller.io.set_output(CLOSE, closed)
+        scene.controller.move(lin_move_at(frame, 0.2, 0.0))
+        while scene.controller.moving:
+            scene.step()
+            seen.update(repr((scene.handling.parts, scene.force, scene.handling.state)).encode())
+    return seen.hexdigest()
+
+
+@pytest.mark.parametrize(("made", "goes"), [(before_cubes, ploughs), (halfway, ploughs), (holding, carries)])
+def test_a_restored_state_goes_on_with_the_same_bits(
+    made: Callable[[], Scene], goes: Callable[[Scene], str]
+) -> None:
+    scene = made()
+    states = States(scene.controller)
+    states.save("here")
+    first = goes(scene)
+    scene.robot.runs_until_stopped()
+    states.restore("here")
+    assert goes(scene) == first
+    scene.robot.runs_until_stopped()
+    scene.rests()
+    states.restore("here")
+    assert goes(scene) == first
+    assert goes(made()) == first, "nor does it matter that it was saved"
+
+
+def test_surfaces_come_and_go_with_a_state() -> None:
+    scene = Scene(part("it", (550, 0, 380)), table())
+    states = States(scene.controller)
+    scene.rests()
+    states.save("on the table")
+    remove(scene.controller, "table")
+    size = (200.0, 200.0, 20.0)
+    shelf = BoxSettings(name="shelf", size_mm=size, x_mm=550.0, z_mm=200.0, stiffness_n_per_m=1e5)
+    add(scene.controller, shelf)
+    scene.step(2)
+    assert scene.part("it").state == "falls"
+    scene.rests()
+    assert scene.place_mm("it")[2] == pytest.approx(240.0, abs=0.3)
+    states.save("on the shelf")
+    states.restore("on the table")
+    assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.3)
+    scene.step(200)
+    assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.3)
+    states.restore("on the shelf")
+    scene.step(200)
+    assert scene.place_mm("it")[2] == pytest.approx(240.0, abs=0.3)
+    states.restore("start")
+    scene.step(2)
+    assert scene.part("it").state == "falls"
+
+
+def test_parts_follow_surfaces_that_move() -> None:
+    scene = Scene(part("it", (550, 0, 330)), table())
+    scene.rests()
+    world = scene.controller.load.world
+    for z, moves in ((270.0, True), (275.0, True), (240.0, True)):
+        world.move("table", Frame(500.0, 0.0, z, 0.0, 0.0, 0.0).to_transform())
+        assert scene.handling.under_way == moves
+        scene.rests()
+        assert scene.place_mm("it")[2] == pytest.approx(z + 50.0, abs=0.5)
+    world.move("table", Frame(2500.0, 0.0, 240.0, 0.0, 0.0, 0.0).to_transform())
+    scene.rests()
+    assert scene.part("it").state == "gone"
+
+
+def test_a_tool_that_is_set_takes_jaws_and_part_along() -> None:
+    scene = Scene(part("it", (550, 0, 330)), table())
+    scene.picks(550, 0, 330, 100)
+    scene.controller.injected.set_tool(Frame(0.0, 0.0, 250.0, 0.0, 0.0, 0.0).to_transform())
+    scene.step(2)
+    assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.5)
+    assert scene.part("it").state == "held"
+    scene.controller.injected.place(scene.controller.joints)
+    scene.step(2)
+    assert scene.part("it").state == "held"
+
+
+def test_two_processes_have_the_same_bits() -> None:
+    code = "from tests.world.test_states import *; print(ploughs(halfway()))"
+    found = {
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    }
+    assert len(found) == 1
+
+
+def test_a_robot_without_parts_imports_no_mujoco() -> None:
+    code = (
+        "import sys; from iiwa_sim.cell.cell import robot_alone; robot = robot_alone().controller(0.002);"
+        "[robot.step() for _ in range(10)]; assert 'mujoco' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+    assert Scene(part("it", (550, 0, 330)), head=HEAD).world is not None
