@@ -256,7 +256,7 @@ class Program:
         model = Model(self.description)
         tool = self.description.tool_in_flange
         place = ca.DM(list(compose(model.flange([0.0] * self.count), tool).translation))
-        axes, points = model.axes_at_zero()
+        axes, points = model.arm.axes, model.arm.points
         for k in range(self.count - 1, -1, -1):
             cross, point = ca.skew(ca.DM(axes[k])), ca.DM(points[k])
             rotation = ca.DM.eye(3) + ca.sin(q[k]) * cross + (1.0 - ca.cos(q[k])) * ca.mtimes(cross, cross)

@@ -13,7 +13,7 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import Nearest
 
@@ -49,7 +49,7 @@ def _circle(
     """The time shift at which joints and targets fit best (s), and the cost of each command (us)."""
     chance = np.random.default_rng(SEED)
     model = Model(robot)
-    nearest = Nearest(inverse_of(model), robot)
+    nearest = Nearest(Inverse(model), robot)
     home = Frame.from_transform(model.flange(robot.home))
     time = PlannedTime(Override(TICK_S, limits), robot.stop_rate_per_s, robot.stop_rate_change_per_s2)
     servo = Servo(robot.home, time, limits, robot.position_min, robot.position_max)

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from iiwa_sim.frames import Frame
     from iiwa_sim.options.model import Settings
     from iiwa_sim.options.sources import SettingError
-    from iiwa_sim.robot.fault import RobotFault
+    from iiwa_sim.robot.description import RobotFault
     from iiwa_sim.ros.conventions import RosFault
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.simulator import Simulator
@@ -108,7 +108,7 @@ _HOMES = {
     "frames": ("Frame",),
     "options.model": ("Settings",),
     "options.sources": ("SettingError",),
-    "robot.fault": ("RobotFault",),
+    "robot.description": ("RobotFault",),
     "ros.conventions": ("RosFault",),
     "serve.listening": ("ListenFault",),
     "simulator": ("Simulator",),

@@ -10,7 +10,7 @@ from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.loop_or_thread import LoopOrThread
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.remembered import RememberedDialogue
-from iiwa_sim.robot.urdf import differing_limits
+from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.robot_events import RobotEvents, log_discarded
 
 logger = logging.getLogger(__name__)

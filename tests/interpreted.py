@@ -27,7 +27,7 @@ class _Texts:
 
 
 def interpreted(name: str) -> ModuleType:
-    """The text of the kernel of this name, `iiwa_sim.robot.tcp_kernel` or so, as a module of its own.
+    """The text of the kernel of this name, `iiwa_sim.robot.arm_kernel` or so, as a module of its own.
 
     It uses other kernels interpreted, too; all others who use these go on with the compiled ones.
     """

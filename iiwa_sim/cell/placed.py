@@ -8,7 +8,7 @@ import msgspec
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.robot.settings import ANGLE, LENGTH
+from iiwa_sim.robot.description import ANGLE, LENGTH
 from iiwa_sim.settings import Range, Reader
 
 POSE_RANGES: dict[str, Range] = {

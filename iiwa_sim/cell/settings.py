@@ -29,8 +29,7 @@ from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.protection import GREATEST, Safety
 from iiwa_sim.frames import Vector
 from iiwa_sim.robot.capsules import Capsule
-from iiwa_sim.robot.description import DEFAULT_ROBOT
-from iiwa_sim.robot.settings import LENGTH, ToolSettings
+from iiwa_sim.robot.description import DEFAULT_ROBOT, LENGTH, ToolSettings
 from iiwa_sim.settings import Range, Reader, SettingsFault
 
 HOME = "home"

@@ -1,6 +1,6 @@
 # For the kernel of loads, which finds tick by tick what acts.
 from iiwa_sim.contact.tcp_motion_kernel cimport TcpMotion
-from iiwa_sim.robot.tcp_kernel cimport Tcp
+from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class Acting:
     cdef Tcp _tcp

@@ -21,10 +21,10 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.tcp_motion_kernel import TcpMotion
-    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
 else:
     from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
-    from iiwa_sim.robot.tcp_kernel import Tcp
+    from iiwa_sim.robot.arm_kernel import Tcp
 
 _NEARLY = cython.declare(cython.double, 0.999)
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import cos, sin, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.shapes import Shape
@@ -23,11 +23,9 @@ from iiwa_sim.robot.capsules import Capsule
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.lines_kernel import nearest_along
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
     from iiwa_sim.contact.lines_kernel import nearest_along
     from iiwa_sim.contact.ways_in_kernel import come_in
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 
 @cython.cclass
@@ -125,7 +123,7 @@ class Capsules:
                 m[k + 1, 9 + i] = m[k, 9 + i] + (
                     m[k, 3 * i] * f[k, 9] + m[k, 3 * i + 1] * f[k, 10] + m[k, 3 * i + 2] * f[k, 11]
                 )
-            s, c = sine(q[k]), cosine(q[k])
+            s, c = sin(q[k]), cos(q[k])
             for i in range(3):
                 x = m[k, 3 * i] * f[k, 0] + m[k, 3 * i + 1] * f[k, 3] + m[k, 3 * i + 2] * f[k, 6]
                 y = m[k, 3 * i] * f[k, 1] + m[k, 3 * i + 1] * f[k, 4] + m[k, 3 * i + 2] * f[k, 7]

@@ -4,7 +4,7 @@ from iiwa_sim.contact.links_kernel cimport Links
 from iiwa_sim.contact.tcp_touch_kernel cimport TcpTouch
 from iiwa_sim.contact.world_kernel cimport World
 from iiwa_sim.robot.feeling_kernel cimport Reached
-from iiwa_sim.robot.tcp_kernel cimport Tcp
+from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class ExternalLoad(Acting):
     cdef readonly World world          # the surfaces; changes are felt from the next tick on

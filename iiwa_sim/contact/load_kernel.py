@@ -23,15 +23,15 @@ if not cython.compiled:
     from iiwa_sim.contact.links_kernel import Links
     from iiwa_sim.contact.tcp_touch_kernel import TcpTouch
     from iiwa_sim.contact.world_kernel import World
+    from iiwa_sim.robot.arm_kernel import Tcp
     from iiwa_sim.robot.feeling_kernel import Reached
-    from iiwa_sim.robot.tcp_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.links_kernel import Links  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.tcp_touch_kernel import TcpTouch  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Reached  # type: ignore[no-redef]
-    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
 
 
 NEVER = -1

@@ -1,6 +1,6 @@
 # For the kernel of loads.
 from iiwa_sim.contact.world_kernel cimport World
-from iiwa_sim.robot.tcp_kernel cimport Tcp
+from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class TcpTouch:
     cdef World world

@@ -13,10 +13,10 @@ from iiwa_sim.wrench import NO_WRENCH
 
 if not cython.compiled:
     from iiwa_sim.contact.world_kernel import World
-    from iiwa_sim.robot.tcp_kernel import Tcp
+    from iiwa_sim.robot.arm_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
-    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp  # type: ignore[no-redef]
 
 
 @cython.cclass

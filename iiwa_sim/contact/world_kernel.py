@@ -20,11 +20,9 @@ from iiwa_sim.wrench import NO_TOUCH, Touch
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.contact_kernel import Contact, turn_between
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
-    from cython.cimports.iiwa_sim.robot.record_kernel import record
 else:
     from iiwa_sim.contact.contact_kernel import Contact, turn_between
     from iiwa_sim.robot.feeling_kernel import Feeling
-    from iiwa_sim.robot.record_kernel import record
 
 @cython.cclass
 class World(Feeling):
@@ -141,7 +139,7 @@ class World(Feeling):
         vx, vy, vz = velocity
         if not self.feel_at(px, py, pz, vx, vy, vz, dt_s > 0.0):
             return NO_TOUCH
-        felt: Touch = record(Touch, ((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz)))
+        felt: Touch = Touch((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz))
         return felt
 
     @cython.ccall

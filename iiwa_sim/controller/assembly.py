@@ -17,9 +17,9 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Pushes
+from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.feeling_kernel import Feeling
-from iiwa_sim.robot.inverse import inverse_of
-from iiwa_sim.robot.kinematics_kernel import Kinematics
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 
 
@@ -45,7 +45,7 @@ def motions_of(
         return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
     bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
-    kinematics = Kinematics(model, inverse_of(model), tool_in_flange)
+    kinematics = Kinematics(model, Inverse(model), tool_in_flange)
     follower = Follower(
         start,
         tick_s,

@@ -12,7 +12,7 @@ from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, Singula
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.singular import Stretches
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
-from iiwa_sim.robot.inverse_kernel import Inverse
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 

@@ -17,10 +17,10 @@ import numpy as np
 from cython.cimports.libc.math import atan2, floor
 
 from iiwa_sim.frames import Transform
-from iiwa_sim.robot.tcp_kernel import Tcp as FlangeOrTcp
+from iiwa_sim.robot.arm_kernel import Tcp as FlangeOrTcp
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
 else:
     Tcp = FlangeOrTcp
 

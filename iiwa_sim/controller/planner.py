@@ -17,10 +17,10 @@ from iiwa_sim.motion.path.extremes_kernel import least_time_per_s, least_time_s,
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.path.zone_kernel import Zone, joint_ball, sphere
-from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.arm_kernel import Tcp
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Nearest, Unreachable, how_far
-from iiwa_sim.robot.tcp_kernel import Tcp
 
 LEAST_SPEED_REL = 1e-6
 """Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
@@ -52,7 +52,7 @@ class Planner:
         description = model.description
         self._description = description
         self._model = model
-        self._inverse = inverse_of(model)
+        self._inverse = Inverse(model)
         self._nearest = Nearest(self._inverse, description)
         self.limits = JointLimits(
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)

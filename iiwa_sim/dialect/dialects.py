@@ -12,8 +12,7 @@ from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.description import RobotDescription, RobotFault
 
 
 class Dialect(NamedTuple):

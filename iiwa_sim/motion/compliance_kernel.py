@@ -33,13 +33,13 @@ from iiwa_sim.motion.surroundings import Pushes
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from cython.cimports.iiwa_sim.motion.shift_kernel import Shift
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling, Reached
-    from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
 else:
     from iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from iiwa_sim.motion.shift_kernel import Shift
+    from iiwa_sim.robot.arm_kernel import Kinematics
     from iiwa_sim.robot.feeling_kernel import Feeling, Reached
-    from iiwa_sim.robot.kinematics_kernel import Kinematics
 
 ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
 """Published: the original's."""

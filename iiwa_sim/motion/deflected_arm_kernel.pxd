@@ -1,6 +1,6 @@
 # For the kernel of compliance.
 from iiwa_sim.motion.joint_bounds_kernel cimport JointBounds
-from iiwa_sim.robot.kinematics_kernel cimport Kinematics
+from iiwa_sim.robot.arm_kernel cimport Kinematics
 
 cdef class DeflectedArm:
     cdef Kinematics kinematics

@@ -15,7 +15,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import cos, sin, sqrt
 
 from iiwa_sim.frames import Rotation, Transform, Vector, multiply, rotation_vector, transpose
 from iiwa_sim.motion.least_constraint import least_deviation
@@ -23,12 +23,10 @@ from iiwa_sim.motion.shift_kernel import MASS_KG
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.joint_bounds_kernel import JointBounds
-    from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics
 else:
     from iiwa_sim.motion.joint_bounds_kernel import JointBounds
-    from iiwa_sim.robot.kinematics_kernel import Kinematics
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from iiwa_sim.robot.arm_kernel import Kinematics
 
 INERTIA_KGM2 = 0.2
 """Apparent moment of inertia of the TCP about any axis. Our decision: its stiffest swing is as fast as that
@@ -113,12 +111,12 @@ class DeflectedArm:
                 r[k] = p[k]
             return
         x, y, z = a / angle, b / angle, c / angle
-        cos, sin, half = cosine(angle), sine(angle), sine(0.5 * angle)
+        c, s, half = cos(angle), sin(angle), sin(0.5 * angle)
         share = 2.0 * half * half  # 1 - cos(angle) without losing digits at small angles
         ax, ay, az = share * x, share * y, share * z
-        t0, t1, t2 = cos + ax * x, ax * y - sin * z, ax * z + sin * y
-        t3, t4, t5 = ax * y + sin * z, cos + ay * y, ay * z - sin * x
-        t6, t7, t8 = ax * z - sin * y, ay * z + sin * x, cos + az * z
+        t0, t1, t2 = c + ax * x, ax * y - s * z, ax * z + s * y
+        t3, t4, t5 = ax * y + s * z, c + ay * y, ay * z - s * x
+        t6, t7, t8 = ax * z - s * y, ay * z + s * x, c + az * z
         for k in range(3):
             r[k] = t0 * p[k] + t1 * p[3 + k] + t2 * p[6 + k]
             r[3 + k] = t3 * p[k] + t4 * p[3 + k] + t5 * p[6 + k]

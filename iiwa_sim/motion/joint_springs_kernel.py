@@ -15,14 +15,14 @@ from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Pushes
-from iiwa_sim.robot.kinematics_kernel import Kinematics
+from iiwa_sim.robot.arm_kernel import Kinematics
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
-    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
 else:
+    from iiwa_sim.robot.arm_kernel import Tcp
     from iiwa_sim.robot.feeling_kernel import Feeling
-    from iiwa_sim.robot.tcp_kernel import Tcp
 
 INERTIA_KGM2 = 0.5
 """Apparent moment of inertia of each joint. Our decision."""

@@ -5,7 +5,7 @@ from math import floor
 from typing import Any
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
-from iiwa_sim.frames import Quaternion, Transform, quaternion_from_rotation
+from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.world.part import Mesh
 
 STEPS = 1e7
@@ -64,7 +64,7 @@ def transform(time: Message, parent: str, child: str, pose: Transform) -> Messag
         "timestamp": time,
         "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": rounded_vector(pose),
+        "translation": _vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation]),
         "rotation": _quaternion(pose),
     }
 
@@ -77,16 +77,7 @@ def _vector(values: Sequence[float]) -> Message:
     return dict(zip("xyz", values, strict=True))
 
 
-def rounded_vector(pose: Transform) -> Message:
-    """Where a pose is (m)."""
-    return _vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation])
-
-
 def _quaternion(pose: Transform) -> Message:
-    return rounded_quaternion(quaternion_from_rotation(pose.rotation))
-
-
-def rounded_quaternion(quaternion: Quaternion) -> Message:
-    """A quaternion x, y, z, w."""
-    x, y, z, w = [floor(value * STEPS + 0.5) / STEPS for value in quaternion]  # a third of what `round` takes
+    # floor takes a third of the time of round
+    x, y, z, w = [floor(value * STEPS + 0.5) / STEPS for value in quaternion_from_rotation(pose.rotation)]
     return {"x": x, "y": y, "z": z, "w": w}

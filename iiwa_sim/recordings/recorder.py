@@ -25,6 +25,7 @@ from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, SCENE
 from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.world.part import Part
 
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
@@ -88,7 +89,7 @@ class Recorder:
         self._block_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
-        self._arm = Arm(description.urdf, description.joints, description.flange, cell.tool)
+        self._arm = Arm(arm_model(description).links, description.flange, cell.tool)
         self._beginning = Beginning(
             description,
             {

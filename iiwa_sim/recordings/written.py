@@ -20,7 +20,7 @@ from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
 from iiwa_sim.recordings.times import Times
 from iiwa_sim.recordings.views import Views
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import Model, arm_model
 from iiwa_sim.wording import harmless, shortened
 
 PERIOD_S = 0.4
@@ -71,7 +71,7 @@ class _File:
             StateLines(
                 Numbers(Model(description).tcp_of_flange, rounded=True), 1.0 / beginning.tick_rate_hz, UNSET
             ),
-            Views(Arm(description.urdf, description.joints), description.joints),
+            Views(Arm(arm_model(description).links), description.joints),
             times,
         )
         self._file = McapFile(stream, Head(beginning.metadata, beginning.attachments, beginning.began_ns))

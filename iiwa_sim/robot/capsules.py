@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from math import dist, sqrt
@@ -10,7 +9,7 @@ from typing import NamedTuple
 
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, with_z_along
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.urdf_joints import joints_in, origin_of
+from iiwa_sim.robot.model import Shape, arm_model
 
 _SINE = 0.5 * sqrt(3.0)  # of 60 degrees
 
@@ -61,43 +60,36 @@ def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
     so that nothing is touched that its shape does not reach: the longest of the thickest, and three across of
     a cylinder that is thicker than long. Meshes get none.
     """
-    robot = ET.fromstring(description.urdf)
-    joint_to = {joint.child: joint for joint in joints_in(robot)}
+    poses: list[Transform] = []
     found: list[Capsule] = []
-    for link in robot.findall("link"):
-        name = link.get("name", "")
-        pose, moved_by, at = IDENTITY, 0, name
-        while at in joint_to:
-            joint = joint_to[at]
-            pose = compose(joint.origin, pose)
-            if moved_by == 0 and joint.name in description.joints:
-                moved_by = description.joints.index(joint.name) + 1
-            at = joint.parent
-        for body in link.findall("collision"):
-            for (start, end), radius in _capsules_in(body.find("geometry")):
-                place = compose(pose, origin_of(body))
-                found.append(Capsule(name, moved_by, apply(place, start), apply(place, end), radius))
+    for link in arm_model(description).links:
+        poses.append(link.pose if link.parent is None else compose(poses[link.parent], link.pose))
+        for shape in link.collision:
+            place = compose(poses[-1], shape.pose)
+            for (start, end), radius in _capsules_in(shape):
+                found.append(
+                    Capsule(link.name, link.moved_by, apply(place, start), apply(place, end), radius)
+                )
     return tuple(sorted(found, key=lambda capsule: capsule.joints))
 
 
-def _capsules_in(geometry: ET.Element | None) -> Iterator[tuple[tuple[Vector, Vector], float]]:
+def _capsules_in(shape: Shape) -> Iterator[tuple[tuple[Vector, Vector], float]]:
     """Lines and radii (m) in the frame of a shape."""
-    for shape in [] if geometry is None else geometry:
-        if shape.tag == "sphere":
-            yield _along((0.0, 0.0, 0.0)), float(shape.get("radius", "0"))
-        elif shape.tag == "cylinder":
-            thick, length = float(shape.get("radius", "0")), float(shape.get("length", "0"))
-            if length >= 2.0 * thick:
-                yield _along((0.0, 0.0, 0.5 * length - thick)), thick
-            else:
-                half = thick - 0.5 * length
-                for x, y in ((1.0, 0.0), (0.5, _SINE), (-0.5, _SINE)):
-                    yield _along((half * x, half * y, 0.0)), 0.5 * length
-        elif shape.tag == "box":
-            x, y, z = (0.5 * float(word) for word in shape.get("size", "0 0 0").split())
-            radius, longest = min(x, y, z), max(x, y, z)
-            rest = longest - radius
-            yield _along((rest * (x == longest), rest * (y == longest), rest * (z == longest))), radius
+    if shape.kind == "sphere":
+        yield _along((0.0, 0.0, 0.0)), shape.size_m[0]
+    elif shape.kind == "cylinder":
+        thick, length = shape.size_m
+        if length >= 2.0 * thick:
+            yield _along((0.0, 0.0, 0.5 * length - thick)), thick
+        else:
+            half = thick - 0.5 * length
+            for x, y in ((1.0, 0.0), (0.5, _SINE), (-0.5, _SINE)):
+                yield _along((half * x, half * y, 0.0)), 0.5 * length
+    else:
+        x, y, z = (0.5 * edge for edge in shape.size_m)
+        radius, longest = min(x, y, z), max(x, y, z)
+        rest = longest - radius
+        yield _along((rest * (x == longest), rest * (y == longest), rest * (z == longest))), radius
 
 
 def _along(half: Vector) -> tuple[Vector, Vector]:

@@ -1,4 +1,4 @@
-"""The description of a robot: its folder, read and checked."""
+"""The description of a robot: its folder with robot.toml and robot.urdf, read and checked."""
 
 from __future__ import annotations
 
@@ -6,20 +6,102 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from operator import mul
+from math import radians, sqrt
+from operator import attrgetter, truediv
 from pathlib import Path
 
-from iiwa_sim.frames import Transform
-from iiwa_sim.robot.fault import RobotFault
-from iiwa_sim.robot.found_poses import FoundPoses, read_found_poses
-from iiwa_sim.robot.settings import read_settings
-from iiwa_sim.settings import Reader
+import msgspec
 
-__all__ = ["DEFAULT_ROBOT", "RobotDescription", "RobotFault", "built_in_robots", "load_robot"]
+from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.settings import Reader, SettingsFault
 
 DEFAULT_ROBOT = "lbr_iiwa_7_r800"
 SETTINGS_FILE = "robot.toml"
 URDF_FILE = "robot.urdf"
+
+LONGEST_STOP_S = 0.1
+"""Longest stop in s, as documented for the original controller."""
+
+_POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
+_ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
+LENGTH, ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
+_RANGES = {
+    "home_deg": _POSITION,
+    "limits.position_min_deg": _POSITION,
+    "limits.position_max_deg": _POSITION,
+    "limits.velocity_deg_per_s": _VELOCITY,
+    "limits.torque_nm": _TORQUE,
+    "limits.acceleration_per_velocity_per_s": _ACCELERATION,
+    "limits.jerk_per_acceleration_per_s": _JERK,
+    "direct.acceleration_per_velocity_per_s": _ACCELERATION,
+    "direct.jerk_per_acceleration_per_s": _JERK,
+    "tool_in_flange.x_mm": LENGTH,
+    "tool_in_flange.y_mm": LENGTH,
+    "tool_in_flange.z_mm": LENGTH,
+    "tool_in_flange.alpha": ANGLE,
+    "tool_in_flange.beta": ANGLE,
+    "tool_in_flange.gamma": ANGLE,
+    "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
+    "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
+}
+"""Least and greatest value and the unit, with a wide margin for any arm: values beyond are mistakes."""
+
+
+class RobotFault(SettingsFault):
+    """A robot cannot be used as its folder describes it.
+
+    The message is one line that names the file, the key, its value and what was expected.
+    """
+
+
+class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    alpha: float
+    beta: float
+    gamma: float
+
+    def to_transform(self) -> Transform:
+        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+
+
+class _LimitSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    position_min_deg: list[float]
+    position_max_deg: list[float]
+    velocity_deg_per_s: list[float]
+    torque_nm: list[float]
+    acceleration_per_velocity_per_s: float | list[float]
+    jerk_per_acceleration_per_s: float
+
+
+class _DirectSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    acceleration_per_velocity_per_s: float | list[float]
+    jerk_per_acceleration_per_s: float
+
+
+class _StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    rate_per_s: float
+    rate_change_per_s2: float
+
+    def duration_s(self) -> float:
+        """Time (s) in which the rate falls from 1 to 0."""
+        ramp_s = self.rate_per_s / self.rate_change_per_s2
+        if self.rate_per_s * ramp_s > 1.0:  # the slope reverses before it reaches its limit
+            return 2.0 / sqrt(self.rate_change_per_s2)
+        return 1.0 / self.rate_per_s + ramp_s
+
+
+class _Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    name: str
+    kinematics: str
+    joints: list[str]
+    flange: str
+    home_deg: list[float]
+    tool_in_flange: ToolSettings
+    limits: _LimitSettings
+    direct: _DirectSettings
+    stop: _StopSettings
 
 
 @dataclass(frozen=True)
@@ -58,8 +140,6 @@ class RobotDescription:
     """Path of the URDF, for messages."""
     urdf: str
     """Text of the URDF."""
-    found_poses: FoundPoses | None = None
-    """What was found in a URDF before, if it is kept in the robot's folder."""
 
     @property
     def stop_acceleration(self) -> tuple[float, ...]:
@@ -112,21 +192,23 @@ def _built_in(name: str) -> RobotDescription:
 
 def _read(folder: Traversable, name_or_folder: str | Path) -> RobotDescription:
     settings_path = str(folder / SETTINGS_FILE)
-    urdf_path = str(folder / URDF_FILE)
-    settings = read_settings(settings_path, _text(folder, SETTINGS_FILE, name_or_folder))
+    reader = Reader(settings_path, RobotFault)
+    settings = reader.settings(_text(folder, SETTINGS_FILE, name_or_folder), _Settings)
+    _check_values(reader, settings)
     limits, direct = settings.limits, settings.direct
-    velocity = limits.velocity()
-    acceleration = tuple(map(mul, limits.acceleration_ratios(), velocity))
-    direct_acceleration = tuple(map(mul, direct.acceleration_ratios(len(velocity)), velocity))
+    velocity = _radians(limits.velocity_deg_per_s)
+    planned, stiff = _ratios(settings)
+    acceleration = tuple(ratio * v for ratio, v in zip(planned, velocity, strict=True))
+    direct_acceleration = tuple(ratio * v for ratio, v in zip(stiff, velocity, strict=True))
     return RobotDescription(
         name=settings.name,
         kinematics=settings.kinematics,
         joints=tuple(settings.joints),
         flange=settings.flange,
         tool_in_flange=settings.tool_in_flange.to_transform(),
-        home=settings.home(),
-        position_min=limits.position_min(),
-        position_max=limits.position_max(),
+        home=_radians(settings.home_deg),
+        position_min=_radians(limits.position_min_deg),
+        position_max=_radians(limits.position_max_deg),
         velocity=velocity,
         torque=tuple(limits.torque_nm),
         acceleration=acceleration,
@@ -136,9 +218,70 @@ def _read(folder: Traversable, name_or_folder: str | Path) -> RobotDescription:
         stop_rate_per_s=settings.stop.rate_per_s,
         stop_rate_change_per_s2=settings.stop.rate_change_per_s2,
         settings_path=settings_path,
-        urdf_path=urdf_path,
+        urdf_path=str(folder / URDF_FILE),
         urdf=_text(folder, URDF_FILE, name_or_folder),
-        found_poses=read_found_poses(folder),
+    )
+
+
+def _radians(degrees: list[float]) -> tuple[float, ...]:
+    return tuple(map(radians, degrees))
+
+
+def _ratios(settings: _Settings) -> tuple[list[float], list[float]]:
+    """Acceleration over velocity of each joint (1/s) in planned motion and in direct mode."""
+    count = len(settings.joints)
+    ratios = [each.acceleration_per_velocity_per_s for each in (settings.limits, settings.direct)]
+    planned, stiff = (each if isinstance(each, list) else [each] * count for each in ratios)
+    return planned, stiff
+
+
+def _check_values(reader: Reader, settings: _Settings) -> None:
+    check = reader.check
+    limits, direct, stop = settings.limits, settings.direct, settings.stop
+    names = settings.joints
+    reader.check_name("name", settings.name)
+    check("joints", names, len(names) > 0, "at least one joint")
+    check("joints", names, len(set(names)) == len(names), "each joint once")
+    for key, allowed in _RANGES.items():
+        values = attrgetter(key)(settings)
+        if isinstance(values, float):
+            reader.check_range(key, values, allowed)
+            continue
+        check(key, values, len(values) == len(names), f"{len(names)} values, one per joint")
+        for axis, value in enumerate(values):
+            reader.check_range(f"{key}[{axis}]", value, allowed)
+    for axis, (low, home, high) in enumerate(
+        zip(limits.position_min_deg, settings.home_deg, limits.position_max_deg, strict=True)
+    ):
+        range_deg = f"{low:g} to {high:g} deg"
+        check(f"limits.position_min_deg[{axis}]", low, low < high, f"less than position_max_deg, {high:g}")
+        check(
+            f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
+        )
+    planned, stiff = _ratios(settings)
+    for axis, (ratio, gentlest) in enumerate(zip(stiff, planned, strict=True)):
+        place = f"[{axis}]" if isinstance(direct.acceleration_per_velocity_per_s, list) else ""
+        check(
+            f"direct.acceleration_per_velocity_per_s{place}",
+            ratio,
+            ratio >= gentlest,
+            f"at least that of limits, {gentlest:g} 1/s",
+        )
+    gentlest = limits.jerk_per_acceleration_per_s * max(map(truediv, planned, stiff))
+    check(
+        "direct.jerk_per_acceleration_per_s",
+        direct.jerk_per_acceleration_per_s,
+        direct.jerk_per_acceleration_per_s >= gentlest,
+        f"at least {gentlest:g} 1/s, for a jerk of at least that of limits",
+    )
+    longest_ms = 1e3 * LONGEST_STOP_S
+    duration_s = stop.duration_s()
+    check(
+        "stop.rate_per_s",
+        stop.rate_per_s,
+        duration_s <= LONGEST_STOP_S,
+        f"a stop within {longest_ms:g} ms; with rate_change_per_s2 = {stop.rate_change_per_s2:g} "
+        f"it takes {1e3 * duration_s:.1f} ms",
     )
 
 

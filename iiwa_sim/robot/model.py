@@ -1,70 +1,269 @@
-"""The forward kinematics of a robot."""
+"""The model of the arm: Pinocchio reads the URDF and gives its links, its shapes and its constant poses."""
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
+import coal
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import IDENTITY, Transform, Vector, compose
-from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.found_poses import poses_checksum
-from iiwa_sim.robot.tcp_kernel import Tcp
+from iiwa_sim.frames import (
+    IDENTITY,
+    Rotation,
+    Transform,
+    Vector,
+    compose,
+    multiply,
+    rotation_about,
+    transpose,
+    with_z_along,
+)
+from iiwa_sim.robot.arm_kernel import Tcp
+from iiwa_sim.robot.description import RobotDescription, RobotFault
+from iiwa_sim.robot.urdf_check import checked_urdf
+
+GREY = (0.8, 0.8, 0.8, 1.0)
+"""Colour of a shape without a colour of its own."""
+_ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Shape(NamedTuple):
+    """A box, a sphere or a cylinder along z, in the frame of its link."""
+
+    kind: str
+    """box, sphere, cylinder"""
+    size_m: tuple[float, ...]
+    """The edges of a box, the radius of a sphere, radius and length of a cylinder."""
+    pose: Transform
+    colour: tuple[float, ...]
+    """Red, green, blue, opacity: 0 to 1."""
+
+
+class Link(NamedTuple):
+    """A link and the joint between it and its parent."""
+
+    name: str
+    parent: int | None
+    """Index of the parent among the links of the arm; None for the base."""
+    pose: Transform
+    """Pose in the parent with all joints at zero."""
+    axis: Vector
+    """Axis of the joint in the frame of the link: a unit vector."""
+    joint: int | None
+    """Index of the joint; None for a link that is fixed to its parent."""
+    moved_by: int
+    """Number of joints between the base and this link."""
+    visual: tuple[Shape, ...]
+    collision: tuple[Shape, ...]
+
+    def pose_at(self, joints: Sequence[float]) -> Transform:
+        """Return the pose in the parent at joint positions (rad)."""
+        if self.joint is None:
+            return self.pose
+        turned = multiply(self.pose.rotation, rotation_about(self.axis, joints[self.joint]))
+        return Transform(turned, self.pose.translation)
+
+
+class ArmModel:
+    """Pinocchio's model of a URDF, checked: a chain of revolute joints with a flange on the last one."""
+
+    def __init__(
+        self, urdf: str, joints: Sequence[str], flange: str, urdf_path: str, settings_path: str
+    ) -> None:
+        """Read a URDF.
+
+        Args:
+            urdf: Text of the URDF.
+            joints: Names of the joints, base first.
+            flange: Name of the link that is the flange.
+            urdf_path: Path of the URDF, for messages.
+            settings_path: Path of the robot.toml, for messages.
+
+        Raises:
+            RobotFault: The URDF cannot be read, or is not an arm with these joints and this flange.
+        """
+        try:
+            self._text = _without_meshes(checked_urdf(urdf_path, urdf))
+            self.pin_model = pin.buildModelFromXML(self._text)
+        except (ValueError, RuntimeError, RecursionError) as fault:
+            raise RobotFault(urdf_path, "", "", f"a URDF that Pinocchio can read ({fault})") from None
+        self._check_joints(list(joints), urdf_path, settings_path)
+        self.flange = self._flange(flange, urdf_path, settings_path)
+        """Index of the flange among the frames of the model."""
+        self.joint_count = len(joints)
+        data = self.pin_model.createData()
+        pin.computeJointJacobians(self.pin_model, data, np.zeros(self.joint_count))
+        numbers = range(1, self.joint_count + 1)
+        world, local = pin.ReferenceFrame.WORLD, pin.ReferenceFrame.LOCAL
+        self.axes = np.array([self._axis(data, number, world) for number in numbers])
+        """Directions (n, 3) of the joint axes in the base with all joints at zero."""
+        self.points = np.array([data.oMi[number].translation for number in numbers])
+        """Points (n, 3) on these axes (m)."""
+        self._local_axes = [self._axis(data, number, local) for number in numbers]
+        self.fixed_poses = self._fixed_poses()
+        """The constant poses between joints, in the form of `Tcp`."""
+
+    def _axis(self, data: pin.Data, number: int, frame: pin.ReferenceFrame) -> Vector:
+        """Direction of the axis of a joint, counted from 1."""
+        jacobian = pin.getJointJacobian(self.pin_model, data, number, frame)
+        return _vector(jacobian.reshape(6, -1)[3:, number - 1])  # pin returns (6,) for an arm of one joint
+
+    def _fixed_poses(self) -> tuple[Transform, ...]:
+        """The poses between frames that have the axis of their joint as z."""
+        model, poses, before = self.pin_model, [], IDENTITY.rotation
+        for number, axis in enumerate(self._local_axes, start=1):
+            turned = with_z_along(axis)
+            poses.append(_between(before, _transform(model.jointPlacements[number]), turned))
+            before = turned
+        flange = _transform(model.frames[self.flange].placement)
+        return (*poses, _between(before, flange, IDENTITY.rotation))
+
+    def _check_joints(self, joints: list[str], urdf_path: str, settings_path: str) -> None:
+        model = self.pin_model
+        found = list(model.names)[1:]
+        if found != joints:
+            movable = f"the movable joints of {urdf_path} from the base on, {found}"
+            raise RobotFault(settings_path, "joints", joints, movable)
+        for number, name in enumerate(found, start=1):
+            parent = model.parents[number]
+            if parent != number - 1:
+                moved_by, before = (
+                    model.names[each] if each else "the base" for each in (parent, number - 1)
+                )
+                wanted = f"a link that {before} moves, each joint on the one before it"
+                raise RobotFault(urdf_path, f"joint {name}: parent", f"moved by {moved_by}", wanted)
+
+    def _flange(self, link: str, urdf_path: str, settings_path: str) -> int:
+        model = self.pin_model
+        if not model.existBodyName(link):  # getFrameId returns an index past the end for an unknown name
+            raise RobotFault(settings_path, "flange", repr(link), f"a link of {urdf_path}")
+        index: int = model.getFrameId(link, pin.FrameType.BODY)
+        if model.frames[index].parentJoint != model.njoints - 1:
+            last = f"a link fixed to the last joint, {model.names[model.njoints - 1]}"
+            raise RobotFault(settings_path, "flange", repr(link), last)
+        return index
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """All links; each after its parent."""
+        model = self.pin_model
+        frames = list(model.frames)
+        bodies = [index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY]
+        places = {index: place for place, index in enumerate(bodies)}
+        visual, collision = self._shapes(pin.VISUAL), self._shapes(pin.COLLISION)
+        links = []
+        for index in bodies:
+            frame = frames[index]
+            above = frame.parentFrame
+            while above not in places and above:
+                above = frames[above].parentFrame
+            moved_by = frame.parentJoint
+            pose, joint = frame.placement, None
+            if frames[above].parentJoint != moved_by:
+                joint = moved_by - 1
+                pose = model.jointPlacements[moved_by] * pose
+            pose = frames[above].placement.actInv(pose)
+            axis = self._local_axes[moved_by - 1] if moved_by else (0.0, 0.0, 1.0)
+            links.append(
+                Link(
+                    frame.name,
+                    places.get(above),
+                    _transform(pose),
+                    axis,
+                    joint,
+                    moved_by,
+                    tuple(visual.get(index, ())),
+                    tuple(collision.get(index, ())),
+                )
+            )
+        return tuple(links)
+
+    def _shapes(self, kind: pin.GeometryType) -> dict[int, list[Shape]]:
+        """Shapes of all links, by the index of the link's frame; meshes are left out."""
+        found: dict[int, list[Shape]] = {}
+        for each in pin.buildGeomFromUrdfString(self.pin_model, self._text, kind).geometryObjects:
+            frame = self.pin_model.frames[each.parentFrame]
+            name, size = _measured(each.geometry)
+            colour = tuple(round(part, 6) for part in each.meshColor.tolist())
+            pose = _transform(frame.placement.actInv(each.placement))
+            shape = Shape(name, size, pose, colour if each.overrideMaterial else GREY)
+            found.setdefault(each.parentFrame, []).append(shape)
+        return found
+
+
+@lru_cache(maxsize=8)
+def arm_model(description: RobotDescription) -> ArmModel:
+    """Return the model of a description; equal robots share it. Raises `RobotFault`."""
+    d = description
+    return ArmModel(d.urdf, d.joints, d.flange, d.urdf_path, d.settings_path)
 
 
 class Model:
-    """The robot of a description. Joint positions are rad, base first; poses are in the base, in m.
+    """Forward kinematics of a robot. Joint positions are rad, base first; poses are in the base, in m.
 
-    Non-finite joint positions are not refused: they give non-finite results.
+    Non-finite joint positions give non-finite results.
     """
 
     def __init__(self, description: RobotDescription) -> None:
         """Raises `RobotFault` if the URDF is unreadable or does not match the description."""
         self.description = description
-        self.joint_count = len(description.joints)
-        self.fixed_poses = _fixed_poses(description)
-        """The constant poses between joints, in the form of `Tcp`."""
+        self.arm = arm_model(description)
+        self.joint_count = self.arm.joint_count
+        self.fixed_poses = self.arm.fixed_poses
         self.tcp_of_flange = Tcp(self.fixed_poses, IDENTITY)
         """The flange in the form of a TCP."""
         self._tcp: Tcp | None = None
 
     def flange(self, q: Sequence[float]) -> Transform:
-        """Pose of the flange."""
+        """Return the pose of the flange."""
         return self.tcp_of_flange.pose(q)
 
     def tcp(self, tool_in_flange: Transform) -> Tcp:
-        """The TCP of a tool; consecutive calls with the same tool return the same object."""
+        """Return the TCP of a tool; consecutive calls with the same tool return the same object."""
         if self._tcp is None or self._tcp.tool_in_flange != tool_in_flange:
             self._tcp = Tcp(self.fixed_poses, tool_in_flange)
         return self._tcp
 
     def jacobian(self, q: Sequence[float]) -> NDArray[np.float64]:
-        """Jacobian (6, n) of the flange: velocity of its origin (m/s), then angular (rad/s), in base axes."""
+        """Return the Jacobian (6, n) of the flange: velocity (m/s), then angular velocity (rad/s), in base
+        axes."""
         return self.tcp_of_flange.jacobian(q)
 
-    def axes_at_zero(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Directions (n, 3) of the joint axes, and points (n, 3) on them (m), in the base at zero pose."""
-        axes: list[Vector] = []
-        points: list[Vector] = []
-        frame = IDENTITY
-        for step in self.fixed_poses[:-1]:
-            frame = compose(frame, step)
-            axes.append((frame.rotation[2], frame.rotation[5], frame.rotation[8]))
-            points.append(frame.translation)
-        return np.array(axes), np.array(points)
+
+def _without_meshes(robot: ET.Element) -> str:
+    """The text for Pinocchio, which would open the files of meshes."""
+    for link in robot.findall("link"):
+        for body in [*link.findall("collision"), *link.findall("visual")]:
+            if body.find("geometry/mesh") is not None:
+                link.remove(body)
+    return ET.tostring(robot, encoding="unicode")
 
 
-@lru_cache(maxsize=8)
-def _fixed_poses(description: RobotDescription) -> tuple[Transform, ...]:
-    """The constant poses in the form of `Tcp`; robots with equal descriptions, such as those of a fleet,
-    share them."""
-    found = description.found_poses
-    if found is not None and len(found.poses) == len(description.joints) + 1:
-        of = poses_checksum(description.urdf, description.joints, description.flange, found.poses)
-        if found.of == of:
-            return found.poses
-    from iiwa_sim.robot.fixed_poses import read_fixed_poses  # Pinocchio takes a tenth of a second to load
+def _measured(geometry: object) -> tuple[str, tuple[float, ...]]:
+    """Kind and sizes of a shape."""
+    if isinstance(geometry, coal.Box):
+        return "box", tuple((2.0 * geometry.halfSide).tolist())
+    if isinstance(geometry, coal.Sphere):
+        return "sphere", (geometry.radius,)
+    assert isinstance(geometry, coal.Cylinder)
+    return "cylinder", (geometry.radius, 2.0 * geometry.halfLength)
 
-    return read_fixed_poses(description)
+
+def _vector(values: NDArray[np.float64]) -> Vector:
+    x, y, z = values.tolist()
+    return (x, y, z)
+
+
+def _transform(pose: pin.SE3) -> Transform:
+    (a, b, c), (d, e, f), (g, h, i) = pose.rotation.tolist()
+    return Transform((a, b, c, d, e, f, g, h, i), _vector(pose.translation))
+
+
+def _between(before: Rotation, pose: Transform, after: Rotation) -> Transform:
+    """A pose between two rotated frames: `before` rotates the outer one, `after` the inner one."""
+    return compose(Transform(transpose(before), _ORIGIN), compose(pose, Transform(after, _ORIGIN)))

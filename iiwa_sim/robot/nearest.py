@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
-from iiwa_sim.robot import turns_kernel
+from iiwa_sim.robot.arm_kernel import clip, turn_rows
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.inverse_kernel import Inverse
+from iiwa_sim.robot.inverse import Inverse
 
 OUT_OF_REACH = 3021
 """The arm is too short for the target or cannot fold that far, whatever its redundancy."""
@@ -107,7 +107,7 @@ class Nearest:
 
     def _joints(self, candidates: _Candidates, row: int) -> tuple[float, ...]:
         """Feasible joint positions of one row, with rounding beyond a limit removed."""
-        turns_kernel.clip(candidates.joints, row, self._low, self._high)
+        clip(candidates.joints, row, self._low, self._high)
         return tuple(candidates.joints[row].tolist())
 
     def _candidates(
@@ -118,16 +118,11 @@ class Nearest:
         present: Sequence[float],
     ) -> _Candidates:
         """Joint positions for every redundancy on every branch."""
-        rows = len(redundancies) * len(statuses)
         every_redundancy = np.tile(redundancies, len(statuses))
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
-        rotations = np.broadcast_to(np.reshape(flange.rotation, (3, 3)), (rows, 3, 3))
-        translations = np.broadcast_to(flange.translation, (rows, 3))
-        joints = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
-        feasible = np.empty(rows, dtype=np.bool_)
-        turns_kernel.turn_rows(
-            joints, np.array(present, dtype=np.float64), self._low, self._high, feasible.view(np.uint8)
-        )
+        joints = self._inverse.joints_batch(flange, every_redundancy, every_status, present)
+        feasible = np.empty(len(joints), dtype=np.bool_)
+        turn_rows(joints, np.array(present, float), self._low, self._high, feasible.view(np.uint8))
         return _Candidates(joints, every_status, every_redundancy, feasible)
 
     def _refined(

@@ -9,7 +9,8 @@ import numpy as np
 import trimesh
 from trimesh.exchange.gltf import export_glb
 
-from iiwa_sim.view.drawing import Colour, Drawing, Link, wxyz
+from iiwa_sim.robot.model import Link, Shape
+from iiwa_sim.view.drawing import Colour, Drawing, wxyz
 from iiwa_sim.view.meshes import joined
 
 if TYPE_CHECKING:
@@ -31,12 +32,12 @@ class Arm:
         """The node of each link of the drawing."""
         self._drawing = drawing
         self._turned: list[tuple[Link, Any]] = []
-        for link in drawing.links:
+        for link, shapes in zip(drawing.links, drawing.shapes, strict=True):
             parent = root if link.parent is None else self.paths[link.parent]
             path = f"{parent}/{link.name.replace('/', '_')}"
             self.paths.append(path)
-            handle = _added(scene, link, path, ghost)
-            if link.shapes:
+            handle = _added(scene, link, shapes, path, ghost)
+            if shapes:
                 self.links[link.name] = handle
             if link.joint is not None:
                 self._turned.append((link, handle))
@@ -47,11 +48,11 @@ class Arm:
             handle.wxyz = wxyz(link.pose_at(joints).rotation)
 
 
-def _added(scene: viser.SceneApi, link: Link, path: str, ghost: bool) -> Any:
+def _added(scene: viser.SceneApi, link: Link, shapes: Sequence[Shape], path: str, ghost: bool) -> Any:
     placed: dict[str, Any] = {"position": link.pose.translation, "wxyz": wxyz(link.pose.rotation)}
-    if not link.shapes:
+    if not shapes:
         return scene.add_frame(path, show_axes=False, **placed)
-    points, normals, faces, colours = joined(link.shapes)
+    points, normals, faces, colours = joined(shapes)
     if ghost:
         return scene.add_mesh_simple(
             path,

@@ -31,7 +31,7 @@ def run_page(
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set; `opened` is called when it serves.
 
-    Raises StationFault or DrawingFault, before that, for a robot that is not there or cannot be drawn.
+    Raises StationFault or RobotFault, before that, for a robot that is not there or cannot be drawn.
     """
     if len(places) > MOST:
         logger.warning("the page shows the first %d of %d robots", MOST, len(places))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.view.drawing import Shape
+from iiwa_sim.robot.model import Shape
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -42,7 +42,9 @@ def joined(shapes: Sequence[Shape]) -> tuple[Points, Points, Faces, NDArray[np.u
         points.append(own_points)
         normals.append(own_normals)
         faces.append(own_faces + count)
-        colours.append(np.tile(np.array([*shape.colour, 255], np.uint8), (len(own_points), 1)))
+        colours.append(
+            np.tile(np.round(255.0 * np.array(shape.colour)).astype(np.uint8), (len(own_points), 1))
+        )
         count += len(own_points)
     return np.concatenate(points), np.concatenate(normals), np.concatenate(faces), np.concatenate(colours)
 

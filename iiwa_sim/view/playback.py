@@ -51,7 +51,7 @@ def run_playback(
     """Show a recording on a page at a socket that listens, until `over` is set.
 
     Browsers have to tell the `token`, if there is one. `opened` is called when it serves. Raises
-    DrawingFault, before that, for a robot that cannot be drawn.
+    RobotFault, before that, for a robot that cannot be drawn.
     """
     drawing = drawing_of(timeline)
     told = Throttle[str](1)
@@ -79,7 +79,7 @@ def run_playback(
 
 
 def drawing_of(timeline: Timeline) -> Drawing:
-    """What the arm of a recording looks like. Raises DrawingFault."""
+    """What the arm of a recording looks like. Raises RobotFault."""
     urdf = timeline.head.attachments.get("robot.urdf", b"").decode("utf-8", "replace")
     return Drawing.of_urdf(urdf, timeline.head.joints, timeline.head.metadata.get("flange", ""))
 

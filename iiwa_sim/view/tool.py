@@ -9,7 +9,8 @@ import numpy as np
 
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.capsules import Capsule
-from iiwa_sim.view.drawing import Colour, Shape
+from iiwa_sim.robot.model import GREY, Shape
+from iiwa_sim.view.drawing import Colour
 from iiwa_sim.view.meshes import joined
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def _shapes(told: Mapping[str, Any]) -> list[Shape]:
     """A capsule as a cylinder with a ball at each end."""
     capsule = Capsule.of_tool((*told["start_mm"], *told["end_mm"], told["radius_mm"]))
     balls = [
-        Shape("sphere", (capsule.radius_m,), Transform(IDENTITY.rotation, end), _COLOUR)
+        Shape("sphere", (capsule.radius_m,), Transform(IDENTITY.rotation, end), GREY)
         for end in (capsule.start, capsule.end)
     ]
-    return [Shape("cylinder", (capsule.radius_m, capsule.length_m), capsule.pose, _COLOUR), *balls]
+    return [Shape("cylinder", (capsule.radius_m, capsule.length_m), capsule.pose, GREY), *balls]

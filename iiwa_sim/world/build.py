@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Rotation, Transform, apply, compose, inverse, quaternion_from_rotation
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.urdf_joints import UrdfJoint, joints_in
+from iiwa_sim.robot.model import Link, arm_model
 from iiwa_sim.world.details import ALL, ARM, HELD, LOST, PARTS, SURFACES, soften
 from iiwa_sim.world.gripper import Cup, Jaws
 from iiwa_sim.world.material import Law
@@ -202,30 +201,30 @@ def _make_light(body: Any) -> None:
 
 def _add_arm(spec: Any, description: RobotDescription, rigid: dict[str, Any]) -> None:
     """Add the moving links of an arm as capsules on a chain of hinges."""
-    by_child = {joint.child: joint for joint in joints_in(ET.fromstring(description.urdf))}
-    chain: list[UrdfJoint] = []
-    at = description.flange
-    while at in by_child:
-        chain.insert(0, by_child[at])
-        at = by_child[at].parent
+    all_links = arm_model(description).links
+    chain: list[Link] = []
+    link: Link | None = next(each for each in all_links if each.name == description.flange)
+    while link is not None and link.parent is not None:
+        chain.insert(0, link)
+        link = all_links[link.parent]
     body, pose = spec.worldbody.add_body(name="base"), IDENTITY
     links: list[tuple[Any, Transform]] = [(body, inverse(pose))]
-    for joint in chain:
-        body = body.add_body(pos=list(joint.origin.translation), quat=wxyz(joint.origin.rotation))
-        pose = compose(pose, joint.origin)
-        if joint.name in description.joints:
+    for each in chain:
+        body = body.add_body(pos=list(each.pose.translation), quat=wxyz(each.pose.rotation))
+        pose = compose(pose, each.pose)
+        if each.joint is not None:
             body.add_joint(
-                name=f"hinge {len(links) - 1}",
+                name=f"hinge {each.joint}",
                 type=mj.mjtJoint.mjJNT_HINGE,
-                axis=list(joint.axis),
+                axis=list(each.axis),
                 armature=HEAVY,
             )
             _make_light(body)
             links.append((body, inverse(pose)))
     for number, capsule in enumerate(capsules_of(description)):
         if capsule.joints > 0:
-            link, back = links[capsule.joints]
-            _add_capsule(link, capsule, back, f"{capsule.link}/{number}", **rigid)
+            moved, back = links[capsule.joints]
+            _add_capsule(moved, capsule, back, f"{capsule.link}/{number}", **rigid)
 
 
 def _add_gripper(spec: Any, arm: ArmShape, kind: Jaws | Cup | None, rigid: dict[str, Any]) -> None:

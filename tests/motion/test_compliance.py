@@ -18,10 +18,10 @@ from iiwa_sim.motion.compliance_kernel import (
 )
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.shift_kernel import LEAST_DAMPING_NS_PER_M, MASS_KG
+from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.feeling_kernel import Feeling
-from iiwa_sim.robot.inverse import inverse_of
-from iiwa_sim.robot.kinematics_kernel import Kinematics
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 
 
@@ -59,7 +59,7 @@ class Arm:
     def __init__(self, name: str) -> None:
         self.description = load_robot(name)
         self.model = Model(self.description)
-        self.kinematics = Kinematics(self.model, inverse_of(self.model), self.description.tool_in_flange)
+        self.kinematics = Kinematics(self.model, Inverse(self.model), self.description.tool_in_flange)
 
 
 ARM, SIX_AXES = Arm("lbr_iiwa_7_r800"), Arm("kr_6_r900_sixx")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
@@ -128,7 +128,7 @@ def test_lines_from_or_to_poses_that_no_line_can_leave_are_refused(
 def test_a_line_to_joints_on_another_branch_says_what_lies_between() -> None:
     robot = SteppedRobot()
     robot.goes_to((0.3, 0.6, 0.4, -1.3, 0.3, 0.9, -0.5))
-    inverse, here = inverse_of(robot.model), robot.controller.joints
+    inverse, here = Inverse(robot.model), robot.controller.joints
     branches = dict(inverse.branches(robot.model.flange(here), here[2], here))
     low, high = robot.description.position_min, robot.description.position_max
     others = [

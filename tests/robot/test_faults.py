@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.robot.description import RobotFault, load_robot
-from iiwa_sim.robot.urdf import differing_limits
+from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.simulator import Simulator
 from tests.robot.arms import copy_of_robot, edit, use
 
@@ -51,7 +51,7 @@ FAULTS = [
     (in_toml('"A2"', '"A1"'), "robot.toml", "joints", r"\['A1', 'A1'.*"),
     (in_toml(FLANGE, '"nose"  #'), "robot.toml", "flange", "'nose'"),
     (in_urdf("</robot>", ""), "robot.urdf", "", ""),
-    (in_urdf('"iiwa_link_2"/>', '"no"/>'), "robot.urdf", "", ""),
+    (in_urdf('"iiwa_link_2"/>', '"no"/>'), "robot.urdf", "joint A2: child link", "no"),
     (
         in_urdf('name="A2" type="revolute"', 'name="A2" type="prismatic"'),
         "robot.urdf",

@@ -15,8 +15,15 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
-from iiwa_sim.robot.opw_geometry import geometry_of
-from tests.robot.arms import SIX_AXES, Arm, arm_named, copy_of_robot, distance, use
+from tests.robot.arms import (
+    SIX_AXES,
+    Arm,
+    arm_named,
+    assert_batches_are_single_poses,
+    copy_of_robot,
+    distance,
+    use,
+)
 
 CLOSED = 1e-9  # m and rad
 STRETCHED = math.atan2(35.0, 420.0)  # A3 where the wrist is farthest from A2
@@ -160,27 +167,10 @@ def test_out_of_reach_is_none(status: int, beyond_m: float) -> None:
     assert arm.inverse.branches(away, 0.0, [0.0] * 6) == []
 
 
-def test_batch_is_the_closed_form(arm: Arm) -> None:
+def test_a_batch_is_the_closed_form(arm: Arm) -> None:
     rng = np.random.default_rng(25)
-    joints = [*arm.anywhere(rng, 300).tolist(), *(q for _, q in singular_poses(arm, rng, 10))]
-    flanges = [arm.model.flange(q) for q in joints]
-    flanges += [Transform(f.rotation, (2.0 * f.translation[0], 0.5, 0.9)) for f in flanges[:300]]
-    rotations = np.array([flange.rotation for flange in flanges]).reshape(-1, 3, 3)
-    translations = np.array([flange.translation for flange in flanges])
-    redundancies, statuses = np.zeros(len(flanges)), rng.integers(0, 8, len(flanges))
-    batch = arm.inverse.joints_batch(rotations, translations, redundancies, statuses, SEED)
-    out_of_reach = 0
-    for flange, status, row in zip(flanges, statuses, batch, strict=True):
-        one = arm.inverse.joints(flange, 0.0, int(status), SEED)
-        if one is None:
-            out_of_reach += 1
-            assert np.isnan(row).all()
-        else:
-            assert same_but_for_turns(row.tolist(), one, 1e-9)
-    assert 50 < out_of_reach < len(flanges) - 100
-    for status in range(8):
-        same = arm.inverse.joints_batch(rotations, translations, redundancies, status, SEED)
-        assert np.array_equal(same[statuses == status], batch[statuses == status], equal_nan=True)
+    joints = [*arm.anywhere(rng, 100).tolist(), *(q for _, q in singular_poses(arm, rng, 5))]
+    assert_batches_are_single_poses(arm, joints, rng)
 
 
 @pytest.mark.parametrize(
@@ -284,12 +274,3 @@ def test_what_is_no_such_arm_is_said_in_one_line(tmp_path: Path, old: str, new: 
     (folder / "robot.urdf").write_text("<joint ".join([joints[0], joints[1].replace(old, new, 1)]))
     with pytest.raises(RobotFault, match=message):
         use(folder)
-
-
-def test_the_geometry_is_that_of_the_data_sheet(arm: Arm) -> None:
-    geometry = geometry_of(arm.model)
-    assert geometry.shoulder == pytest.approx((0.025, 0.400))
-    assert geometry.lengths == pytest.approx((UPPER_ARM, FOREARM))
-    assert geometry.hand == pytest.approx(0.080)
-    assert geometry.stretched == pytest.approx(STRETCHED)
-    assert geometry.signs == (-1.0, 1.0, 1.0, -1.0, 1.0, -1.0)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from iiwa_sim.frames import Transform, multiply
+from iiwa_sim.frames import Transform
 from iiwa_sim.robot.nearest import OUT_OF_REACH, Nearest, Unreachable, how_far
-from iiwa_sim.robot.opw_geometry import geometry_of
 from tests.robot.arms import Arm, arm_named
 
 POSES = 25
@@ -17,14 +16,8 @@ _STEP_M = 1e-6
 def solved(arm: Arm, flange: Transform) -> bool:
     """Whether any branch reaches it with any redundancy, joint limits left aside."""
     redundancies = np.linspace(-np.pi, np.pi, 181) if arm.inverse.redundancy_range else np.zeros(1)
-    rows = len(redundancies)
-    rotations = np.broadcast_to(np.reshape(flange.rotation, (3, 3)), (rows, 3, 3))
-    places = np.broadcast_to(flange.translation, (rows, 3))
-    seed = arm.description.home
-    return any(
-        not np.isnan(arm.inverse.joints_batch(rotations, places, redundancies, status, seed)).all()
-        for status in arm.inverse.statuses
-    )
+    every, statuses = np.tile(redundancies, 8), np.repeat(np.arange(8), len(redundancies))
+    return not np.isnan(arm.inverse.joints_batch(flange, every, statuses, arm.description.home)).all()
 
 
 def away(arm: Arm, flange: Transform) -> np.ndarray:
@@ -68,15 +61,12 @@ def test_a_pose_beyond_reach_is_reached_where_it_is_nearer_by_so_much(arm: Arm, 
 def test_a_wrist_that_the_arm_does_not_fold_to_is_below_zero() -> None:
     """On the axis of A1 at the height of A2: by as much as upper arm and forearm differ, less A2's offset."""
     arm = arm_named("kr_6_r900_sixx")
-    inverse, geometry = arm.inverse, geometry_of(arm.model)
-    upper, fore = geometry.lengths
-    shoulder_x, shoulder_z = geometry.shoulder
+    upper, fore, shoulder_x, shoulder_z, hand = 0.455, float(np.hypot(0.42, 0.035)), 0.025, 0.4, 0.08
     flange = arm.model.flange(arm.description.home)
-    hand = np.reshape(multiply(flange.rotation, geometry.unturned), (3, 3))[:, 0]
-    x, y, z = (geometry.hand * hand + (0.0, 0.0, shoulder_z)).tolist()
-    near = Transform(flange.rotation, (x, y, z))
-    assert inverse.beyond_reach(near) == pytest.approx(shoulder_x - abs(upper - fore))
-    assert inverse.beyond_reach(near) < 0.0
+    _, _, along_x, _, _, along_y, _, _, along_z = flange.rotation
+    near = Transform(flange.rotation, (hand * along_x, hand * along_y, hand * along_z + shoulder_z))
+    assert arm.inverse.beyond_reach(near) == pytest.approx(shoulder_x - abs(upper - fore))
+    assert arm.inverse.beyond_reach(near) < 0.0
     assert not solved(arm, near)
 
 

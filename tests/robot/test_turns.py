@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.robot import turns_kernel
+from iiwa_sim.robot import arm_kernel
+from iiwa_sim.robot.arm_kernel import continued
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.nearest import JOINT_LIMIT, ROBOT_CONFIGURATION, Nearest, Unreachable
-from iiwa_sim.robot.turns_kernel import continued
 from tests.robot.arms import IIWAS, SIX_AXES, arm_named, distance
 
 ARM = arm_named(SIX_AXES)
@@ -31,13 +31,13 @@ def turned(
     """The joint positions in the turns that are taken, and whether they are within the limits."""
     rows, within = np.array([joints, [math.nan] * len(joints)]), np.empty(2, dtype=np.uint8)
     limits = np.array(d.position_min), np.array(d.position_max)
-    turns_kernel.turn_rows(rows, np.array(present), *limits, within)
+    arm_kernel.turn_rows(rows, np.array(present), *limits, within)
     assert np.isnan(rows[1]).all()
     assert not within[1]
     row = np.array([joints])
-    turns_kernel.turn(row, 0, np.array(present), *limits)
+    arm_kernel.turn(row, 0, np.array(present), *limits)
     assert (row[0] == rows[0]).all()
-    assert turns_kernel.clip(row, 0, *limits) == within[0]
+    assert arm_kernel.clip(row, 0, *limits) == within[0]
     return rows[0].tolist(), bool(within[0])
 
 

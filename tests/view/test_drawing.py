@@ -10,16 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY, Transform
-from iiwa_sim.robot.description import built_in_robots, load_robot
-from iiwa_sim.robot.model import Model
-from iiwa_sim.view.drawing import Drawing, DrawingFault, Shape
+from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
+from iiwa_sim.robot.model import GREY, Model, Shape
+from iiwa_sim.view.drawing import Drawing
 from iiwa_sim.view.meshes import joined, mesh_of
 
 JOINTS = st.lists(st.floats(-3.0, 3.0), min_size=7, max_size=7)
 BY_FILE = """<robot name="two"><link name="base"/>
 <link name="arm"><visual><geometry><mesh filename="arm.stl"/></geometry></visual></link><link name="hand"/>
 <joint name="J1" type="revolute"><parent link="base"/><child link="arm"/>
-<origin xyz="0 0 0.5"/><axis xyz="0 0 2"/></joint>
+<origin xyz="0 0 0.5"/><axis xyz="0 0 2"/><limit effort="1" velocity="1"/></joint>
 <joint name="J2" type="fixed"><parent link="arm"/><child link="hand"/>
 <origin xyz="0.3 0.4 0"/></joint></robot>"""
 
@@ -41,17 +41,19 @@ def test_the_flange_is_drawn_where_it_is(name: str, joints: Sequence[float]) -> 
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_each_moving_link_has_shapes(name: str) -> None:
-    assert all(link.shapes for link in drawing_of(name).links if link.joint is not None)
+    drawing = drawing_of(name)
+    links = zip(drawing.links, drawing.shapes, strict=True)
+    assert all(shapes for link, shapes in links if link.joint is not None)
 
 
 def test_what_is_in_files_is_drawn_as_rods() -> None:
     drawing = Drawing.of_urdf(BY_FILE, ["J1"], "hand")
-    assert [[shape.size_m for shape in link.shapes] for link in drawing.links] == [
+    assert [[shape.size_m for shape in shapes] for shapes in drawing.shapes] == [
         [(0.03, 0.5)],
         [(0.03, 0.5)],
         [],
     ]
-    points, _, _, _ = joined(drawing.links[1].shapes)
+    points, _, _, _ = joined(drawing.shapes[1])
     along = points @ np.array([0.6, 0.8, 0.0])
     assert (along.min(), along.max()) == pytest.approx((0.0, 0.5))
     assert drawing.poses([np.pi])[2].translation == pytest.approx((-0.3, -0.4, 0.5))
@@ -68,7 +70,7 @@ def test_what_is_in_files_is_drawn_as_rods() -> None:
     ],
 )
 def test_what_cannot_be_drawn_is_told_in_one_line(urdf: str, joints: list[str], flange: str) -> None:
-    with pytest.raises(DrawingFault, match=r"^the robot's URDF [^\n]+$"):
+    with pytest.raises(RobotFault, match=r"^the robot('s URDF)?: [^\n]+$"):
         Drawing.of_urdf(urdf, joints, flange)
 
 
@@ -87,7 +89,7 @@ TURNED = Transform((0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0), (0.1, 0.2, 0.
 def test_triangles_close_a_shape_and_look_outwards(
     kind: str, size: tuple[float, ...], volume: float, least: float, pose: Transform
 ) -> None:
-    points, normals, faces = mesh_of(Shape(kind, size, pose, (1, 2, 3)))
+    points, normals, faces = mesh_of(Shape(kind, size, pose, GREY))
     a, b, c = (points[faces[:, corner]] - pose.translation for corner in range(3))
     enclosed = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0
     assert least * volume <= enclosed <= 1.001 * volume

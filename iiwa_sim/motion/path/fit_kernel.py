@@ -4,13 +4,9 @@
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import cos, sin
 
 from iiwa_sim.motion.limits import Array
-
-if cython.compiled:
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
-else:
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 NOT_RESOLVED = 0
 HOPELESS = -1
@@ -34,12 +30,12 @@ def nodes_and_weights(degree: cython.int, nodes: cython.double[::1], weights: cy
     """The places (degree + 1,) in -1..1 where a polynomial of that degree is fitted, ends included, and what
     each value there counts in each coefficient (degree + 1, degree + 1)."""
     for k in range(degree + 1):
-        nodes[k] = sine(_PI * (2 * k - degree) / (2 * degree))
+        nodes[k] = sin(_PI * (2 * k - degree) / (2 * degree))
     nodes[0] = -1.0
     nodes[degree] = 1.0
     for j in range(degree + 1):
         for k in range(degree + 1):
-            weight = 2.0 / degree * cosine(_PI * ((j * (degree - k)) % (2 * degree)) / degree)
+            weight = 2.0 / degree * cos(_PI * ((j * (degree - k)) % (2 * degree)) / degree)
             if k == 0 or k == degree:
                 weight *= 0.5
             if j == 0 or j == degree:

@@ -20,14 +20,14 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.fit_kernel import NODES_AND_WEIGHTS
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
-from iiwa_sim.robot.inverse_kernel import Inverse
+from iiwa_sim.robot.inverse import Inverse
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.path.fit_kernel import fit
-    from cython.cimports.iiwa_sim.robot.inverse_kernel import solve
+    from cython.cimports.iiwa_sim.robot.arm_kernel import solve
 else:
     from iiwa_sim.motion.path.fit_kernel import fit
-    from iiwa_sim.robot.inverse_kernel import solve
+    from iiwa_sim.robot.arm_kernel import solve
 
 FREE_AT_START = 1e-5
 """So near to a singular pose (rad or m) a line is taken to start in it."""

@@ -18,7 +18,7 @@ from iiwa_sim.motion.path.fit_kernel import NODES_AND_WEIGHTS
 from iiwa_sim.motion.path.line_kernel import FREE_AT_START, LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.splice import at_border, splice
-from iiwa_sim.robot.turns_kernel import continued
+from iiwa_sim.robot.arm_kernel import continued
 
 EVEN_SAMPLES = 33
 MOST_SAMPLES = 400

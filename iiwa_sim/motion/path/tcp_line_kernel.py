@@ -8,13 +8,9 @@ from math import dist
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import cos, sin
 
 from iiwa_sim.frames import Transform, turn_between
-
-if cython.compiled:
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
-else:
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 _ROUNDING_RAD = cython.declare(cython.double, 1e-12)  # a smaller turn is none
 
@@ -72,9 +68,9 @@ class TcpLine:
     def pose(self, s: cython.double, poses: cython.double[:, ::1], row: cython.Py_ssize_t) -> cython.void:
         """The pose of the flange in the base at s (rotation, place in m), into that row (12,)."""
         half: cython.double = 0.5 * s * self._angle
-        a: cython.double = sine(half)
+        a: cython.double = sin(half)
         versine: cython.double = 2.0 * a * a
-        a = 2.0 * a * cosine(half)
+        a = 2.0 * a * cos(half)
         for k in range(12):
             poses[row, k] = self._start[k] + a * self._sine[k] + versine * self._versine[k]
         for k in range(3):

@@ -8,18 +8,16 @@ from collections.abc import Sequence
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import cos, fabs, sin, sqrt
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.robot.tcp_kernel import Tcp
+from iiwa_sim.robot.arm_kernel import Tcp
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.path.piecewise_kernel import Polynomial
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
     from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 HALF = 0.49
 """A path is left to blends up to this part from either end, so that it is never all blends."""
@@ -59,8 +57,8 @@ class Zone:
         y: cython.double = fixed[last, 10]
         z: cython.double = fixed[last, 11]
         for k in range(last - 1, -1, -1):
-            s = sine(joints[row, k])
-            c = cosine(joints[row, k])
+            s = sin(joints[row, k])
+            c = cos(joints[row, k])
             u = c * x - s * y
             v = s * x + c * y
             x = fixed[k, 9] + fixed[k, 0] * u + fixed[k, 1] * v + fixed[k, 2] * z

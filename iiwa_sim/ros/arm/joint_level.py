@@ -12,6 +12,7 @@ from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.arm.contents import STATES, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
 from iiwa_sim.ros.arm.interfaces import type_of
@@ -77,7 +78,7 @@ class JointLevel:
         self.services: Mapping[str, str] = {**SERVICES, **dict.fromkeys(outputs, "std_srvs/srv/SetBool")}
         """Type of each service, by name."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        self._contents = Contents(controller, Links(controller.description.urdf, self._names), now_ns)
+        self._contents = Contents(controller, Links(arm_model(controller.description).links), now_ns)
         self._rates = Rates({topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}, tick_rate_hz)
         self._feedback_rate = Rates({ACTION: FEEDBACK_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory

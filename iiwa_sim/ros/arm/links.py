@@ -1,33 +1,28 @@
-"""Where the links of a URDF are: each in its parent, as /tf has it."""
+"""Poses of the links in their parents, for /tf."""
 
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from typing import Any
 
 from iiwa_sim.frames import Transform, quaternion_from_rotation
-from iiwa_sim.robot.urdf_joints import joints_in
+from iiwa_sim.robot.model import Link
 
 
 class Links:
-    """The joints of one robot. Its messages have no stamps yet."""
+    """The links of one robot. Its messages have no stamps yet."""
 
-    def __init__(self, urdf: str, moved: Sequence[str]) -> None:
-        """`moved` are the names of the joints whose positions are told, base first; all others are fixed."""
-        found = joints_in(ET.fromstring(urdf))
-        named = {joint.name: joint for joint in found}
-        self._moved = [named[name] for name in moved]
-        self._fixed = [joint for joint in found if joint.name not in moved]
+    def __init__(self, links: Sequence[Link]) -> None:
+        """`links` are those of the robot's model."""
+        parents = [(links[link.parent].name, link) for link in links if link.parent is not None]
+        self._moved = [each for each in parents if each[1].joint is not None]
+        self._fixed = [each for each in parents if each[1].joint is None]
 
     def moving(self, joints: Sequence[float]) -> list[dict[str, Any]]:
-        """geometry_msgs/TransformStamped, without headers' stamps, of the joints at positions (rad)."""
-        return [
-            _transform(joint.parent, joint.child, joint.at(position))
-            for joint, position in zip(self._moved, joints, strict=True)
-        ]
+        """Return geometry_msgs/TransformStamped without stamps of the moved links at positions (rad)."""
+        return [_transform(parent, link.name, link.pose_at(joints)) for parent, link in self._moved]
 
     def fixed(self) -> list[dict[str, Any]]:
-        """geometry_msgs/TransformStamped, without headers' stamps, of the joints that do not move."""
-        return [_transform(joint.parent, joint.child, joint.origin) for joint in self._fixed]
+        """Return geometry_msgs/TransformStamped without stamps of the links that do not move."""
+        return [_transform(parent, link.name, link.pose) for parent, link in self._fixed]
 
 
 def tool_transform(flange: str, tool: str, tool_in_flange: Transform) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import Model, arm_model
 from iiwa_sim.ros.arm.links import Links, tool_transform
 from tests.samples import some
 from tests.stepped import ROBOTS
@@ -39,7 +39,7 @@ def test_the_chain_of_links_ends_in_the_flange(name: str, seed: int) -> None:
     description = load_robot(name)
     random = np.random.default_rng(seed)
     joints = random.uniform(description.position_min, description.position_max).tolist()
-    links = Links(description.urdf, description.joints)
+    links = Links(arm_model(description).links)
     told = {each["child_frame_id"]: each for each in (*links.moving(joints), *links.fixed())}
     pose, link = np.eye(4), description.flange
     while link in told:
