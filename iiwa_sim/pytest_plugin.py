@@ -170,7 +170,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 def _check_artifacts(folder: Path) -> None:
     if importlib.util.find_spec("mcap") is None:
-        raise pytest.UsageError("--iiwa-artifacts: needs the library mcap: pip install 'iiwa-sim[record]'")
+        raise pytest.UsageError("--iiwa-artifacts: needs the library mcap: pip install -e '.[record]'")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:

@@ -112,4 +112,4 @@ def test_without_the_library_it_is_said_what_to_install() -> None:
         "import sys; sys.modules['h11'] = None; from iiwa_sim.cli import main; sys.exit(main(sys.argv[1:]))"
     )
     told = fails("--port", "0", "--backdoor-http-port", "0", program=(sys.executable, "-c", hidden))
-    assert told == "iiwa-sim: the backdoor by HTTP needs h11: pip install 'iiwa-sim[http]'\n"
+    assert told == "iiwa-sim: the backdoor by HTTP needs h11: pip install -e '.[http]'\n"

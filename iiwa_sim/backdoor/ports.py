@@ -95,7 +95,7 @@ class BackdoorPorts:
             if fault.name != HTTP_LIBRARY:
                 raise
             raise HttpFault(
-                f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install 'iiwa-sim[http]'"
+                f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install -e '.[http]'"
             ) from None
         front = BackdoorHttp(self._backdoor, self._recent, self._log, self._token)
         return HttpServer(front.answer, host, port, budget=budget)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from itertools import product
 from math import cos, dist, pi, sin
 from pathlib import Path
-from typing import Literal
 
 import msgspec
 
@@ -37,7 +36,7 @@ CLOSE_M = 1e-3
 class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Two jaws or a suction cup, and what switches and tells of them."""
 
-    kind: Literal["jaws", "suction"] = "jaws"
+    kind: str = "jaws"
     stroke_mm: float | None = None
     speed_mm_per_s: float | None = None
     grip_force_n: float
@@ -110,10 +109,15 @@ class MeshPartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw
         none."""
         file = folder / self.mesh
         there = self.mesh != "" and file.is_file()
-        reader.check(f"{place}.mesh", self.mesh, there, "an STL file")
+        reader.check(f"{place}.mesh", self.mesh, there, f"the path of an STL file in {folder}")
         corners = read_stl(file.read_bytes())
         count = len(set(corners))
-        reader.check(f"{place}.mesh", self.mesh, 4 <= count <= MOST_CORNERS, f"4 to {MOST_CORNERS} corners")
+        reader.check(
+            f"{place}.mesh",
+            self.mesh,
+            4 <= count <= MOST_CORNERS,
+            f"an STL file with 4 to {MOST_CORNERS} corners",
+        )
         mesh = Mesh(tuple((1e-3 * x, 1e-3 * y, 1e-3 * z) for x, y, z in corners))
         flat = "a body with a volume: its corners lie in one plane"
         reader.check(f"{place}.mesh", self.mesh, mesh.is_solid, flat)
@@ -159,6 +163,7 @@ def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, 
     if gripper is None:
         return
     is_cup = gripper.kind == "suction"
+    reader.check("gripper.kind", gripper.kind, is_cup or gripper.kind == "jaws", "'jaws' or 'suction'")
     for key in ("stroke_mm", "speed_mm_per_s"):
         value, expected = getattr(gripper, key), "nothing with suction" if is_cup else "a number"
         reader.check(f"gripper.{key}", value, (value is None) == is_cup, expected)

@@ -54,7 +54,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     except ModuleNotFoundError as fault:
         if not (fault.name or "").startswith("matplotlib"):
             raise
-        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
+        raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'") from None
     if is_recorded:
         with _opened(own.commands) as recorded:
             from iiwa_sim.plot.recorded import motion_in

@@ -33,7 +33,7 @@ class LibraryFault(Unusable):
 def check_library() -> None:
     """Raises LibraryFault where the page cannot be served."""
     if importlib.util.find_spec(_LIBRARY) is None:
-        raise LibraryFault(f"the page needs {_LIBRARY}: pip install 'iiwa-sim[view]'")
+        raise LibraryFault(f"the page needs {_LIBRARY}: pip install -e '.[view]'")
 
 
 def page_url(listening: socket.socket) -> str:

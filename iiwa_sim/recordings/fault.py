@@ -10,7 +10,7 @@ LONGEST_MESSAGE = 400
 """Characters of a message, which may cite paths."""
 
 _LIBRARIES = ("mcap", "zstandard", "lz4")
-EXTRA = "a recording needs the library mcap: pip install 'iiwa-sim[record]'"
+EXTRA = "a recording needs the library mcap: pip install -e '.[record]'"
 
 
 class RecordingFault(Unusable):

@@ -139,7 +139,7 @@ def _rosbridge(
         missing = (fault.name or "").partition(".")[0]
         if missing not in ROSBRIDGE_LIBRARIES:
             raise
-        raise RosFault(f"rosbridge needs {missing}: pip install 'iiwa-sim[rosbridge]'") from None
+        raise RosFault(f"rosbridge needs {missing}: pip install -e '.[rosbridge]'") from None
     api = RosApi(graph.node)
 
     def open_session(name: str, wake: Callable[[], None]) -> "tuple[RosbridgeSession, Outbox]":

@@ -214,4 +214,4 @@ def test_without_the_library_one_line_tells_how_to_get_it(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     told = fails(*command, program=(sys.executable, "-c", WITHOUT))
-    assert told == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
+    assert told == "iiwa-sim: a recording needs the library mcap: pip install -e '.[record]'\n"
