@@ -64,7 +64,7 @@ def test_all_24_in_two_layers_each_time_the_same(program: ModuleType) -> None:
         [part.frame.z_mm for part in state.parts[:12]],
         [part.frame.z_mm for part in state.parts[12:]],
     )
-    assert lower == pytest.approx([315.0] * 12, abs=0.1)
+    assert lower == pytest.approx([315.0] * 12, abs=0.15)  # under the weight of two boxes
     assert upper == pytest.approx([345.0] * 12, abs=0.2)
     for clock in ("fast", "stepped"):
         heights, again = packed(program, clock, 24)

@@ -11,6 +11,7 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.moments import GRAVITY_M_S2
+from iiwa_sim.frames import Transform
 
 BASE = 2
 """Number of contact points that share the stiffness of two bodies before their count is known: with 2, one
@@ -101,3 +102,53 @@ def way(now: Sequence[float], was: cython.double[::1], levers: cython.double[::1
         far += fabs(q - was[k]) * levers[k]
         was[k] = q
     return far
+
+
+@cython.ccall
+def tool_way(before: Transform, now: Transform, reach_m: cython.double) -> cython.double:
+    """Return how far (m) any point that is no farther than so from the TCP has gone at most."""
+    moved: cython.double = 0.0
+    turned: cython.double = 0.0
+    a: cython.double
+    b: cython.double
+    for k in range(9):
+        a, b = before[0][k], now[0][k]
+        turned += (b - a) * (b - a)
+    for k in range(3):
+        a, b = before[1][k], now[1][k]
+        moved += (b - a) * (b - a)
+    return sqrt(moved) + reach_m * sqrt(0.5 * turned)
+
+
+def lower(
+    bounds: cython.double[::1],
+    pairs: cython.Py_ssize_t[:, ::1],
+    reaches: cython.double[::1],
+    movers: cython.Py_ssize_t[::1],
+    radius: cython.double[::1],
+    was: cython.double[:, ::1],
+    places: cython.double[:, ::1],
+    turns: cython.double[:, ::1],
+    moved: cython.double[::1],
+) -> None:
+    """Lower bounds of distances by how far their movers have gone since `was` (places and rotations).
+
+    A pair, of a mover by its number and two geoms, is no nearer than the balls round both.
+    """
+    for k in range(movers.shape[0]):
+        geom: cython.Py_ssize_t = movers[k]
+        square: cython.double = 0.0
+        turned: cython.double = 0.0
+        for i in range(3):
+            square += (places[geom, i] - was[k, i]) * (places[geom, i] - was[k, i])
+            was[k, i] = places[geom, i]
+        for i in range(9):
+            turned += (turns[geom, i] - was[k, 3 + i]) * (turns[geom, i] - was[k, 3 + i])
+            was[k, 3 + i] = turns[geom, i]
+        moved[k] = sqrt(square) + radius[k] * sqrt(0.5 * turned)
+    for p in range(bounds.shape[0]):
+        square = 0.0
+        for i in range(3):
+            apart: cython.double = places[pairs[p, 1], i] - places[pairs[p, 2], i]
+            square += apart * apart
+        bounds[p] = max(bounds[p] - moved[pairs[p, 0]], sqrt(square) - reaches[p])

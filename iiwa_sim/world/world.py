@@ -32,7 +32,7 @@ from iiwa_sim.world.distances import ROOM_M, Distances
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_free, law_of_imposed
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
-from iiwa_sim.world.tick_kernel import BASE, way
+from iiwa_sim.world.tick_kernel import BASE, tool_way, way
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 HOLDS = "the gripper holds part {!r}"
@@ -42,14 +42,16 @@ LOSES = "part {!r} falls out of the jaws: made to through the backdoor"
 REMOVED = "part {!r} is gone: made to through the backdoor"
 FARTHEST_M = 10.0
 """A part that falls or rolls farther from the base along an axis is gone."""
+LINKS_M = 0.25
+"""No point of a link is farther from the line through its joints."""
 FELT_N = 1.0
 """A jaw has met a part that presses on it by more."""
 ON_PAD_M = 2e-4
 """A pad touches a part that is no farther."""
-STILL_TICKS = 100
+STILL_TICKS, SLOW_M_S = 50, 5e-5
 STILL = np.array([1e-4] * 3 + [1e-3] * 4)
-"""Parts that stay within this for so many ticks (m, and numbers of a quaternion) stand still, until something
-changes."""
+"""Parts that stay within this for so many ticks (m, and numbers of a quaternion), or are slow for a fifth of
+that, stand still until something changes."""
 JAW_STILL_M = 1e-4
 """Jaws that stay within this for as many ticks stand, too, as long as what they press on does."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
@@ -110,15 +112,15 @@ class World:
         self._slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
         self._firm, self._force_was = True, 0.0
         self._jaw_speed, self._jaws_move, self._jaw_stall = 0.0, False, 0
-        self._jaw_still_m = -1.0
+        self._jaw_still_m, self._jaws_rest = -1.0, False
         self._quiet = self._behind = self._frozen = False
-        self._still, self._room_m = 0, 0.0
+        self._still, self._rooms_m = 0, (0.0, 0.0)
         self._still_q: Vector = np.zeros((len(self.parts), 7))
         self._distances: Distances | None = None
         self._v_was: Vector = np.zeros(0)
         self._felt_was: Vector = np.zeros(0)
         self._contacts: tuple[LinkContact, ...] | None = None
-        self._touched: set[int] = set()
+        self._touched: set[int] | None = None
         self._felt = self._on_held = self._weight = self._carried = NO_WRENCH
         self.wrench: Wrench = NO_WRENCH
         """What parts do to the TCP, along its axes: by contacts, and weight and inertia of the held one."""
@@ -157,6 +159,9 @@ class World:
             return GONE
         if number == self.held:
             return HELD
+        if self._touched is None:
+            geoms = set(self._data.contact.geom.ravel().tolist())
+            self._touched = {self._numbers[geom] for geom in geoms & self._numbers.keys()}
         rests = self._data.body_awake[self._bodies[number]] == 0 or number in self._touched
         return LIES if rests else FALLS
 
@@ -189,29 +194,31 @@ class World:
         them to `coming`, None where that is not known."""
         self._before, self._joints = self._joints, joints
         self._tcp_older, self._tcp_before, self._tcp = self._tcp_before, self._tcp, tcp
-        far = way(joints, self._at, self._levers)
+        far_m = way(joints, self._at, self._levers)
+        jaw_m = 0.0
         if compliance or self._compliance:
             self._comply(compliance)
-        if self.gripper is not None:
-            far += self._drive(self.gripper, driven)
-        if self._frozen and far == 0.0:
+        if self.gripper is not None and not (self._jaws_rest and driven == self.gripper.driven):
+            jaw_m = self._drive(self.gripper, driven)
+        if self._frozen and far_m + jaw_m == 0.0:
             return
         self._contacts = None
         if self.held >= 0:
             self.changes += 1
             self._motion.step(tcp, self._tick_s, coming_tcp)
             assert self._moments is not None
-            self._weight = self._motion.weight(self._moments)
-            self._carried = self._motion.wrench(self._moments)
+            self._carried = self._weight = self._motion.wrench(self._moments)
+            if compliance:
+                self._weight = self._motion.weight(self._moments)
             self._quiet = self._quiet and self._load_n(self._carried) <= self._most_n
-        if self._quiet and self._is_far(far):
+        if self._quiet and self._is_far(far_m, jaw_m):
             self._behind = True
             self._felt, self.torques = NO_WRENCH, None
             self.wrench, self.push = self._carried, self._weight
             if self._jaws_move:
                 self._move_jaws(computed=False)
         else:
-            self._compute(coming, coming_tcp, far)
+            self._compute(coming, coming_tcp, far_m + jaw_m)
             self._sum()
 
     def _compute(self, coming: Joints | None, coming_tcp: Transform | None, far: float) -> None:
@@ -233,7 +240,7 @@ class World:
         stands = far == 0.0 and not self._compliance and self._carries_still
         if not stands or (np.abs(self._part_q - self._still_q) > STILL).any():
             self._still, self._still_q = 0, self._part_q.copy()
-        self._still += 1
+        self._still += 5 if stands and np.abs(self._part_v).max() < SLOW_M_S else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self._part_v[:] = 0.0
@@ -285,8 +292,7 @@ class World:
         data, built = self._data, self._built
         find_forces(built.model, data, built.points, built.stands, self._of_arm)
         self._contacts, self._felt, self._on_held, self.torques = None, NO_WRENCH, NO_WRENCH, None
-        geoms = set(data.contact.geom.ravel().tolist())
-        self._touched = {self._numbers[geom] for geom in geoms & self._numbers.keys()}
+        self._touched = None
         if data.ncon:
             n = len(self._joints)
             self._felt = self._at_tcp(n, self._gripper_body)
@@ -324,7 +330,7 @@ class World:
             gripper.blocked = gripper.blocked and self.held >= 0
             self._jaws_move, self._jaw_speed = False, 0.0
             return 0.0
-        self._jaws_move, gripper.driven = driven != gripper.driven, driven
+        self._jaws_move, self._jaws_rest, gripper.driven = driven != gripper.driven, False, driven
         if driven == OPENS and self.held >= 0:
             self._let_go(LETS_GO)
         closes = driven == CLOSES and self.held < 0 and (self._sucks or gripper.opening_m > 0.0)
@@ -343,7 +349,7 @@ class World:
             self._jaw_stall = 0
             self._jaw_v[:] = 0.5 * gripper.kind.speed_m_per_s * driven
         if self.held >= 0 or driven == STAYS or gripper.opening_m == end_m:
-            self._jaw_speed = 0.0
+            self._jaw_speed, self._jaws_rest = 0.0, not self._jaws_move
             return 0.0
         if self._jaw_stall >= STILL_TICKS:
             return 0.0
@@ -450,7 +456,7 @@ class World:
             v = np.zeros(self._built.model.nv)
             mj.mj_differentiatePos(self._built.model, v, self._tick_s, older, data.qpos)
             data.qvel[self._held_dof : self._held_dof + 6] = v[self._held_dof : self._held_dof + 6]
-        self.held, self._moments, self._slip = -1, None, NOWHERE
+        self.held, self._moments, self._slip, self._jaws_rest = -1, None, NOWHERE, False
         self._on_held = self._weight = self._carried = NO_WRENCH
         self._lost = number
         at, geom, model = self._bodies[number], self._geoms[number], self._built.model
@@ -693,8 +699,7 @@ class World:
         of_geom = enumerate(model.geom_bodyid.tolist())
         self._names = {geom: of_body[at].name for geom, at in of_geom if at in of_body}
         self._names |= {geom: self.parts[number].name for geom, number in self._numbers.items()}
-        reach = 0.25 if self.gripper is None else 0.25 + 0.5 * self.gripper.stroke_m
-        self._levers: Vector = np.array(self._model.tcp(self._arm.tool_in_flange).longest_levers()) + reach
+        self._levers: Vector = np.array(self._model.tcp_of_flange.longest_levers()) + LINKS_M
         details.never_sleeps(model, int(model.jnt_bodyid[0]))
         details.never_sleeps(model, self._gripper_body)
 
@@ -712,17 +717,27 @@ class World:
 
     # What need not be computed
 
-    def _is_far(self, far: float) -> bool:
-        """Return whether the arm meets nothing in a tick in which it moves so far (m), and nothing else
-        moves."""
-        if far + ROOM_M > self._room_m or self._distances is None:
+    def _is_far(self, far_m: float, jaw_m: float) -> bool:
+        """Return whether the arm meets nothing in a tick in which a link and a jaw move so far at most, while
+        nothing else moves."""
+        if self._distances is None:
             self._catch_up(now=False)
-            if self._distances is None:
-                movers = [*self._built.touching, *([self._geoms[self.held]] if self.held >= 0 else [])]
-                self._distances = Distances(self._built.model, self._data, movers)
-            self._room_m = self._distances.least(self._built.model, self._data)
-        self._room_m -= far
-        return self._room_m >= ROOM_M
+            movers = [*self._built.touching, *([self._geoms[self.held]] if self.held >= 0 else [])]
+            self._distances = Distances(self._built.model, self._data, movers, self._gripper_body)
+            self._rooms_m = (0.0, 0.0)
+        links_m, tool_m = self._rooms_m
+        way_m = tool_way(self._tcp_before, self._tcp, self._distances.reach_m) + jaw_m
+        if far_m + ROOM_M > links_m:
+            links_m = self._room(of_tool=False)
+        if way_m + ROOM_M > tool_m:
+            tool_m = self._room(of_tool=True)
+        self._rooms_m = links_m, tool_m = links_m - far_m, tool_m - way_m
+        return links_m >= ROOM_M and tool_m >= ROOM_M
+
+    def _room(self, *, of_tool: bool) -> float:
+        self._catch_up(now=False)
+        assert self._distances is not None
+        return self._distances.least(self._built.model, self._data, of_tool)
 
     def _catch_up(self, *, now: bool) -> None:
         """Put the arm where it is, or where it was a tick ago, after ticks that were not computed."""
@@ -771,9 +786,10 @@ class World:
 _KEPT = (
     "_arm", "surfaces", "held", "_lost", "_gone", "_inside", "_compliance", "_joints", "_before", "_tcp",
     "_tcp_before", "_tcp_older", "_at", "_moments", "_most_n", "_slip", "_firm", "_force_was", "_jaw_speed",
-    "_jaw_stall", "_jaw_still_m", "_jaws_move", "_quiet", "_behind", "_frozen", "_still", "_still_q",
-    "_room_m", "_distances", "_contacts", "_felt", "_on_held", "_weight", "_carried", "wrench", "push",
-    "torques", "_touched", "_dofs", "_held_dof", "_of_arm", "_inertia", "_q_was", "_v_was", "_felt_was",
+    "_jaw_stall", "_jaw_still_m", "_jaws_rest", "_jaws_move", "_quiet", "_behind", "_frozen", "_still",
+    "_still_q", "_rooms_m", "_distances", "_contacts", "_felt", "_on_held", "_weight", "_carried", "wrench",
+    "push", "torques", "_touched", "_dofs", "_held_dof", "_of_arm", "_inertia", "_q_was", "_v_was",
+    "_felt_was",
 )  # fmt: skip
 """Attributes that a named state keeps."""
 
