@@ -85,7 +85,7 @@ class RandomScene:
         while not scene.handling.settled:
             self._steps(10)
             ticks += 10
-            assert ticks < 20_000, "it does not come to rest"
+            assert ticks < 50_000, "it does not come to rest"
         return self
 
     def _moves(self, request: object) -> None:
