@@ -386,7 +386,7 @@ def test_without_a_library_one_line_says_what_to_install(
     for module in ("server", "subscriptions", "session"):  # which import it
         monkeypatch.delitem(sys.modules, f"iiwa_sim.ros.rosbridge.{module}", raising=False)
     name = library.partition(".")[0]
-    with pytest.raises(RosFault, match=rf"rosbridge needs {name}: pip install 'iiwa-sim\[rosbridge\]'"):
+    with pytest.raises(RosFault, match=f"rosbridge needs {name}: pip install"):
         Simulator(rosbridge_port=0)
 
 
