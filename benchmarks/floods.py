@@ -126,7 +126,7 @@ def _simulator(*, ros1: bool) -> Iterator[tuple[dict[str, Address], int]]:
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
             ports[name] = free.enter_context(socket.create_server(("127.0.0.1", 0))).getsockname()[1]
-    options = ["--dialect", "iiwa,krc4", "--port", f"0,{ports['krc4']}", "--log-level", "error"]
+    options = ["--protocol", "iiwa,krc4", "--port", f"0,{ports['krc4']}", "--log-level", "error"]
     for name in ("status", "rosbridge", "backdoor"):
         options += [f"--{name}-port", str(ports[name])]
     with contextlib.ExitStack() as open_ones:

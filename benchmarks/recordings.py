@@ -13,7 +13,7 @@ from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.protocols.wire.dialogue import Dialogue
 from iiwa_sim.recordings.recorder import Recorder
 
 SEED = 5
@@ -140,7 +140,7 @@ def _block(path: Path | None, seed: int) -> Block:
         return Block(*_paced(controller, dialogue, seed, _nothing), size=0)
     recorder = Recorder(
         path, controller, dialogue, cell=cell, tick_rate_hz=RATE_HZ, clock=lambda: "real",
-        said_of_it={"dialects": "iiwa"},
+        said_of_it={"protocols": "iiwa"},
     )  # fmt: skip
     recorder.start()
     written_s = _computed_s(recorder.writing_process)

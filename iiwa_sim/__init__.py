@@ -29,8 +29,11 @@ if TYPE_CHECKING:
     from iiwa_sim.clock.errands import StillMoving
     from iiwa_sim.controller.errors import Refused
     from iiwa_sim.controller.snapshot import Snapshot
-    from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
-    from iiwa_sim.dialect.wire.wire_faults import (
+    from iiwa_sim.frames import Frame
+    from iiwa_sim.options.model import Settings
+    from iiwa_sim.options.sources import SettingError
+    from iiwa_sim.protocols.wire.canned import UNTIL_CLEARED
+    from iiwa_sim.protocols.wire.wire_faults import (
         EVERY,
         NEXT,
         CloseAfter,
@@ -43,12 +46,9 @@ if TYPE_CHECKING:
         Silence,
         Split,
     )
-    from iiwa_sim.frames import Frame
-    from iiwa_sim.options.model import Settings
-    from iiwa_sim.options.sources import SettingError
     from iiwa_sim.robot.description import RobotFault
     from iiwa_sim.ros.conventions import RosFault
-    from iiwa_sim.serve.listening import ListenFault
+    from iiwa_sim.server.listening import ListenFault
     from iiwa_sim.simulator import Simulator
     from iiwa_sim.transcript.fault import TranscriptFault
     from iiwa_sim.wording import Unusable
@@ -100,8 +100,8 @@ _HOMES = {
     "clock.errands": ("StillMoving",),
     "controller.errors": ("Refused",),
     "controller.snapshot": ("Snapshot",),
-    "dialect.wire.canned": ("UNTIL_CLEARED",),
-    "dialect.wire.wire_faults": (
+    "protocols.wire.canned": ("UNTIL_CLEARED",),
+    "protocols.wire.wire_faults": (
         *("EVERY", "NEXT"),
         *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),
     ),
@@ -110,7 +110,7 @@ _HOMES = {
     "options.sources": ("SettingError",),
     "robot.description": ("RobotFault",),
     "ros.conventions": ("RosFault",),
-    "serve.listening": ("ListenFault",),
+    "server.listening": ("ListenFault",),
     "simulator": ("Simulator",),
     "transcript.fault": ("TranscriptFault",),
     "wording": ("Unusable",),

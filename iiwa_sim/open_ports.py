@@ -5,9 +5,9 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 from iiwa_sim.backdoor.ports import BackdoorPorts
-from iiwa_sim.serve.server import close_all
-from iiwa_sim.serve.status_stream import StatusStream
-from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.server.server import close_all
+from iiwa_sim.server.status_stream import StatusStream
+from iiwa_sim.server.tcp import TcpServer
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.side import RosSide
@@ -17,7 +17,7 @@ class OpenPorts:
     """The ports of one simulator; of each that it was not asked for there is None."""
 
     _servers: Mapping[str, TcpServer]
-    """One for each dialect, in the order in which they were named."""
+    """One for each protocol, in the order in which they were named."""
     _status: StatusStream | None
     _ros: "RosSide | None"
     _backdoor_ports: BackdoorPorts
@@ -29,12 +29,12 @@ class OpenPorts:
 
     @property
     def port(self) -> int:
-        """Port listened on, that of the first dialect."""
+        """Port listened on, that of the first protocol."""
         return self._first.address[1]
 
     @property
     def ports(self) -> dict[str, int]:
-        """Port of each dialect, in the order in which they were named."""
+        """Port of each protocol, in the order in which they were named."""
         return {name: server.address[1] for name, server in self._servers.items()}
 
     @property

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 OPTIONS = {
     "robot": "name or folder of the robot",
     "cell": "path of a cell.toml, which names its robot",
-    "dialect": "protocols: iiwa (default), krc4, or both with a comma between",
+    "protocol": "protocols: iiwa (default), krc4, or both with a comma between",
     "clock": "how simulated time passes: real, 10x, fast (default) or stepped",
     "rate": "ticks per second, 100 to 1000",
     "strict": "reject commands with surplus values: true or false (default: false)",

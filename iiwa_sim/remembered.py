@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from iiwa_sim.dialect.krc4.short import from_short, is_short
-from iiwa_sim.dialect.krc4.table import load_krc4_table
-from iiwa_sim.dialect.ports import KRC4
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.dialect.wire.table_file import load_table
+from iiwa_sim.protocols.krc4.short import from_short, is_short
+from iiwa_sim.protocols.krc4.table import load_krc4_table
+from iiwa_sim.protocols.ports import KRC4
+from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.wire.table_file import load_table
 
 MOST = 100_000
 """Exchanges that are remembered; one that is repeated, as of a driver that polls, counts once."""
@@ -38,7 +38,7 @@ class _Repeated:
 
 
 class RememberedDialogue(Dialogue):
-    """What is said in all dialects; from `remember` on, it can be asked for.
+    """What is said in all protocols; from `remember` on, it can be asked for.
 
     The methods may be called from any thread. A line is remembered before its reply is on its way: who has
     the reply finds the line here.
@@ -48,7 +48,7 @@ class RememberedDialogue(Dialogue):
         """`tick` gives the robot's present one."""
         super().__init__(tick)
         self._memory: list[_Repeated] | None = None
-        self._dialects: dict[str, str] = {}
+        self._protocols: dict[str, str] = {}
         self._said: dict[str, str] = {}  # the line of each client that waits for its reply
         self._overflown = False
 
@@ -122,12 +122,12 @@ class RememberedDialogue(Dialogue):
         session = said.session
         if said.direction is Direction.EVENT:
             if said.text == "connected":
-                self._dialects[session] = said.dialect
+                self._protocols[session] = said.protocol
         elif said.direction is Direction.FROM_CLIENT:
             self._said[session] = said.text
         elif said.direction is Direction.TO_CLIENT and session in self._said:
             line = self._said.pop(session)
-            command = _command(line, self._dialects.get(session, ""))
+            command = _command(line, self._protocols.get(session, ""))
             self._add(Exchange(session, command, line, said.text))
 
     def _add(self, exchange: Exchange) -> None:
@@ -141,8 +141,8 @@ class RememberedDialogue(Dialogue):
             self._overflown = True
 
 
-def _command(line: str, dialect: str) -> str:
-    if dialect == KRC4:
+def _command(line: str, protocol: str) -> str:
+    if protocol == KRC4:
         return _message(line)
     command = load_table("iiwa").find(line.partition(":")[0].encode())
     return line if command is None else command.name

@@ -27,7 +27,7 @@ class RobotInTime(LoopOrThread):
             logger.warning("%s", line)
         self.clock = Clock(rate_hz, _pace(clock))
         self.dialogue = RememberedDialogue(self._tick)
-        """What is said in all dialects; `dialogue.listeners.append(listener)` hears it, and from
+        """What is said in all protocols; `dialogue.listeners.append(listener)` hears it, and from
         `dialogue.remember()` on it can be asked for."""
         self._events = RobotEvents(self.dialogue)
         self._controller = cell.controller(

@@ -12,22 +12,22 @@ from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import Cell, cell_of
 from iiwa_sim.clock.observed import ObservedRobot
 from iiwa_sim.clock.stepped import Stepped
-from iiwa_sim.dialect.dialects import Dialect, dialect_for
-from iiwa_sim.dialect.ports import IIWA
-from iiwa_sim.dialect.session import Session
-from iiwa_sim.dialect.status import StatusLines, StatusSession
-from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import from_keywords
+from iiwa_sim.protocols.ports import IIWA
+from iiwa_sim.protocols.protocols import Protocol, protocol_for
+from iiwa_sim.protocols.session import Session
+from iiwa_sim.protocols.status import StatusLines, StatusSession
+from iiwa_sim.protocols.wire.wire_faults import WireFaults
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot_in_time import RobotInTime
-from iiwa_sim.serve.admission import Admission
-from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.status_stream import StatusStream
-from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.server.admission import Admission
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.status_stream import StatusStream
+from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Simulator(OpenPorts, RobotInTime):
 
     Raises:
         SettingError: An option is unknown, has a wrong value, or does not fit to another.
-        CellFault, RobotFault: Cell or robot cannot be used, or has not the axes for a dialect.
+        CellFault, RobotFault: Cell or robot cannot be used, or has not the axes for a protocol.
         RosFault, HttpFault: The library for rosbridge, rospy or HTTP is not installed.
 
     Entering the context raises ListenFault if host and ports cannot be listened on, RosFault if there can be
@@ -86,22 +86,22 @@ class Simulator(OpenPorts, RobotInTime):
         faults = WireFaults(self.dialogue.on_wire)
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         self._canned = faults.canned
-        self._canned.heard = IIWA in settings.dialect
+        self._canned.heard = IIWA in settings.protocol
         budget = Budget(self.clock.catch_up)
-        spoken = [dialect_for(name, self.cell.description) for name in settings.dialect]
+        spoken = [protocol_for(name, self.cell.description) for name in settings.protocol]
         self._servers = {
-            dialect.name: TcpServer(
-                self._session_opener(dialect),
+            protocol.name: TcpServer(
+                self._session_opener(protocol),
                 settings.host,
                 port,
                 admission=admission,
                 budget=budget,
                 on_answered=self.clock.commanded,
-                on_good_bye=on_bye if dialect.says_bye else None,
+                on_good_bye=on_bye if protocol.says_bye else None,
                 faults=faults,
-                dialect=dialect.name if len(spoken) > 1 else "",
+                protocol=protocol.name if len(spoken) > 1 else "",
             )
-            for dialect, port in zip(spoken, settings.port, strict=True)
+            for protocol, port in zip(spoken, settings.port, strict=True)
         }
         self._recorder: Recorder | None = None
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
@@ -194,8 +194,8 @@ class Simulator(OpenPorts, RobotInTime):
         watchers = [*self._recordings.recorders, *others]
         return ObservedRobot(self._controller, watchers) if watchers else self._controller
 
-    def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
-        return lambda name: dialect.open_session(
+    def _session_opener(self, protocol: Protocol) -> Callable[[str], Session]:
+        return lambda name: protocol.open_session(
             self._controller, self._log, name, self.dialogue, self.settings.strict, self._canned
         )
 

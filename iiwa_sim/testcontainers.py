@@ -31,7 +31,7 @@ class IiwaContainer(DockerContainer):
     """
 
     def __init__(self, image: str = IMAGE, **options: str | float | bool) -> None:
-        """`options` are those of `iiwa-sim`: `clock="fast"`, `dialect="krc4"`, `strict=True`.
+        """`options` are those of `iiwa-sim`: `clock="fast"`, `protocol="krc4"`, `strict=True`.
 
         Raises ValueError for options of addresses and ports, which are set here, and docker's DockerException
         if no Docker runs.
@@ -45,7 +45,7 @@ class IiwaContainer(DockerContainer):
             self.with_env(
                 f"IIWA_SIM_{name.upper()}", str(int(value)) if isinstance(value, bool) else str(value)
             )
-        self._dialects = str(options.get("dialect", "iiwa")).split(",")
+        self._protocols = str(options.get("protocol", "iiwa")).split(",")
         self.with_env("IIWA_SIM_BACKDOOR_HTTP_PORT", str(BACKDOOR_PORT))
         self.with_env("IIWA_SIM_BACKDOOR_HOST", "0.0.0.0")
         self.with_env("IIWA_SIM_BACKDOOR_TOKEN", self._token)
@@ -64,8 +64,8 @@ class IiwaContainer(DockerContainer):
 
     @property
     def port(self) -> int:
-        """Port on this machine of the first dialect."""
-        return int(self.get_exposed_port(KRC4_PORT if self._dialects[0] == "krc4" else PORT))
+        """Port on this machine of the first protocol."""
+        return int(self.get_exposed_port(KRC4_PORT if self._protocols[0] == "krc4" else PORT))
 
     def backdoor(self, command: str, /, **values: object) -> Any:
         """The answer to `POST /backdoor/COMMAND`, as in `backdoor("drop-replies", connection=0, replies=1)`.

@@ -1,4 +1,4 @@
-"""Drivers of either dialect, for the tests of what is alike in both: over a socket, with deadlines."""
+"""Drivers of either protocol, for the tests of what is alike in both: over a socket, with deadlines."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.talking import DEADLINE_S, Client, until
 class Driver(Client, ABC):
     """One that can ask something, move, and tell a refusal."""
 
-    DIALECT: ClassVar[str]
+    PROTOCOL: ClassVar[str]
     END: ClassVar[bytes]
     """Of every reply."""
     QUESTIONS: ClassVar[tuple[bytes, ...]]
@@ -44,7 +44,7 @@ class Driver(Client, ABC):
 
 
 class IiwaDriver(Driver):
-    DIALECT = "iiwa"
+    PROTOCOL = "iiwa"
     END = b"\r\n"
     QUESTIONS = (b"hello\r\n", b"get output : 1\r\n", b"get distance to goal\r\n")
     ANSWERS = (b"hello\r\n", b"0\r\n", b"0.0\r\n")
@@ -62,7 +62,7 @@ def _answer(message_id: int, command: int, **values: int) -> bytes:
 
 
 class Krc4Driver(Driver):
-    DIALECT = "krc4"
+    PROTOCOL = "krc4"
     END = b"</Res>"
     QUESTIONS = (request(1, "FIN"), request(2, "GIO", I2=1), request(3, "DIS"))
     ANSWERS = (_answer(1, 100, I2=1), _answer(2, 210), _answer(3, 300))
@@ -79,26 +79,26 @@ class Krc4Driver(Driver):
         return (await self.message("FIN")).integers[2] == 0
 
 
-DRIVERS: dict[str, type[Driver]] = {each.DIALECT: each for each in (IiwaDriver, Krc4Driver)}
+DRIVERS: dict[str, type[Driver]] = {each.PROTOCOL: each for each in (IiwaDriver, Krc4Driver)}
 
 
 class Scene(NamedTuple):
     """A robot, what is spoken to it, and in what the driver that is looked at speaks."""
 
     robot: str
-    dialects: tuple[str, ...]
+    protocols: tuple[str, ...]
     spoken: str
     far: tuple[float, ...]
     """Joint positions (rad) some way from home."""
 
     def simulator(self, **options: Any) -> Simulator:
         options.setdefault("backdoor_port", 0)
-        return Simulator(self.robot, dialect=self.dialects, **options)
+        return Simulator(self.robot, protocol=self.protocols, **options)
 
     @property
     def other(self) -> str:
-        """What somebody else speaks: another dialect, where there is one."""
-        return next((name for name in self.dialects if name != self.spoken), self.spoken)
+        """What somebody else speaks: another protocol, where there is one."""
+        return next((name for name in self.protocols if name != self.spoken), self.spoken)
 
 
 _FAR_OF_SEVEN = (1.0, 1.0, 1.0, -1.5, 1.0, 1.0, 1.0)
@@ -107,13 +107,13 @@ SCENES = {
     "iiwa beside krc4": Scene("lbr_iiwa_7_r800", ("krc4", "iiwa"), "iiwa", _FAR_OF_SEVEN),
     "krc4 beside iiwa": Scene("lbr_iiwa_7_r800", ("iiwa", "krc4"), "krc4", _FAR_OF_SEVEN),
 }
-ONE_OF_EACH_DIALECT = ("krc4", "iiwa beside krc4")
+ONE_OF_EACH_PROTOCOL = ("krc4", "iiwa beside krc4")
 
 
-async def connect(simulator: Simulator, dialect: str) -> tuple[Driver, int]:
+async def connect(simulator: Simulator, protocol: str) -> tuple[Driver, int]:
     """A driver, and its number."""
     before = set(simulator.backdoor.connections())
-    driver = await DRIVERS[dialect].connect(simulator.ports[dialect])
+    driver = await DRIVERS[protocol].connect(simulator.ports[protocol])
     await until(lambda: len(simulator.backdoor.connections()) == len(before) + 1)
     (number,) = set(simulator.backdoor.connections()) - before
     return driver, number

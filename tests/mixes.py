@@ -11,11 +11,11 @@ import numpy as np
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.dialect.wire.command import Command
-from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import Frame, quaternion_from_rotation
-from tests.dialect.fake_robot import Conversation
+from iiwa_sim.protocols.wire.command import Command
+from iiwa_sim.protocols.wire.table_file import load_table
 from tests.journal import Journal
+from tests.protocols.fake_robot import Conversation
 from tests.stepped import ARMS, SteppedRobot
 
 TABLE = load_table("iiwa")

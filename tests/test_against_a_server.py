@@ -78,12 +78,12 @@ def test_what_cannot_be_played_ends_with_one_line(run: Run, tmp_path: Path) -> N
 
 
 @pytest.mark.requirement("FRA004")
-def test_a_session_in_both_dialects_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
+def test_a_session_in_both_protocols_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
 
-    dialects = ["krc4", "iiwa"]
+    protocols = ["krc4", "iiwa"]
     with (
-        Simulator(dialect=dialects, clock="fast", transcript=path) as simulator,
+        Simulator(protocol=protocols, clock="fast", transcript=path) as simulator,
         Iiwa("127.0.0.1", simulator.ports["iiwa"]) as robot,
     ):
         with Krc4Client(simulator.ports["krc4"]) as krc4:
@@ -93,16 +93,16 @@ def test_a_session_in_both_dialects_is_recorded_and_played(run: Run, tmp_path: P
             krc4.ask("PTP", 9999.0)
         robot.bye()
     text = path.read_text()
-    assert "\ndialect krc4,iiwa\n" in text
+    assert "\nprotocol krc4,iiwa\n" in text
     assert " client1 connects in iiwa\n" in text
     lines = [line for line in text.splitlines() if not line.endswith(("< moving", "> get status"))]
     path.write_text("\n".join("client2 wait stopped" if "< stopped" in line else line for line in lines))
-    with Simulator(dialect=dialects, clock="fast") as another:
+    with Simulator(protocol=protocols, clock="fast") as another:
         server = f"127.0.0.1:{another.ports['krc4']},{another.ports['iiwa']}"
         code, said, faults = run("replay", path, server)
         assert (code, faults) == (0, "")
         assert said.startswith("0 deviations in ")
-        path.write_text("dialect krc4,iiwa\n> Cmd I0=1 I1=200 I2=99\n< Res I0=1 I1=200\n")
+        path.write_text("protocol krc4,iiwa\n> Cmd I0=1 I1=200 I2=99\n< Res I0=1 I1=200\n")
         deviation = "'Cmd I0=1 I1=200 I2=99': expected 'Res I0=1 I1=200', got 'Res I0=1 I1=-200 I2=1'"
         assert run("replay", path, server) == (1, f"{path}:3: {deviation}\n1 deviation in 2 lines\n", "")
         assert run("replay", path, f"127.0.0.1:{another.port}") == (
@@ -115,11 +115,11 @@ def test_a_session_in_both_dialects_is_recorded_and_played(run: Run, tmp_path: P
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("dialect krc4\n> Cmd I0\n<?\n", ":2: '> Cmd I0': 'I0': expected NAME=VALUE, such as I1=100"),
-        ("dialect krc5\n", ":1: 'dialect krc5': expected iiwa or krc4, each at most once, a comma between"),
+        ("protocol krc4\n> Cmd I0\n<?\n", ":2: '> Cmd I0': 'I0': expected NAME=VALUE, such as I1=100"),
+        ("protocol krc5\n", ":1: 'protocol krc5': expected iiwa or krc4, each at most once, a comma between"),
         (
             "> hello\n< hello\nplc connects in krc4\n",
-            ":3: 'plc connects in krc4': expected one of the dialects",
+            ":3: 'plc connects in krc4': expected one of the protocols",
         ),
     ],
 )
@@ -136,7 +136,7 @@ def test_lines_that_are_none_end_with_one_line(
 
 
 @pytest.mark.parametrize(
-    "text", ["", "\n# session\n", "dialect krc4\n", "[0.1 0.1] client1 connects\n[0.2 0.2] client1 leaves\n"]
+    "text", ["", "\n# session\n", "protocol krc4\n", "[0.1 0.1] client1 connects\n[0.2 0.2] client1 leaves\n"]
 )
 def test_a_recording_that_was_lost_does_not_pass(
     text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -152,7 +152,7 @@ def test_a_recording_that_was_lost_does_not_pass(
 
 
 def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator(dialect=["krc4"]) as simulator:
+    with Simulator(protocol=["krc4"]) as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 2
         told = f"127.0.0.1:{simulator.port} answers with KRC4 messages, expected the iiwa's protocol"
     assert capsys.readouterr() == ("", f"iiwa-sim: {told}\n")

@@ -13,8 +13,8 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.wire.table_file import load_table
-from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import read
 from iiwa_sim.transcript.replay import replay
@@ -124,7 +124,7 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(
 
 
 async def test_krc4_messages_cannot_be_canned() -> None:
-    async with Simulator("kr_6_r900_sixx", dialect=["krc4"], clock="stepped") as robot:
+    async with Simulator("kr_6_r900_sixx", protocol=["krc4"], clock="stepped") as robot:
         with pytest.raises(Refused, match="reply to 'hello': expected a robot that speaks iiwa"):
             robot.backdoor.reply("hello", "hello")
 

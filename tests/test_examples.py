@@ -61,7 +61,7 @@ def test_the_client_in_python() -> None:
 
 
 def test_the_client_of_krc4_messages() -> None:
-    with Simulator("kr_6_r900_sixx", dialect=["krc4"], clock="fast") as simulator:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"], clock="fast") as simulator:
         done = run(sys.executable, EXAMPLES / "client_krc4.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done, axes=6)
     assert "refused: 3021" in done.stdout

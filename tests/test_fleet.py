@@ -118,7 +118,7 @@ def test_one_log_tells_which_robot() -> None:
 
 
 def test_ports_are_counted_up_from_those_that_are_named() -> None:
-    options = ["--count", "3", "--dialect", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
+    options = ["--count", "3", "--protocol", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
     options += ["--backdoor-port", "0", "--transcript", "said.txt", "--record", "runs/run.mcap"]
     found = robots(*options)
     assert list(found) == [f"robot-{index}" for index in range(3)]
@@ -161,10 +161,10 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
         clock = "10x"
         [robot.painter]
         robot = "kr_6_r900_sixx"
-        dialect = "krc4"
+        protocol = "krc4"
         port = 0
         [robot.both]
-        dialect = ["iiwa", "krc4"]
+        protocol = ["iiwa", "krc4"]
         strict = true
         port = [31000, 31001]
         servo_timeout = 1.5

@@ -37,9 +37,9 @@ def free_ports(count: int) -> list[int]:
         return [listener.getsockname()[1] for listener in listeners]
 
 
-def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line() -> None:
+def test_a_server_is_asked_in_all_its_protocols_on_the_ports_of_its_command_line() -> None:
     ports = ",".join(map(str, free_ports(2)))
-    with started(*IIWA_SIM, "--dialect", "krc4,iiwa", "--port", ports) as server:
+    with started(*IIWA_SIM, "--protocol", "krc4,iiwa", "--port", ports) as server:
         assert server.line()
         assert server.line()
         done = ended([*IIWA_SIM, "health", str(server.process.pid)])
@@ -47,12 +47,12 @@ def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line(
 
 
 def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator("kr_6_r900_sixx", dialect=["krc4"]) as simulator:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"]) as simulator:
         port = simulator.port
-        variables = {"IIWA_SIM_DIALECT": "krc4", "IIWA_SIM_PORT": str(port)}
+        variables = {"IIWA_SIM_PROTOCOL": "krc4", "IIWA_SIM_PORT": str(port)}
         with started_as("iiwa-sim", **variables) as process:
             assert main(["health", str(process)]) == 0
-        with started_as("iiwa-sim", "--dialect", "iiwa", **variables) as process:
+        with started_as("iiwa-sim", "--protocol", "iiwa", **variables) as process:
             assert main(["health", str(process)]) == 1
     assert f"iiwa on 127.0.0.1:{port}" in capsys.readouterr().err
 
@@ -60,11 +60,11 @@ def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.Capt
 def test_of_several_robots_the_first_and_the_last_are_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with Simulator() as first, Simulator(dialect=["krc4"]) as last:
+    with Simulator() as first, Simulator(protocol=["krc4"]) as last:
         file = tmp_path / "fleet.toml"
         file.write_text(
             f"[robot.a]\nport = {first.port}\n[robot.b]\nport = 1\n"
-            f"[robot.c]\ndialect = 'krc4'\nport = {last.port}\n"
+            f"[robot.c]\nprotocol = 'krc4'\nport = {last.port}\n"
         )
         with started_as("iiwa-sim", IIWA_SIM_FLEET=str(file)) as process:
             assert main(["health", str(process)]) == 0
@@ -73,10 +73,10 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
     assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
 
 
-def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_protocol_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
     (nobody,) = free_ports(1)
     with Simulator() as simulator:
-        options = ["--dialect", "iiwa,krc4", "--port", f"{simulator.port},{nobody}"]
+        options = ["--protocol", "iiwa,krc4", "--port", f"{simulator.port},{nobody}"]
         with started_as("iiwa-sim", *options) as process:
             assert main(["health", str(process)]) == 1
     assert capsys.readouterr().err == (
@@ -85,7 +85,7 @@ def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixtur
 
 
 def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator(dialect=["krc4"]) as simulator:
+    with Simulator(protocol=["krc4"]) as simulator:
         port = simulator.port
         with started_as("iiwa-sim", "--port", str(port)) as process:
             assert main(["health", str(process)]) == 1

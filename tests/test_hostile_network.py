@@ -37,7 +37,7 @@ def said_to(port: int, data: bytes) -> bytes:
 
 def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() -> None:
     options = (
-        "--dialect",
+        "--protocol",
         "iiwa,krc4",
         "--status-port",
         "0",

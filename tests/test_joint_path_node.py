@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.simulator import Simulator
-from tests.dialect.fake_robot import Conversation
+from tests.protocols.fake_robot import Conversation
 from tests.ros_robot import command
 from tests.samples import some
 from tests.stepped import SteppedRobot, assert_within_limits

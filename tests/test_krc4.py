@@ -18,8 +18,8 @@ from iiwa_sim.controller.errors import (
     TARGET_NOT_REACHABLE,
 )
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
-from iiwa_sim.dialect.krc4.table import load_krc4_table
-from iiwa_sim.dialect.wire.error_codes import load_error_codes
+from iiwa_sim.protocols.krc4.table import load_krc4_table
+from iiwa_sim.protocols.wire.error_codes import load_error_codes
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
@@ -35,7 +35,7 @@ BESIDE = (445.0, 20.0, 800.0, 180.0, 0.0, 180.0)
 
 @pytest.fixture(scope="module")
 def simulator() -> Iterator[Simulator]:
-    with Simulator("kr_6_r900_sixx", dialect=["krc4"]) as simulator:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"]) as simulator:
         yield simulator
 
 
@@ -119,8 +119,8 @@ def test_a_client_that_closes_the_connection_stops_its_move(simulator: Simulator
         assert another.ask("GOA").reals[:6] != pytest.approx(FAR_DEG, abs=1.0)
 
 
-def test_both_dialects_move_one_robot() -> None:
-    with Simulator(dialect=["iiwa", "krc4"], clock="fast") as simulator:
+def test_both_protocols_move_one_robot() -> None:
+    with Simulator(protocol=["iiwa", "krc4"], clock="fast") as simulator:
         ports = simulator.ports
         with Iiwa("127.0.0.1", ports["iiwa"]) as robot, Krc4Client(ports["krc4"]) as krc4:
             krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
@@ -132,10 +132,10 @@ def test_both_dialects_move_one_robot() -> None:
 
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     told = refused("--robot", "kr_6_r900_sixx")
-    expected = "expected 7 joints for dialect iiwa; for 6 there is: krc4 (--dialect krc4)\n"
+    expected = "expected 7 joints for protocol iiwa; for 6 there is: krc4 (--protocol krc4)\n"
     assert told.endswith(expected)
-    with pytest.raises(RobotFault, match="for dialect iiwa"):
-        Simulator("kr_6_r900_sixx", dialect=["krc4", "iiwa"])
+    with pytest.raises(RobotFault, match="for protocol iiwa"):
+        Simulator("kr_6_r900_sixx", protocol=["krc4", "iiwa"])
 
 
 def test_the_table_holds_appendix_c() -> None:

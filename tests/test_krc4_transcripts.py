@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from iiwa_sim.dialect.krc4.table import load_krc4_table
+from iiwa_sim.protocols.krc4.table import load_krc4_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
@@ -39,7 +39,7 @@ def test_every_message_is_carried_out_in_one_and_refused_in_one() -> None:
 def deviations(transcript: Transcript) -> list[str]:
     """What is answered otherwise, by a robot whose time stands still but for the waits."""
     robot = transcript.robot or "kr_6_r900_sixx"
-    with Simulator(robot, dialect=transcript.dialects, clock="stepped") as simulator:
+    with Simulator(robot, protocol=transcript.protocols, clock="stepped") as simulator:
         ports = list(simulator.ports.values())
         played = replay(transcript, simulator.host, ports, timeout_s=30, robot_time=SimulatedTime(simulator))
         return [f"{transcript.name}:{each.line}: {each}" for each in played]

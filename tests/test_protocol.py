@@ -5,11 +5,11 @@ import re
 import pytest
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.wire.command import Quantity
-from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import quaternion_from_rotation
+from iiwa_sim.protocols.wire.command import Quantity
+from iiwa_sim.protocols.wire.table_file import load_table
 from iiwa_sim.robot.description import load_robot
-from tests.dialect.fake_robot import Conversation
+from tests.protocols.fake_robot import Conversation
 
 FRAME = "x y z alpha beta gamma"
 JOINTS = "j0 j1 j2 j3 j4 j5 j6"

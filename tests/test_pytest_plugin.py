@@ -224,9 +224,9 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
 def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
     result = project.tests(
         """
-        from iiwa_sim.dialect.wire.wire_faults import Delay, Drop
+        from iiwa_sim.protocols.wire.wire_faults import Delay, Drop
 
-        @pytest.mark.iiwa(dialect=["iiwa", "krc4"])
+        @pytest.mark.iiwa(protocol=["iiwa", "krc4"])
         def test_fails(iiwa, driver):
             iiwa.backdoor.set_fault(Delay(0.01), replies=3)
             iiwa.backdoor.set_fault(Drop(), replies=1)
@@ -287,19 +287,19 @@ def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
         PTA = b'<Cmd I0="1" I1="25" R0="10" R1="-80" R2="80" R4="80"/>'
         GOA = b'<Cmd I0="2" I1="320"/>'
 
-        @pytest.mark.iiwa(robot="kr_6_r900_sixx", dialect=["krc4"])
+        @pytest.mark.iiwa(robot="kr_6_r900_sixx", protocol=["krc4"])
         def test_six_axes(iiwa):
             assert len(iiwa.joints) == 6
             assert iiwa.port == iiwa.ports["krc4"]
             assert ask(iiwa, PTA).startswith(b"<Res><I0>1</I0><I1>25</I1>")
             assert b"<R0>10.0</R0><R1>-80.0</R1><R2>80.0</R2>" in ask(iiwa, GOA)
 
-        @pytest.mark.iiwa(dialect=("iiwa", "krc4"))
+        @pytest.mark.iiwa(protocol=("iiwa", "krc4"))
         def test_both(iiwa, driver):
             assert b"<R0>0.0</R0><R1>30.0" in ask(iiwa, GOA)
             assert driver.ask("get joint position").startswith("0.0 0.52")
 
-        @pytest.mark.iiwa(robot="kr_6_r900_sixx", dialect=["krc4"])
+        @pytest.mark.iiwa(robot="kr_6_r900_sixx", protocol=["krc4"])
         def test_failed(iiwa):
             ask(iiwa, GOA)
             raise AssertionError("on purpose")
@@ -311,8 +311,8 @@ def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
 
 WRONG = {
     "clok='fast'": "fixture iiwa: clok: no such option, did you mean clock?",
-    "dialect=['krc5']": "fixture iiwa: dialect=?'krc5'?: expected iiwa or krc4*",
-    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for dialect iiwa; for 6 there is: krc4 *",
+    "protocol=['krc5']": "fixture iiwa: protocol=?'krc5'?: expected iiwa or krc4*",
+    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for protocol iiwa; for 6 there is: krc4 *",
     "clock='fats'": "fixture iiwa: clock='fats': expected real, a multiple *",
     "rate_hz=5": "fixture iiwa: rate_hz=5: expected a whole number from 100 to 1000 Hz",
     "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
@@ -380,7 +380,7 @@ def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) 
             driver.ask("hello")
             iiwa.dialogue.assert_said("stop")
 
-        @pytest.mark.iiwa(clock="stepped", dialect=["krc4", "iiwa"])
+        @pytest.mark.iiwa(clock="stepped", protocol=["krc4", "iiwa"])
         def test_canned(iiwa):
             driver = Driver(iiwa.host, iiwa.ports["iiwa"])
             iiwa.reply("get status", "moving", times=2)
@@ -395,7 +395,7 @@ def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) 
             assert driver.ask("hello") == "hello"
             driver.close()
 
-        @pytest.mark.iiwa(dialect=["krc4"])
+        @pytest.mark.iiwa(protocol=["krc4"])
         def test_not_in_krc4(iiwa):
             with pytest.raises(ValueError, match="expected a robot that speaks iiwa"):
                 iiwa.reply("hello", "hello")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim import remembered
-from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.remembered import Exchange, RememberedDialogue
 
 

@@ -7,7 +7,7 @@ import signal
 import socket
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.serve.socket_options import reset_at_close
+from iiwa_sim.server.socket_options import reset_at_close
 from tests.processes import Process, running
 from tests.talking import DEADLINE_S
 
@@ -95,7 +95,7 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
 STAGES = ("closes", "resets, answered")
 PORTS = ("krc4", "status", "rosbridge", "backdoor", "HTTP", "page")
 OPTIONS = (
-    "--dialect",
+    "--protocol",
     "iiwa,krc4",
     "--status-port",
     "0",

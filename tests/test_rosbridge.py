@@ -24,7 +24,7 @@ from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, TRAJECTORY
 from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLATION
-from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
 from tests.processes import succeeds
@@ -195,7 +195,7 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
 
 
 async def test_a_robot_of_six_joints_whose_own_messages_are_krc4() -> None:
-    six = Simulator(robot="kr_6_r900_sixx", dialect=["krc4"], clock="fast", rosbridge_port=0)
+    six = Simulator(robot="kr_6_r900_sixx", protocol=["krc4"], clock="fast", rosbridge_port=0)
     async with six as simulator, client_of(simulator) as ros:
         await ros.says("subscribe", topic="/command_result")
         joints = [0.3, -1.3, 1.2, 0.0, 1.0, 0.0]

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.clock.clock import CATCH_UP_WAKES
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client, until
 

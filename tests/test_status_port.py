@@ -7,9 +7,9 @@ from collections.abc import AsyncIterator
 
 import pytest
 
-from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
-from tests.drivers import ONE_OF_EACH_DIALECT, SCENES, Driver, Krc4Driver, Scene, connect
+from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Krc4Driver, Scene, connect
 from tests.states import state
 from tests.talking import Client, until
 
@@ -42,7 +42,7 @@ async def moving_state(reader: Client) -> dict[str, object]:
     return seen
 
 
-@pytest.fixture(params=ONE_OF_EACH_DIALECT)
+@pytest.fixture(params=ONE_OF_EACH_PROTOCOL)
 def scene(request: pytest.FixtureRequest) -> Scene:
     return SCENES[request.param]
 

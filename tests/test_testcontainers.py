@@ -85,7 +85,7 @@ def test_its_driver_and_its_backdoor_reach_the_robot() -> None:
                 container.backdoor("fail-move", code=1)
 
 
-def test_the_port_is_that_of_the_first_dialect() -> None:
+def test_the_port_is_that_of_the_first_protocol() -> None:
     with mock.patch.object(IiwaContainer, "get_exposed_port", side_effect=int):
         assert IiwaContainer().port == PORT
-        assert IiwaContainer(dialect="krc4,iiwa").port == KRC4_PORT
+        assert IiwaContainer(protocol="krc4,iiwa").port == KRC4_PORT

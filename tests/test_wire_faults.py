@@ -1,4 +1,4 @@
-"""Faults on the wire over real sockets, in each dialect, and in each beside the other."""
+"""Faults on the wire over real sockets, in each protocol, and in each beside the other."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from contextlib import AsyncExitStack
 
 import pytest
 
-from iiwa_sim.dialect.wire.wire_faults import Drop
+from iiwa_sim.protocols.wire.wire_faults import Drop
 from iiwa_sim.simulator import Simulator
-from tests.drivers import ONE_OF_EACH_DIALECT, SCENES, Driver, Scene, connect
+from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
 from tests.talking import Client, until
 
 LATE_S = 0.05
@@ -32,8 +32,8 @@ class Bench:
         self.driver, self.number = await self.connects(self.scene.spoken)
         self.other, _ = await self.connects(self.scene.other)
 
-    async def connects(self, dialect: str) -> tuple[Driver, int]:
-        driver, number = await connect(self.simulator, dialect)
+    async def connects(self, protocol: str) -> tuple[Driver, int]:
+        driver, number = await connect(self.simulator, protocol)
         self._stack.push_async_callback(driver.leaves)
         return driver, number
 
@@ -50,7 +50,7 @@ class Bench:
             assert [await self.other.whole_reply() for _ in range(3)] == list(self.other.ANSWERS)
 
 
-@pytest.fixture(params=ONE_OF_EACH_DIALECT)
+@pytest.fixture(params=ONE_OF_EACH_PROTOCOL)
 async def bench(request: pytest.FixtureRequest) -> AsyncIterator[Bench]:
     scene = SCENES[request.param]
     async with scene.simulator() as simulator, AsyncExitStack() as stack:
@@ -134,7 +134,7 @@ async def test_who_is_not_answered_is_answered_when_faults_are_cleared(bench: Be
 
 async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
     ports = bench.simulator.ports
-    assert list(ports) == list(bench.scene.dialects)
+    assert list(ports) == list(bench.scene.protocols)
     for _ in range(2):
         await bench.told("refuse connections")
         await bench.told("refuse connections")
@@ -144,8 +144,8 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
         assert bench.simulator.ports == ports
         await bench.driver.is_served()
         await bench.told("accept connections")
-        for dialect in ports:
-            again, number = await bench.connects(dialect)
+        for protocol in ports:
+            again, number = await bench.connects(protocol)
             await again.is_served()
             await again.leaves()
             await until(lambda gone=number: gone not in bench.simulator.backdoor.connections())
@@ -164,12 +164,12 @@ async def test_a_fault_for_whoever_comes_next(bench: Bench) -> None:
     await third.is_served()
 
 
-async def test_where_both_dialects_are_spoken_a_connection_says_which_and_one_count_is_for_both(
+async def test_where_both_protocols_are_spoken_a_connection_says_which_and_one_count_is_for_both(
     bench: Bench,
 ) -> None:
     names = json.loads(await bench.asked("get connections"))
     spoken = [bench.scene.spoken, bench.scene.other]
-    if len(bench.scene.dialects) == 1:
+    if len(bench.scene.protocols) == 1:
         assert not any("(" in name for name in names.values())
     else:
         assert [name.partition(" ")[2] for name in names.values()] == [f"({name})" for name in spoken]

@@ -17,11 +17,11 @@ from math import degrees
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
-from iiwa_sim.dialect.dialects import dialect_for
-from iiwa_sim.dialect.ports import IIWA, KRC4
-from iiwa_sim.dialect.wire.canned import CannedReplies
-from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.protocols.ports import IIWA, KRC4
+from iiwa_sim.protocols.protocols import protocol_for
+from iiwa_sim.protocols.wire.canned import CannedReplies
+from iiwa_sim.protocols.wire.dialogue import Dialogue
 from iiwa_sim.robot.model import Model
 
 PROGRAMS = 200
@@ -51,7 +51,7 @@ class Program:
         name = CELLS[seed % len(CELLS)]
         self.cell: Cell = load_cell(EXAMPLES / name) if name.endswith(".toml") else robot_alone(name)
         self._model = Model(self.cell.description)
-        self.dialect = IIWA if len(self.cell.start) == 7 else KRC4
+        self.protocol = IIWA if len(self.cell.start) == 7 else KRC4
         self._kinds = self._picks.choice(
             [("normal",), ("normal", "force"), ("servo",), ("stiff",), ("normal", "servo", "stiff", "force")]
         )
@@ -60,9 +60,9 @@ class Program:
         """The commands, each with the number of ticks before the next."""
         for _ in range(self._picks.randrange(3, 14)):
             steers = self._picks.random() < 0.25
-            text = self._message() if self.dialect == KRC4 else self._steering() if steers else self._move()
+            text = self._message() if self.protocol == KRC4 else self._steering() if steers else self._move()
             yield text.encode() + b"\n", self._picks.choice([0, 0, 0, 1, 7, 60, 300, 1500])
-        if self.dialect == IIWA:
+        if self.protocol == IIWA:
             yield b"set override : 1\n", 0
 
     def _near(self) -> tuple[list[float], Frame]:
@@ -142,8 +142,8 @@ def digest(seed: int) -> str:
         on_contact=lambda contact: seen.update(f"contact {contact}".encode()),
     )
     controller.endings.listeners.append(lambda ending: seen.update(repr(tuple(ending)).encode()))
-    dialect = dialect_for(program.dialect, cell.description)
-    session = dialect.open_session(
+    protocol = protocol_for(program.protocol, cell.description)
+    session = protocol.open_session(
         controller, Quiet(), "a program", Dialogue(lambda: 0), False, CannedReplies()
     )
 

@@ -262,7 +262,7 @@ class Backdoor(Faults):
 
     @called
     def dialogue(self, since: int = 0) -> RecentLines:
-        """The newest lines said in all dialects, at most 200, of those from the number `since` on.
+        """The newest lines said in all protocols, at most 200, of those from the number `since` on.
 
         They are kept from the start where the backdoor has a port, otherwise from the first call on.
         """

@@ -11,7 +11,7 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.wire.wire_faults import WireFaults
+from iiwa_sim.protocols.wire.wire_faults import WireFaults
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_TOLD = 200
@@ -93,7 +93,7 @@ class Base:
         recent: RecentDialogue,
         call: Call = _at_once,
     ) -> None:
-        """`entrances` are the ports of all dialects."""
+        """`entrances` are the ports of all protocols."""
         self.call = call
         self.listeners: list[Callable[[str], None]] = []
         """Told of each call that has changed something, as text."""

@@ -15,10 +15,11 @@ import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
-from iiwa_sim.dialect.wire.command import Command, Quantity
-from iiwa_sim.dialect.wire.decimals import format_decimals
-from iiwa_sim.dialect.wire.table import Request
-from iiwa_sim.dialect.wire.wire_faults import (
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.wire.command import Command, Quantity
+from iiwa_sim.protocols.wire.decimals import format_decimals
+from iiwa_sim.protocols.wire.table import Request
+from iiwa_sim.protocols.wire.wire_faults import (
     CloseAfter,
     CloseBefore,
     Delay,
@@ -29,7 +30,6 @@ from iiwa_sim.dialect.wire.wire_faults import (
     ResetBefore,
     Split,
 )
-from iiwa_sim.frames import Frame
 
 Method = Callable[..., Any]
 """Takes the backdoor and the arguments; what takes time is a coroutine."""

@@ -4,9 +4,9 @@
 from iiwa_sim.backdoor.base import Base, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
-from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
-from iiwa_sim.dialect.wire.steps import Close, Reset
-from iiwa_sim.dialect.wire.wire_faults import EVERY, FAULTS, LONGEST_WAIT_S, Fault, Silence
+from iiwa_sim.protocols.wire.canned import UNTIL_CLEARED
+from iiwa_sim.protocols.wire.steps import Close, Reset
+from iiwa_sim.protocols.wire.wire_faults import EVERY, FAULTS, LONGEST_WAIT_S, Fault, Silence
 from iiwa_sim.wording import harmless, shortened
 
 ON_PURPOSE = "made to fail through the backdoor"
@@ -103,7 +103,7 @@ class Faults(Base):
 
     @acts
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Apply a fault of `iiwa_sim.dialect.wire.wire_faults` to replies, after faults set before."""
+        """Apply a fault of `iiwa_sim.protocols.wire.wire_faults` to replies, after faults set before."""
         if type(fault) not in FAULTS:
             shown = fault.__name__ if isinstance(fault, type) else repr(fault)
             kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())
@@ -139,7 +139,7 @@ class Faults(Base):
 
     @acts
     def refuse_connections(self) -> None:
-        """Refuse new connections on the ports of all dialects. Present connections are served."""
+        """Refuse new connections on the ports of all protocols. Present connections are served."""
         for each in self._entrances:
             each.refuse()
 

@@ -17,11 +17,11 @@ from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.dialect.wire.command import Command
-from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.serve.http import HttpAnswer, HttpRequest
-from iiwa_sim.serve.token import Token
-from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
+from iiwa_sim.protocols.wire.command import Command
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.server.http import HttpAnswer, HttpRequest
+from iiwa_sim.server.token import Token
+from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 
 COMMANDS = "/backdoor/"
 """What the path of each command begins with."""
@@ -39,7 +39,7 @@ class BackdoorHttp:
     """
 
     def __init__(
-        self, backdoor: Backdoor, dialogue: RecentDialogue, log: DialectLog, token: Token | None = None
+        self, backdoor: Backdoor, dialogue: RecentDialogue, log: ProtocolLog, token: Token | None = None
     ) -> None:
         self._backdoor = backdoor
         self._dialogue = dialogue

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import call
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.dialect.wire.help import helped
-from iiwa_sim.dialect.wire.line_session import shown
-from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import Refusal, Request, Table
-from iiwa_sim.dialect.wire.table_file import load_table
+from iiwa_sim.protocols.wire.help import helped
+from iiwa_sim.protocols.wire.line_session import shown
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.wire.table import Refusal, Request, Table
+from iiwa_sim.protocols.wire.table_file import load_table
 
 BYE, HELP, RELEASE_WHEN_GONE = "bye", "help", "release when gone"
 _EXAMPLE = "push"
@@ -28,7 +28,7 @@ class InternalError(Refused):
 class LineCalls:
     """The lines of one client. Each is logged with its outcome."""
 
-    def __init__(self, backdoor: Backdoor, log: DialectLog, name: str) -> None:
+    def __init__(self, backdoor: Backdoor, log: ProtocolLog, name: str) -> None:
         """`name` identifies this client in the log."""
         self._backdoor = backdoor
         self._log = log

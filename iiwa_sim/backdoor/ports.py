@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
-from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.options.model import Settings
-from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.server import close_all, start_all
-from iiwa_sim.serve.tcp import TcpServer
-from iiwa_sim.serve.token import Token, word_of
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.server import close_all, start_all
+from iiwa_sim.server.tcp import TcpServer
+from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
-    from iiwa_sim.serve.http import HttpServer
+    from iiwa_sim.server.http import HttpServer
 
 HTTP_LIBRARY = "h11"
 
@@ -30,7 +30,7 @@ class BackdoorPorts:
         self,
         backdoor: Backdoor,
         recent: RecentDialogue,
-        log: DialectLog,
+        log: ProtocolLog,
         settings: Settings,
         budget: Budget,
     ) -> None:
@@ -90,12 +90,10 @@ class BackdoorPorts:
     def _http_server(self, host: str, port: int, budget: Budget) -> "HttpServer":
         try:
             from iiwa_sim.backdoor.http import BackdoorHttp
-            from iiwa_sim.serve.http import HttpServer
+            from iiwa_sim.server.http import HttpServer
         except ModuleNotFoundError as fault:
             if fault.name != HTTP_LIBRARY:
                 raise
-            raise HttpFault(
-                f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install -e '.[http]'"
-            ) from None
+            raise HttpFault(f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install -e '.[http]'") from None
         front = BackdoorHttp(self._backdoor, self._recent, self._log, self._token)
         return HttpServer(front.answer, host, port, budget=budget)

@@ -1,11 +1,11 @@
-"""The most recent lines of all dialects, and what the backdoor was used for, for whoever asks for them."""
+"""The most recent lines of all protocols, and what the backdoor was used for, for whoever asks for them."""
 
 import time
 from collections import deque
 
 import msgspec
 
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
 
 MOST = 1000
 """Number of lines kept."""

@@ -11,11 +11,11 @@ from collections.abc import Coroutine
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.line_calls import BYE, RELEASE_WHEN_GONE, LineCalls
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.dialect.wire.line_session import LineSession, written
-from iiwa_sim.dialect.wire.lines import OVERLONG
-from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import ERROR
-from iiwa_sim.serve.token import Token
+from iiwa_sim.protocols.wire.line_session import LineSession, written
+from iiwa_sim.protocols.wire.lines import OVERLONG
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.wire.table import ERROR
+from iiwa_sim.server.token import Token
 from iiwa_sim.wording import harmless
 
 _LINES_AT_ONCE = 64
@@ -26,7 +26,7 @@ _NO_TOKEN = "the first line is not the token"
 class BackdoorSession(LineSession):
     """One connection to the backdoor. To be used inside an asyncio loop in which time passes."""
 
-    def __init__(self, backdoor: Backdoor, log: DialectLog, name: str, token: Token | None = None) -> None:
+    def __init__(self, backdoor: Backdoor, log: ProtocolLog, name: str, token: Token | None = None) -> None:
         """`name` identifies this connection in the log; without a `token` none is expected."""
         super().__init__(log, name)
         self._backdoor = backdoor

@@ -6,7 +6,7 @@ from functools import partial
 from iiwa_sim.check import connections, lines, motion, numbers
 from iiwa_sim.check.findings import Finding, Probe, deviates, same, untried
 from iiwa_sim.check.link import COMMANDS, HARMLESS, Link, commands_of, moves_nothing
-from iiwa_sim.serve.listening import host_and_port
+from iiwa_sim.server.listening import host_and_port
 from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.transcript.lines import Transcript, shipped
 from iiwa_sim.transcript.replay import replay

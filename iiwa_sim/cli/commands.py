@@ -15,7 +15,7 @@ from iiwa_sim.cli.output import say
 from iiwa_sim.cli.parsing import Parser, path, server, servers
 from iiwa_sim.options.robots import settings_of
 from iiwa_sim.options.sources import SettingError
-from iiwa_sim.serve.token import secret_in
+from iiwa_sim.server.token import secret_in
 from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ OF_EACH = ("backdoor", "driver", "name")
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
     """The file has a command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; a # begins a
-    comment. Below the line 'dialect krc4' they are KRC4 messages, as Cmd I1=100.
+    comment. Below the line 'protocol krc4' they are KRC4 messages, as Cmd I1=100.
 
       iiwa-sim plot examples/blending.txt -o blending.svg
       iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
@@ -81,11 +81,11 @@ def check_cell(parser: Parser, words: Sequence[str]) -> int:
     own, _ = parser.parsed(words)
     from iiwa_sim.cell.cell import load_cell
     from iiwa_sim.cell.summary import summary
-    from iiwa_sim.dialect.dialects import fitting_dialects
+    from iiwa_sim.protocols.protocols import fitting_protocols
     from iiwa_sim.simulator import Simulator
 
     cell = load_cell(own.file)
-    say(summary(Simulator(cell=cell, dialect=fitting_dialects(cell.description)).cell))
+    say(summary(Simulator(cell=cell, protocol=fitting_protocols(cell.description)).cell))
     return 0
 
 
@@ -96,7 +96,7 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
     iiwa-sim replay run.mcap 127.0.0.1:30000
     """
     parser.add_argument("file", type=path, metavar="FILE", help="of --transcript or --record")
-    parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each dialect")
+    parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
     own, _ = parser.parsed(words)
     from iiwa_sim.transcript.lines import read_file
     from iiwa_sim.transcript.replay import replay as played
@@ -210,7 +210,7 @@ def view(parser: Parser, words: Sequence[str]) -> int:
         if (often := len(getattr(own, option))) not in (0, len(own.servers)):
             raise SettingError(f"--{option}: {often} given, expected one for each HOST:PORT")
     from iiwa_sim.cli.page import served
-    from iiwa_sim.serve.listening import host_and_port
+    from iiwa_sim.server.listening import host_and_port
 
     with served(settings) as page:
         from iiwa_sim.view.live import run_page
@@ -234,7 +234,7 @@ def view(parser: Parser, words: Sequence[str]) -> int:
 
 
 def health(parser: Parser, words: Sequence[str]) -> int:
-    """It asks all dialects, on the ports that command line and environment of the process name. Exit code
+    """It asks all protocols, on the ports that command line and environment of the process name. Exit code
     0 if all answer, else 1.
 
       iiwa-sim health

@@ -1,4 +1,4 @@
-"""Whether an iiwa-sim that runs as another process answers in all its dialects.
+"""Whether an iiwa-sim that runs as another process answers in all its protocols.
 
 A container is checked every few seconds, so this imports the standard library and the options only.
 """
@@ -12,7 +12,7 @@ from iiwa_sim.options.robots import robots_of
 from iiwa_sim.options.sources import from_environment, merged
 
 TIMEOUT_S = 2.0
-"""Seconds for each dialect: a check of two dialects ends before Docker's limit of 5 s."""
+"""Seconds for each protocol: a check of two protocols ends before Docker's limit of 5 s."""
 _LONGEST_ANSWER = 4096
 _PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what follows python -m
 _ASK = {
@@ -37,12 +37,12 @@ def fault_of(process: int) -> str:
     variables = {name: value for name, _, value in (each.partition("=") for each in environment)}
     robots = robots_of(merged(from_environment(variables)[0], from_command_line(words[place + 1 :])))
     for name, settings in robots if len(robots) == 1 else (robots[0], robots[-1]):
-        for dialect, port in zip(settings.dialect, settings.port, strict=True):
-            what = f"{name} {dialect}".lstrip()
+        for protocol, port in zip(settings.protocol, settings.port, strict=True):
+            what = f"{name} {protocol}".lstrip()
             if port == 0:
                 return f"process {process} picks a port for {what}: only its first lines tell which"
             host = reached_at(settings.host)
-            unanswered = _unanswered(host, port, *_ASK[dialect])
+            unanswered = _unanswered(host, port, *_ASK[protocol])
             if unanswered:
                 return f"{what} on {f'[{host}]' if ':' in host else host}:{port}: {unanswered}"
     return ""

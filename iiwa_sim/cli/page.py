@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 from iiwa_sim import log
 from iiwa_sim.cli.output import reached_at, say
 from iiwa_sim.options.model import Settings
-from iiwa_sim.serve.listening import host_and_port, open_listener
-from iiwa_sim.serve.token import Token, word_of
+from iiwa_sim.server.listening import host_and_port, open_listener
+from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.wording import Unusable
 
 ENDS_S = 5.0

@@ -19,8 +19,8 @@ from iiwa_sim.cli.parsing import from_command_line
 from iiwa_sim.options.model import LISTENS_AT, WRITTEN, Settings
 from iiwa_sim.options.robots import Robots, ports_of, robots_of
 from iiwa_sim.options.sources import from_environment, merged
-from iiwa_sim.serve.listening import host_and_port
-from iiwa_sim.serve.token import word_of
+from iiwa_sim.server.listening import host_and_port
+from iiwa_sim.server.token import word_of
 from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
@@ -139,8 +139,8 @@ def _announcement(name: str, simulator: "Simulator") -> str:
     """Return the listening addresses, one line for each port."""
     own, bench = simulator.host, simulator.settings.backdoor_host
     ports: list[tuple[str, str, int | None]] = [
-        ("listening" if dialect == "iiwa" else dialect, own, port)
-        for dialect, port in simulator.ports.items()
+        ("listening" if protocol == "iiwa" else protocol, own, port)
+        for protocol, port in simulator.ports.items()
     ]
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
     ports += [("backdoor", bench, simulator.backdoor_port)]
@@ -168,9 +168,9 @@ def _place(name: str, simulator: "Simulator") -> dict[str, object]:
 
 def _banner(simulator: "Simulator") -> str:
     here, robot = reached_at(simulator.host), simulator.cell.description.name
-    dialect, port = next(iter(simulator.ports.items()))
+    protocol, port = next(iter(simulator.ports.items()))
     ways = {
         "iiwa": f"telnet {here} {port}, then type help",
         "krc4": f"""printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
     }
-    return f"{robot}, simulated. To try it: {ways[dialect]}. Ctrl-C ends it.\n"
+    return f"{robot}, simulated. To try it: {ways[protocol]}. Ctrl-C ends it.\n"

@@ -1,4 +1,4 @@
-"""What a move is asked for with: one value, whichever dialect it comes from."""
+"""What a move is asked for with: one value, whichever protocol it comes from."""
 
 from collections.abc import Sequence
 from enum import Enum

@@ -12,8 +12,8 @@ import msgspec
 from msgspec import Meta
 
 from iiwa_sim.clock import pace
-from iiwa_sim.dialect.ports import MAX_PORT
-from iiwa_sim.serve.token import LOOPBACK, Token, secret_in
+from iiwa_sim.protocols.ports import MAX_PORT
+from iiwa_sim.server.token import LOOPBACK, Token, secret_in
 
 
 def option_name(field: str) -> str:
@@ -27,7 +27,7 @@ def _checked(check: Callable[[str], object], expected: str, metavar: str) -> Met
 
 
 def _admit(**named: list[str]) -> None:
-    from iiwa_sim.serve.web_access import WebAccess
+    from iiwa_sim.server.web_access import WebAccess
 
     WebAccess(**named)
 
@@ -65,7 +65,7 @@ Origin = Annotated[
 HostName = Annotated[
     str, _checked(lambda text: _admit(hosts=[text]), "a host name without scheme and port", "NAME")
 ]
-Dialect = Literal["iiwa", "krc4"]
+Protocol = Literal["iiwa", "krc4"]
 LogLevel = Literal["error", "warning", "info", "debug"]
 _robots, _connections, _time, _output = map(_group, ("robots", "connections", "time", "output"))
 _backdoor, _ros, _other = map(_group, ("backdoor", "ROS", "other options"))
@@ -84,11 +84,11 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
     ] = None
     fleet: Annotated[File | None, _robots("run the robots that this file names", "FLEET.toml")] = None
 
-    dialect: Annotated[tuple[Dialect, ...], _connections("protocols, each on its own port")] = ("iiwa",)
+    protocol: Annotated[tuple[Protocol, ...], _connections("protocols, each on its own port")] = ("iiwa",)
     host: Annotated[Host, _connections("address to listen on; 0.0.0.0 for all")] = LOOPBACK
     port: Annotated[
         tuple[Port, ...],
-        _connections("one port for each dialect; 0 picks a free one", "", "30000 for iiwa, 54600 for krc4"),
+        _connections("one port for each protocol; 0 picks a free one", "", "30000 for iiwa, 54600 for krc4"),
     ] = ()
     strict: Annotated[
         bool, _connections("reject an iiwa command with surplus values, instead of ignoring them")
@@ -177,7 +177,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
 # Rules by option name. Options of the process, which one robot of a fleet cannot have:
 PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json", "ros", "version"))
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
-COMMON = frozenset(("cell", "robot", "count", "fleet", "dialect", "host", "port", "clock", "rate"))  # --help
+COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port", "clock", "rate"))  # --help
 COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
 COMMON |= {"backdoor_port", "backdoor_http_port", "rosbridge_port", "ros", "ros2"}
 REPEATED = ("rosbridge_origin", "rosbridge_host")  # on the command line
@@ -202,6 +202,6 @@ NEEDS = {  # an option: at least one of these has to be given with it
 EXCLUDES = {"robot": "cell", "fleet": "count"}  # an option: this one must not be given with it
 EXCLUDES |= {"backdoor_token_file": "backdoor_token", "view_token_file": "view_token"}
 AT_MOST = {"status_rate": "rate", "record_rate": "rate"}
-NEEDS_DIALECT = {"strict": "iiwa", "bye_shuts_down": "iiwa"}
+NEEDS_PROTOCOL = {"strict": "iiwa", "bye_shuts_down": "iiwa"}
 NEEDS_TOKEN = {"backdoor_host": ("backdoor_token", "backdoor_token_file")}  # unless it is a loopback address
 NEEDS_TOKEN |= {"view_host": ("view_token", "view_token_file")}

@@ -7,7 +7,6 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.dialect.ports import DEFAULT_PORTS, MAX_PORT
 from iiwa_sim.options import model
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.sources import (
@@ -20,7 +19,8 @@ from iiwa_sim.options.sources import (
     from_names,
     merged,
 )
-from iiwa_sim.serve.token import is_loopback
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, MAX_PORT
+from iiwa_sim.server.token import is_loopback
 
 Robots = list[tuple[str, Settings]]
 """Name and settings of each robot of a process; a single robot has an empty name."""
@@ -40,10 +40,10 @@ def settings_of(given: Given, defaults: Mapping[str, Any] | None = None) -> Sett
     values = {OPTIONS[key].keyword: each.value for key, each in given.items()}
     found = Settings(**{**(defaults or {}), **values})
     _check(given, found)
-    ports = found.port or tuple(DEFAULT_PORTS[name] for name in found.dialect)
-    found = msgspec.structs.replace(found, port=ports * len(found.dialect) if ports == (0,) else ports)
-    if len(found.port) != len(found.dialect):
-        raise _error(given, "port", f"expected {len(found.dialect)}, one for each dialect")
+    ports = found.port or tuple(DEFAULT_PORTS[name] for name in found.protocol)
+    found = msgspec.structs.replace(found, port=ports * len(found.protocol) if ports == (0,) else ports)
+    if len(found.port) != len(found.protocol):
+        raise _error(given, "port", f"expected {len(found.protocol)}, one for each protocol")
     if found.view_port is not None:  # the page is a client of both
         status = found.status_port or 0
         found = msgspec.structs.replace(found, status_port=status, backdoor_port=found.backdoor_port or 0)
@@ -111,14 +111,14 @@ def _named(path: Path, given: Given) -> Robots:
             raise SettingError(f"{path}: robot.{name}: expected a table and a name of letters, digits, - _ .")
         own = from_names(table, Place("key", " = ", f"{path}: robot.{name}."), path.parent)
         both = merged(given, own)
-        spoken = both["dialect"].value if "dialect" in both else Settings().dialect
-        for key, dialect in model.NEEDS_DIALECT.items():  # given for the robots that speak it
-            if key in given and key not in own and dialect not in spoken:
+        spoken = both["protocol"].value if "protocol" in both else Settings().protocol
+        for key, protocol in model.NEEDS_PROTOCOL.items():  # given for the robots that speak it
+            if key in given and key not in own and protocol not in spoken:
                 del both[key]
         robots.append((name, _numbered(settings_of(both), index, name, set(own))))
-    for key in model.NEEDS_DIALECT:
+    for key in model.NEEDS_PROTOCOL:
         if key in given and not any(getattr(robot, key) for _, robot in robots):
-            raise _error(given, key, f"expected a robot with {model.NEEDS_DIALECT[key]} in its dialect")
+            raise _error(given, key, f"expected a robot with {model.NEEDS_PROTOCOL[key]} in its protocol")
     return robots
 
 
@@ -142,8 +142,8 @@ def _numbered(robot: Settings, index: int, name: str, own: set[str]) -> Settings
 def _check(given: Given, found: Settings) -> None:
     values = {key: each.value for key, each in given.items()}
     values = {key: v for key, v in values.items() if v is not None and v is not False and v not in ((), "")}
-    if len(set(found.dialect)) < max(len(found.dialect), 1):
-        raise _error(given, "dialect", "expected one or more, each once")
+    if len(set(found.protocol)) < max(len(found.protocol), 1):
+        raise _error(given, "protocol", "expected one or more, each once")
     for key, value in values.items():
 
         def named(other: str, spelling: str = given[key].place.spelling) -> str:
@@ -157,8 +157,8 @@ def _check(given: Given, found: Settings) -> None:
         limit = model.AT_MOST.get(key)
         if limit and value > (most := getattr(found, OPTIONS[limit].keyword)):
             raise _error(given, key, f"expected at most {most} Hz, the {named(limit)}")
-        if model.NEEDS_DIALECT.get(key, found.dialect[0]) not in found.dialect:
-            raise _error(given, key, f"expected {model.NEEDS_DIALECT[key]} in {named('dialect')}")
+        if model.NEEDS_PROTOCOL.get(key, found.protocol[0]) not in found.protocol:
+            raise _error(given, key, f"expected {model.NEEDS_PROTOCOL[key]} in {named('protocol')}")
         tokens = model.NEEDS_TOKEN.get(key)
         if tokens and not values.keys() & set(tokens) and not is_loopback(value):
             raise _error(given, key, f"expected {' or '.join(map(named, tokens))} with it")

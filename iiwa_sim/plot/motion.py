@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind
-from iiwa_sim.dialect.krc4.short import from_short, is_short
-from iiwa_sim.dialect.krc4.table import load_krc4_table, understand
-from iiwa_sim.dialect.ports import IIWA
-from iiwa_sim.dialect.wire.table import Request
-from iiwa_sim.dialect.wire.table_file import load_table
+from iiwa_sim.protocols.krc4.short import from_short, is_short
+from iiwa_sim.protocols.krc4.table import load_krc4_table, understand
+from iiwa_sim.protocols.ports import IIWA
+from iiwa_sim.protocols.wire.table import Request
+from iiwa_sim.protocols.wire.table_file import load_table
 from iiwa_sim.recordings import watch
 from iiwa_sim.robot.description import RobotDescription
 
@@ -103,7 +103,7 @@ class History:
 
 
 def named(line: str) -> tuple[str, float]:
-    """Return name and blending radius (mm) of a move that is a line in any dialect; "" and 0 for others."""
+    """Return name and blending radius (mm) of a move that is a line in any protocol; "" and 0 for others."""
     if is_short(line):
         try:
             command = understand(from_short(line)).command

@@ -3,14 +3,14 @@
 import numpy as np
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.dialect.dialects import dialect_for
-from iiwa_sim.dialect.krc4.short import from_short, is_short, to_xml
-from iiwa_sim.dialect.ports import KRC4
-from iiwa_sim.dialect.wire.canned import CannedReplies
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.log import SessionLog
 from iiwa_sim.plot.motion import History, Motion
 from iiwa_sim.plot.script import LONGEST_S, Command, Script, Wait
+from iiwa_sim.protocols.krc4.short import from_short, is_short, to_xml
+from iiwa_sim.protocols.ports import KRC4
+from iiwa_sim.protocols.protocols import protocol_for
+from iiwa_sim.protocols.wire.canned import CannedReplies
+from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings.watch import Event, Watch
 
 REST_TICKS = 3
@@ -45,8 +45,8 @@ class _Runner:
         self._read = self._controller.reader().read
         dialogue = Dialogue(lambda: self._controller.tick)
         dialogue.listeners.append(self._heard)
-        dialect, log = dialect_for(script.dialect, cell.description), _Log()
-        self._session = dialect.open_session(
+        protocol, log = protocol_for(script.protocol, cell.description), _Log()
+        self._session = protocol.open_session(
             self._controller, log, script.path, dialogue, False, CannedReplies()
         )
         self._reason = ""  # why the last line was refused
@@ -104,7 +104,7 @@ class _Runner:
         )
 
     def _wire(self, text: str) -> bytes:
-        if self._script.dialect == KRC4:
+        if self._script.protocol == KRC4:
             return to_xml(from_short(text)) if is_short(text) else text.encode()
         return text.encode() + b"\n"
 

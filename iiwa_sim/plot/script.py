@@ -5,14 +5,14 @@ follow each other at once, within one tick, except where the file says
 
     wait SECONDS        the robot moves on for so long, in simulated time
     wait stopped        until `get status` would say stopped
-    dialect krc4        above all commands: these are KRC4 messages, in their short form or word for word
+    protocol krc4        above all commands: these are KRC4 messages, in their short form or word for word
 """
 
 from pathlib import Path
 from typing import NamedTuple
 
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
-from iiwa_sim.dialect.wire.decimals import parse_decimal
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL
+from iiwa_sim.protocols.wire.decimals import parse_decimal
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_S = 600.0
@@ -52,7 +52,7 @@ class Script(NamedTuple):
 
     path: str
     steps: tuple[Command | Wait, ...]
-    dialect: str = DEFAULT_DIALECT
+    protocol: str = DEFAULT_PROTOCOL
 
     def fault(self, step: Command | Wait, reason: str) -> PlotFault:
         """Build the error for a step, with the file, the line, its text and the reason."""
@@ -78,19 +78,19 @@ def parse_script(path: str, data: bytes) -> Script:
     except UnicodeDecodeError as fault:
         raise PlotFault(f"{path}: expected text in UTF-8 ({fault})") from None
     steps: list[Command | Wait] = []
-    dialect = DEFAULT_DIALECT
+    protocol = DEFAULT_PROTOCOL
     for number, line in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
         text = line.partition(b"#")[0].strip(b" \t").decode()
-        if text.split()[:1] == ["dialect"]:
-            dialect = text.removeprefix("dialect").strip()
-            if dialect not in DEFAULT_PORTS or steps:
+        if text.split()[:1] == ["protocol"]:
+            protocol = text.removeprefix("protocol").strip()
+            if protocol not in DEFAULT_PORTS or steps:
                 known = " or ".join(DEFAULT_PORTS)
                 raise PlotFault(f"{path}: line {number}: '{text}': expected {known}, above all commands")
         elif text:
             steps.append(_step(path, number, text))
     if not steps:
         raise PlotFault(f"{path}: expected commands, one per line, and found none")
-    return Script(path, tuple(steps), dialect)
+    return Script(path, tuple(steps), protocol)
 
 
 def _step(path: str, number: int, text: str) -> Command | Wait:

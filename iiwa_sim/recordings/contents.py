@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.controller.state_lines import StateLines
-from iiwa_sim.dialect.wire.dialogue import DialogueLine
+from iiwa_sim.protocols.wire.dialogue import DialogueLine
 from iiwa_sim.recordings.handed import Handed, Ready, Said, States
 from iiwa_sim.recordings.message import Message
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
@@ -48,5 +48,5 @@ class Contents:
             "direction": said.direction.value,
             "text": said.text,
             "reason": said.reason,
-            "dialect": said.dialect,
+            "protocol": said.protocol,
         }

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from iiwa_sim.dialect.wire.dialogue import DialogueLine, Direction
+from iiwa_sim.protocols.wire.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.schemas import DIALOGUE
@@ -16,10 +16,10 @@ def transcript_of(recorded: Recorded) -> Transcript:
     A line whose reply is not in the recording, at the end of one that was cut off, is left out. Raises
     RecordingFault, and TranscriptFault for a dialogue that makes no sense.
     """
-    dialects = recorded.head.metadata.get("dialects", "").split()
-    if not dialects:
-        raise RecordingFault(f"{recorded.path}: it does not tell its dialects")
-    lines = Lines(dialects, 0)
+    protocols = recorded.head.metadata.get("protocols", "").split()
+    if not protocols:
+        raise RecordingFault(f"{recorded.path}: it does not tell its protocols")
+    lines = Lines(protocols, 0)
     text = [lines.header(f"from {recorded.path.name}")]
     start = next(recorded.states(), None)
     start_s = 0.0 if start is None else start.time_s
@@ -31,7 +31,7 @@ def transcript_of(recorded: Recorded) -> Transcript:
             spoken.tick,
             round(spoken.real_s * 1e9),
             spoken.reason,
-            spoken.dialect,
+            spoken.protocol,
         )
         text.append(lines.line(told, max(0.0, spoken.time_s - start_s)) + "\n")
     return read(str(recorded.path), "".join(text))

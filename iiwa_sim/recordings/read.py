@@ -58,7 +58,7 @@ class Read(NamedTuple):
 
 
 class Spoken(msgspec.Struct):
-    """A line of the dialogue, as `iiwa_sim.dialect.wire.dialogue` tells it."""
+    """A line of the dialogue, as `iiwa_sim.protocols.wire.dialogue` tells it."""
 
     time_s: float
     tick: int
@@ -67,7 +67,7 @@ class Spoken(msgspec.Struct):
     direction: str
     text: str
     reason: str
-    dialect: str
+    protocol: str
 
 
 class _Ticked(msgspec.Struct):

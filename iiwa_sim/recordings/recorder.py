@@ -15,7 +15,7 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.reading import Reading
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
@@ -113,16 +113,16 @@ class Recorder:
         self._out = Writer(path)
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
-        """Record from the present tick on; `there` are sessions that are connected, with their dialects."""
+        """Record from the present tick on; `there` are sessions that are connected, with their protocols."""
         self._times.epoch_ns += self._began_ns - self._times.log_ns(self._controller.tick)
         self._out.begin(structs.replace(self._beginning, epoch_ns=self._times.epoch_ns))
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_scene()
         self._add_state(self._read())
-        for session, dialect in there:
+        for session, protocol in there:
             now = self._controller.tick, time.monotonic_ns()
-            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, dialect=dialect))
+            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=protocol))
 
     def stop(self) -> None:
         """Record no more. Does nothing a second time."""

@@ -8,9 +8,9 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.wire.dialogue import Dialogue
-from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
+from iiwa_sim.protocols.wire.dialogue import Dialogue
+from iiwa_sim.protocols.wire.wire_faults import WireFaults
 from iiwa_sim.recordings.fault import check_library
 from iiwa_sim.robot_events import RobotEvents
 
@@ -45,7 +45,7 @@ class Recordings:
         backdoor: Backdoor,
         log: SessionLog,
         events: RobotEvents,
-        dialects: Sequence[str],
+        protocols: Sequence[str],
         on_change: Callable[[], None],
     ) -> None:
         """`on_change` is called when there is a recorder more or less in `recorders`."""
@@ -58,7 +58,7 @@ class Recordings:
         self._backdoor = backdoor
         self._log = log
         self._events = events
-        self._dialects = dialects
+        self._protocols = protocols
         self._on_change = on_change
 
     def new(self, path: Path, rate_hz: int | None) -> "Recorder":
@@ -80,7 +80,7 @@ class Recordings:
             rate_hz=rate_hz,
             clock=lambda: self._clock.told,
             in_haste=lambda: self._clock.in_haste or self._clock.paused,
-            said_of_it={"dialects": " ".join(self._dialects)},
+            said_of_it={"protocols": " ".join(self._protocols)},
         )
 
     def start(self, recorder: "Recorder") -> None:
@@ -91,7 +91,7 @@ class Recordings:
         self._backdoor.listeners.append(recorder.backdoor)
         self._on_change()
         self._clock.look()  # ticks go on from here, each of them seen
-        recorder.start([(name, dialect or self._dialects[0]) for name, dialect in self._wire.peers()])
+        recorder.start([(name, protocol or self._protocols[0]) for name, protocol in self._wire.peers()])
 
     def stop(self, recorder: "Recorder") -> None:
         """Have a recorder see nothing more; does nothing for one that has been stopped."""

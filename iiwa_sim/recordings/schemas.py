@@ -139,7 +139,7 @@ _DIALOGUE = _object(
     direction=_said("string", "> a client's line, < its reply, ~ what goes over the wire instead, # event"),
     text=_said("string", "without its line end; what is not printable ASCII is escaped"),
     reason=_said("string", "why a line was refused, with the reply to it; else empty"),
-    dialect=_said("string", "of a client that has just connected: iiwa or krc4; else empty"),
+    protocol=_said("string", "of a client that has just connected: iiwa or krc4; else empty"),
 )
 _EVENT = _object(
     **_WHEN,

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.options.model import Settings
+from iiwa_sim.protocols.wire.log import ProtocolLog
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.conventions import SIMULATED, RosFault
 from iiwa_sim.ros.graph import Graph
@@ -16,10 +16,10 @@ from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
-from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.server import close_all, start_all
-from iiwa_sim.serve.token import secret_in
-from iiwa_sim.serve.web_access import WebAccess
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.server import close_all, start_all
+from iiwa_sim.server.token import secret_in
+from iiwa_sim.server.web_access import WebAccess
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.ros1.node import Ros1Node
@@ -41,7 +41,7 @@ class RosSide:
     def __init__(
         self,
         controller: Controller,
-        log: DialectLog,
+        log: ProtocolLog,
         settings: Settings,
         *,
         on_heard: Callable[[], None],
@@ -125,7 +125,7 @@ class RosSide:
 
 def _rosbridge(
     graph: Graph,
-    log: DialectLog,
+    log: ProtocolLog,
     address: tuple[str, int],
     secret: Secret | None,
     on_heard: Callable[[], None],
@@ -150,7 +150,7 @@ def _rosbridge(
     return RosbridgeServer(open_session, *address, on_heard, budget, access)
 
 
-def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> "Ros1Node":
+def _ros1(node: Node, log: ProtocolLog, on_heard: Callable[[], None], budget: Budget) -> "Ros1Node":
     if (SYSTEM_PACKAGES / "rospy").is_dir() and str(SYSTEM_PACKAGES) not in sys.path:
         sys.path.append(str(SYSTEM_PACKAGES))  # appended, so that it never hides a package of the environment
     try:
@@ -169,7 +169,7 @@ def _ros2(
     graph: Graph,
     python: Path | None,
     namespace: str,
-    log: DialectLog,
+    log: ProtocolLog,
     on_heard: Callable[[], None],
     budget: Budget,
 ) -> "Ros2Node":

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from iiwa_sim.dialect.krc4.short import is_short, short_reply
-from iiwa_sim.dialect.krc4.table import REPLY, Message
+from iiwa_sim.protocols.krc4.short import is_short, short_reply
+from iiwa_sim.protocols.krc4.table import REPLY, Message
 from iiwa_sim.transcript.krc4 import filled, understood
 from iiwa_sim.transcript.lines import Answered, Compare
 

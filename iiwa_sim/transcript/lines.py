@@ -2,8 +2,8 @@ r"""Transcripts read: which client says what when, and what it is to be answered
 
     # a comment; blank lines count for nothing
     only lbr_iiwa_7_r800 at home    what follows holds for that robot, in that pose
-    dialect krc4                    what clients speak; without it: iiwa
-    dialect iiwa,krc4               each on a port of its own, the first where a client does not say it
+    protocol krc4                    what clients speak; without it: iiwa
+    protocol iiwa,krc4               each on a port of its own, the first where a client does not say it
     > get status                    said
     < stopped                       and answered so, word for word
     <~0.5 450 0 520 0 -1.57 0       numbers, as many, each within 0.5; `<~` alone: within 1e-6; `<~inf`: any
@@ -32,7 +32,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS, KRC4
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, KRC4
 from iiwa_sim.transcript import krc4
 from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.fault import TranscriptFault
@@ -46,10 +46,10 @@ WITHIN = 1e-6
 _LINE = re.compile(
     r"(?:\[\s*(?P<simulated>[0-9.]+)\s+(?P<real>[0-9.]+)\s*\]\s*)?"
     r"(?:(?P<only>only)\s+(?P<robot>\S+) at home"
-    r"|dialect\s+(?P<dialects>\S+)"
+    r"|protocol\s+(?P<protocols>\S+)"
     r"|(?P<client>[A-Za-z]\w*(?=\s*[<>]|\s+[a-z]))?\s*"
     r"(?:(?P<mark>>|<~[^\s]*|<\?|<)(?: (?P<text>.*))?"
-    r"|(?P<event>connects|leaves)(?:(?<=connects)\s+in\s+(?P<dialect>\S+))?"
+    r"|(?P<event>connects|leaves)(?:(?<=connects)\s+in\s+(?P<protocol>\S+))?"
     r"|wait\s+(?P<wait>\S+)))\s*"
 )
 
@@ -71,8 +71,8 @@ class Step(NamedTuple):
     """Name of the client; empty if there is only one."""
     at_s: float | None
     """Simulated time (s) since the beginning, if the transcript has times."""
-    dialect: str = DEFAULT_DIALECT
-    """The client's dialect, one of `iiwa_sim.dialect.ports`."""
+    protocol: str = DEFAULT_PROTOCOL
+    """The client's protocol, one of `iiwa_sim.protocols.ports`."""
 
 
 class Said(NamedTuple):
@@ -122,14 +122,14 @@ class Transcript(NamedTuple):
     steps: tuple[Steps, ...]
     robot: str
     """The robot, at home, that it holds for; empty for any."""
-    dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
-    """The dialects of the dialogue, each on a port of its own."""
+    protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
+    """The protocols of the dialogue, each on a port of its own."""
 
     @property
     def commands(self) -> set[str]:
         """The commands that are sent, without parameters; of KRC4 messages the tags, such as GOP."""
         return {
-            krc4.tag(step.text) if step.step.dialect == KRC4 else command_of(step.text)
+            krc4.tag(step.text) if step.step.protocol == KRC4 else command_of(step.text)
             for step in self.steps
             if isinstance(step, Said)
         }
@@ -150,7 +150,7 @@ def read_file(path: Path) -> Transcript:
 def read(name: str, text: str) -> Transcript:
     """The transcript of a text; `name` names it in errors. Raises TranscriptFault."""
     robot = ""
-    dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
+    protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
     spoken: dict[str, str] = {}
     steps: list[Steps] = []
     unanswered: Counter[str] = Counter()
@@ -166,17 +166,17 @@ def read(name: str, text: str) -> Transcript:
             robot = found["robot"]
             continue
         try:
-            if found["dialects"]:
+            if found["protocols"]:
                 if steps:
                     raise ValueError("expected above all that is said")
-                dialects = _dialects(found["dialects"])
+                protocols = _protocols(found["protocols"])
                 continue
             client = found["client"] or ""
-            dialect = found["dialect"] or spoken.get(client, dialects[0])
-            if dialect not in dialects:
-                raise ValueError(f"expected one of the dialects of this transcript, {', '.join(dialects)}")
-            spoken[client] = dialect
-            step = _step(number, found, dialect)
+            protocol = found["protocol"] or spoken.get(client, protocols[0])
+            if protocol not in protocols:
+                raise ValueError(f"expected one of the protocols of this transcript, {', '.join(protocols)}")
+            spoken[client] = protocol
+            step = _step(number, found, protocol)
         except ValueError as fault:
             raise _fault(name, number, line, str(fault)) from None
         steps.append(step)
@@ -194,7 +194,7 @@ def read(name: str, text: str) -> Transcript:
     for client, number in last_said.items():
         if unanswered[client]:
             raise _fault(name, number, "", "expected a reply to each line, `<?` for any")
-    return Transcript(name, tuple(steps), robot, dialects)
+    return Transcript(name, tuple(steps), robot, protocols)
 
 
 def shipped(*folders: str) -> list[Transcript]:
@@ -209,22 +209,22 @@ def command_of(text: str) -> str:
     return " ".join(text.partition(":")[0].lower().split())
 
 
-def _step(number: int, found: re.Match[str], dialect: str) -> Steps:
+def _step(number: int, found: re.Match[str], protocol: str) -> Steps:
     at_s = None if found["simulated"] is None else _number(found["simulated"])
-    step = Step(number, found["client"] or "", at_s, dialect)
+    step = Step(number, found["client"] or "", at_s, protocol)
     if found["event"]:
         return Connects(step) if found["event"] == "connects" else Leaves(step)
     if found["wait"]:
         return Wait(step, None if found["wait"] == "stopped" else _number(found["wait"]))
     text, mark = found["text"] or "", found["mark"]
     if mark == ">":
-        if dialect == KRC4:
+        if protocol == KRC4:
             krc4.check(text)
         else:
             wire_bytes(text)
         return Said(step, text)
     compare = Compare.NUMBERS if mark.startswith("<~") else Compare(mark)
-    if dialect == KRC4 and compare is not Compare.ANY:
+    if protocol == KRC4 and compare is not Compare.ANY:
         krc4.check_reply(text, has_to_be_read=compare is Compare.NUMBERS)
     within = 0.0
     if compare is Compare.NUMBERS:
@@ -232,7 +232,7 @@ def _step(number: int, found: re.Match[str], dialect: str) -> Steps:
     return Answered(step, text, compare, within)
 
 
-def _dialects(text: str) -> tuple[str, ...]:
+def _protocols(text: str) -> tuple[str, ...]:
     names = text.split(",")
     if len(set(names)) < len(names) or not set(names) <= set(DEFAULT_PORTS):
         raise ValueError(f"expected {' or '.join(DEFAULT_PORTS)}, each at most once, a comma between")

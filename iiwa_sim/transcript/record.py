@@ -9,9 +9,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine
 from iiwa_sim.never_waiting import NeverWaiting
+from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
+from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.written import Lines
 
@@ -31,9 +31,9 @@ class Recorder:
         dialogue: Dialogue,
         tick_s: float,
         title: str,
-        dialects: Sequence[str] = (DEFAULT_DIALECT,),
+        protocols: Sequence[str] = (DEFAULT_PROTOCOL,),
     ) -> None:
-        """`tick_s` is the duration of a tick (s); `title` is the first line, a comment; `dialects` are those
+        """`tick_s` is the duration of a tick (s); `title` is the first line, a comment; `protocols` are those
         of the simulator.
 
         Raises TranscriptFault.
@@ -41,7 +41,7 @@ class Recorder:
         self._dialogue = dialogue
         self._tick_s = tick_s
         self._path = path
-        self._lines = Lines(dialects, time.monotonic_ns())
+        self._lines = Lines(protocols, time.monotonic_ns())
         self._broken = False
         header = self._lines.header(title)
         try:

@@ -57,18 +57,18 @@ def replay(
 ) -> Iterator[Deviation]:
     """Play a transcript; yields each deviation. One after which a client is out of step is the last.
 
-    There is a port for each dialect of the transcript. Waits are in the robot's time, real time by default,
+    There is a port for each protocol of the transcript. Waits are in the robot's time, real time by default,
     except for the wait of `timeout_s` for each reply.
 
-    Raises TranscriptFault if the server cannot be reached, if ports and dialects do not match, or if nothing
+    Raises TranscriptFault if the server cannot be reached, if ports and protocols do not match, or if nothing
     is sent: an empty recording must not pass.
     """
     if not any(isinstance(step, Said) for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
     ports = [port] if isinstance(port, int) else port
-    if len(ports) != len(transcript.dialects):
+    if len(ports) != len(transcript.protocols):
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
-        wanted = f"{len(transcript.dialects)}, one each for {', '.join(transcript.dialects)}"
+        wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
         raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
     player = _Player(transcript, host, ports, timeout_s, robot_time or RealTime())
     try:
@@ -114,11 +114,11 @@ class _Player:
     ) -> None:
         self._transcript = transcript
         self._host = host
-        self._ports = dict(zip(transcript.dialects, ports, strict=True))
+        self._ports = dict(zip(transcript.protocols, ports, strict=True))
         self._timeout_s = timeout_s
         self._time = robot_time
         self._clients: dict[str, _Client] = {}
-        self._status_questions: dict[str, str] = {}  # by dialect
+        self._status_questions: dict[str, str] = {}  # by protocol
         self._began_s = robot_time.now_s()
 
     def keep_time(self, at_s: float | None) -> None:
@@ -137,7 +137,7 @@ class _Player:
                 self._clients.pop(name).wire.close()
             return ""
         if name not in self._clients:
-            self._clients[name] = self._connected(step.step.dialect)
+            self._clients[name] = self._connected(step.step.protocol)
         client = self._clients[name]
         client.line = step.step.line
         match step:
@@ -162,9 +162,9 @@ class _Player:
         for client in self._clients.values():
             client.wire.close()
 
-    def _connected(self, dialect: str) -> _Client:
-        speech = SPEECH[dialect]
-        return _Client(speech.connect(self._host, self._ports[dialect], self._timeout_s), speech)
+    def _connected(self, protocol: str) -> _Client:
+        speech = SPEECH[protocol]
+        return _Client(speech.connect(self._host, self._ports[protocol], self._timeout_s), speech)
 
     def _say(self, client: _Client, text: str) -> None:
         try:
@@ -186,17 +186,17 @@ class _Player:
         if wait.seconds is not None:
             self._time.wait(wait.seconds)
             return
-        question = self._status_question(wait.step.dialect)
+        question = self._status_question(wait.step.protocol)
         deadline_s = self._time.now_s() + STOPPED_WITHIN_S
         while self._is_moving(client, question):
             if self._time.now_s() > deadline_s:
                 raise _OutOfStep(f"still moving after {STOPPED_WITHIN_S:g} s")
             self._time.wait(POLL_PERIOD_S)
 
-    def _status_question(self, dialect: str) -> str:
-        if dialect not in self._status_questions:
-            self._status_questions[dialect] = SPEECH[dialect].ask_status(self._transcript)
-        return self._status_questions[dialect]
+    def _status_question(self, protocol: str) -> str:
+        if protocol not in self._status_questions:
+            self._status_questions[protocol] = SPEECH[protocol].ask_status(self._transcript)
+        return self._status_questions[protocol]
 
     def _is_moving(self, client: _Client, question: str) -> bool:
         self._say(client, question)

@@ -1,9 +1,9 @@
-"""What a player needs of each dialect: how texts are sent and replies are read and compared."""
+"""What a player needs of each protocol: how texts are sent and replies are read and compared."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.transcript import compare, krc4, krc4_compare
 from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.lines import Answered, Said, Transcript, command_of

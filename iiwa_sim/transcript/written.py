@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from iiwa_sim.dialect.krc4.short import NO_MESSAGE
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
-from iiwa_sim.dialect.wire.dialogue import DialogueLine, Direction
-from iiwa_sim.dialect.wire.table_file import load_table
+from iiwa_sim.protocols.krc4.short import NO_MESSAGE
+from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, KRC4
+from iiwa_sim.protocols.wire.dialogue import DialogueLine, Direction
+from iiwa_sim.protocols.wire.table_file import load_table
 from iiwa_sim.transcript.krc4 import answers_reals
 
 UNSPEAKABLE = ("(too long)", NO_MESSAGE)
@@ -19,13 +19,13 @@ class Lines:
     as numbers, all others as they are.
     """
 
-    def __init__(self, dialects: Sequence[str], began_ns: int) -> None:
-        """`dialects` are all there are; real time is told from `began_ns` of the clock of what is told."""
-        self._dialects_there = tuple(dialects)
+    def __init__(self, protocols: Sequence[str], began_ns: int) -> None:
+        """`protocols` are all there are; real time is told from `began_ns` of the clock of what is told."""
+        self._protocols_there = tuple(protocols)
         self._began_ns = began_ns
         self._names: dict[str, str] = {}
-        self._usual_dialect = dialects[0]
-        self._dialects: dict[str, str] = {}  # of clients that are there
+        self._usual_protocol = protocols[0]
+        self._protocols: dict[str, str] = {}  # of clients that are there
         self._clients = 0
         self._last_said = ""
         self._table = load_table("iiwa")
@@ -33,8 +33,8 @@ class Lines:
     def header(self, title: str) -> str:
         """What stands above the lines, with its line ends; `title` is the first line, a comment."""
         header = f"# {title}\n# [simulated real] time in s\n"
-        if self._dialects_there != (DEFAULT_DIALECT,):
-            header += f"dialect {','.join(self._dialects_there)}\n"
+        if self._protocols_there != (DEFAULT_PROTOCOL,):
+            header += f"protocol {','.join(self._protocols_there)}\n"
         return header
 
     def line(self, told: DialogueLine, simulated_s: float) -> str:
@@ -57,18 +57,18 @@ class Lines:
 
     def _event(self, told: DialogueLine, times: str) -> str:
         if told.text == "connected":
-            self._dialects[told.session] = told.dialect
-            manner = "" if told.dialect == self._usual_dialect else f" in {told.dialect}"
+            self._protocols[told.session] = told.protocol
+            manner = "" if told.protocol == self._usual_protocol else f" in {told.protocol}"
             return f"{times} {self._name(told.session)} connects{manner}"
         if told.text == "disconnected":
             name = self._name(told.session)
             del self._names[told.session]
-            self._dialects.pop(told.session, None)
+            self._protocols.pop(told.session, None)
             return f"{times} {name} leaves"
         return f"# {times} {told.session}: {told.text}"
 
     def _mark(self, session: str, reply: str) -> str:
-        if self._dialects.get(session, self._usual_dialect) == KRC4:
+        if self._protocols.get(session, self._usual_protocol) == KRC4:
             return "<~" if answers_reals(reply) else "<"
         command = self._table.find(self._last_said.partition(":")[0].encode())
         of_numbers = command is not None and command.reply_values and not command.reply_values[0].integer

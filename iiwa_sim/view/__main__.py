@@ -16,7 +16,7 @@ import threading
 import msgspec
 
 from iiwa_sim import log
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.view.station import Place
 from iiwa_sim.wording import Unusable
 

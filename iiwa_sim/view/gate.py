@@ -14,8 +14,8 @@ from urllib.parse import parse_qs, urlsplit
 
 import msgspec
 
-from iiwa_sim.serve.token import Token
-from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
+from iiwa_sim.server.token import Token
+from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
 
 if TYPE_CHECKING:

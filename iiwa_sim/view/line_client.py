@@ -6,7 +6,7 @@ import contextlib
 import socket
 import threading
 
-from iiwa_sim.serve.listening import host_and_port, why
+from iiwa_sim.server.listening import host_and_port, why
 from iiwa_sim.wording import harmless, shortened
 
 CONNECT_S = 2.0

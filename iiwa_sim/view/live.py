@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.hall import MOST, Hall
 from iiwa_sim.view.page import open_page

@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.document import completed
 from iiwa_sim.view.gate import (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.timeline import Timeline
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view import trail
 from iiwa_sim.view.acting import acting

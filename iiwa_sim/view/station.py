@@ -13,7 +13,7 @@ import msgspec
 
 from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.robot.description import built_in_robots, load_robot
-from iiwa_sim.serve.listening import host_and_port
+from iiwa_sim.server.listening import host_and_port
 from iiwa_sim.view.drawing import Drawing
 from iiwa_sim.view.line_client import ANSWER_S, Lines, Refusal, Unanswered
 from iiwa_sim.view.scene import Scene, State

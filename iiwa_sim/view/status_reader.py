@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.serve.listening import host_and_port, why
+from iiwa_sim.server.listening import host_and_port, why
 from iiwa_sim.view.line_client import CONNECT_S, Address
 
 AGAIN_S = 0.5

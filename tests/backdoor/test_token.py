@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim.backdoor.session import BackdoorSession
-from iiwa_sim.serve.token import LONGEST, Token, is_loopback
+from iiwa_sim.server.token import LONGEST, Token, is_loopback
 from tests.backdoor.bench import Bench
 
 TOKEN = Token("swordfish")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell
-from tests.dialect.fake_robot import Conversation
 from tests.journal import Journal
+from tests.protocols.fake_robot import Conversation
 from tests.stepped import SteppedRobot
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

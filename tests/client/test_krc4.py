@@ -21,7 +21,7 @@ JOINTS_DEG = (0, -90, 90, 0, 90, 0)
 
 @pytest.fixture
 def simulator() -> Iterator[Simulator]:
-    with Simulator("kr_6_r900_sixx", dialect=["krc4"], clock="fast") as simulator:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"], clock="fast") as simulator:
         yield simulator
 
 
@@ -76,7 +76,7 @@ def test_every_message_has_a_method(robot: Krc4) -> None:
 
 
 def test_a_robot_with_more_axes_is_told_from_one_with_six() -> None:
-    with Simulator(dialect=["krc4"], clock="fast") as simulator:
+    with Simulator(protocol=["krc4"], clock="fast") as simulator:
         with Krc4(simulator.host, simulator.port, DEADLINE_S, axes=7) as robot:
             robot.pta((0, 30, 0, -60, 0, 90, 10))
             robot.wait_until_stopped(DEADLINE_S)

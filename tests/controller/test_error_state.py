@@ -23,7 +23,7 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.dialect.fake_robot import Conversation
+from tests.protocols.fake_robot import Conversation
 from tests.stepped import SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]

@@ -30,7 +30,7 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.dialect.fake_robot import Conversation
+from tests.protocols.fake_robot import Conversation
 from tests.stepped import ALL_ROBOTS, ROBOTS, SteppedRobot, assert_within_limits
 
 TICKS = (0, 1, 2, 5, 30)

@@ -25,7 +25,7 @@ from tests.asked import (
 )
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder
-from tests.dialect.fake_robot import Conversation
+from tests.protocols.fake_robot import Conversation
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7

@@ -14,7 +14,7 @@ from tests.processes import refused, robots
 from tools import options as page
 
 VALUES = """
-cell=cell.toml robot=kr_6_r900_sixx count=3 fleet=fleet.toml dialect=krc4,iiwa host=0.0.0.0 port=31000,31001
+cell=cell.toml robot=kr_6_r900_sixx count=3 fleet=fleet.toml protocol=krc4,iiwa host=0.0.0.0 port=31000,31001
 strict=true exclusive=TRUE reconnect_pause=2.5 bye_shuts_down=1 clock=fast rate=250 servo_timeout=1.5
 status_port=31001 status_rate=20 view_port=31005 view_host=::1 view_token=swordfish view_token_file=SECRET
 transcript=said.txt record=run.mcap record_rate=50 log_level=debug log_json=1 backdoor_port=31003
@@ -68,15 +68,15 @@ WRONG = {
     "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
     "--clock fats": "--clock fats: expected real, a multiple of real time from 0.01x to 100x, fast or",
     "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
-    "--port 1,2": "--port 1,2: expected 1, one for each dialect",
-    "--dialect klingon": "--dialect klingon: expected iiwa or krc4, commas between",
-    "--dialect iiwa,iiwa": "--dialect iiwa,iiwa: expected one or more, each once",
+    "--port 1,2": "--port 1,2: expected 1, one for each protocol",
+    "--protocol klingon": "--protocol klingon: expected iiwa or krc4, commas between",
+    "--protocol iiwa,iiwa": "--protocol iiwa,iiwa: expected one or more, each once",
     "--servo-timeout 0": "--servo-timeout 0: expected a number above 0 and up to 86400 s",
     "--servo-timeout nan": "--servo-timeout nan: expected a number above 0",
     "--reconnect-pause=-1": "--reconnect-pause -1: expected a number from 0 to 86400 s",
     "--status-rate 50": "--status-rate 50: expected --status-port or --view-port with it",
     "--status-port 0 --status-rate 200 --rate 100": "--status-rate 200: expected at most 100 Hz, the --rate",
-    "--dialect krc4 --strict": "--strict: expected iiwa in --dialect",
+    "--protocol krc4 --strict": "--strict: expected iiwa in --protocol",
     "--prot 1": "--prot: no such option, did you mean --port?",
     "--stritc": "--stritc: no such option, did you mean --strict?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
@@ -112,10 +112,10 @@ def test_a_wrong_command_line_ends_with_one_line(monkeypatch: pytest.MonkeyPatch
 
 def test_keywords_and_settings_of_a_simulator() -> None:
     found = Simulator(
-        "lbr_iiwa_14_r820", settings=Settings(clock="fast", dialect=("iiwa", "krc4")), rate_hz=250
+        "lbr_iiwa_14_r820", settings=Settings(clock="fast", protocol=("iiwa", "krc4")), rate_hz=250
     )
     assert found.settings == Settings(
-        robot="lbr_iiwa_14_r820", clock="fast", dialect=("iiwa", "krc4"), rate_hz=250, port=(0, 0)
+        robot="lbr_iiwa_14_r820", clock="fast", protocol=("iiwa", "krc4"), rate_hz=250, port=(0, 0)
     )
     assert found.clock.tick_s == 0.004
     assert Simulator(cell=found.cell).cell is found.cell
@@ -128,8 +128,8 @@ def test_keywords_and_settings_of_a_simulator() -> None:
         ({"rate_hz": 5}, "rate_hz=5: expected a whole number from 100 to 1000 Hz"),
         ({"rate_hz": "500"}, "rate_hz='500': expected a whole number"),
         ({"strict": 1}, "strict=1: expected true or false"),
-        ({"dialect": []}, r"dialect=\[\]: expected one or more, each once"),
-        ({"port": [1, 2]}, r"port=\[1, 2\]: expected 1, one for each dialect"),
+        ({"protocol": []}, r"protocol=\[\]: expected one or more, each once"),
+        ({"port": [1, 2]}, r"port=\[1, 2\]: expected 1, one for each protocol"),
         ({"record_rate_hz": 10}, "record_rate_hz=10: expected record with it"),
         ({"cell": "a.toml", "robot": "b"}, "robot='b': expected no cell with it"),
         ({"settings": Settings(rate_hz=5)}, "rate_hz=5: expected"),

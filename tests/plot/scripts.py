@@ -16,7 +16,7 @@ TABLE = EXAMPLES / "table.toml"
 LIN = "lin move : 450 100 520 0 -1.57079 0 0.5 20"
 JOINTS = "0 0.5 0.2 -1 0 1.5 0"
 JOINT = f"joint move : {JOINTS} 1 1 1 1 1 1 1"
-KRC4_MOVES = """dialect krc4
+KRC4_MOVES = """protocol krc4
 Cmd I1=10 R0=445 R1=20 R2=800 R3=170 R4=10 R5=170
 <Cmd I1="100"/>
 wait stopped

@@ -99,10 +99,10 @@ def test_the_beginning_of_the_error_state(tmp_path: Path) -> None:
         ("hello\n\nlin move : 1 2", "line 3: 'lin move : 1 2': 3040 lin move takes x y z alpha"),
         (f"{LIN}\nbye\n{LIN}", f"line 3: '{LIN}': nothing is heard after bye"),
         ("wait 500\nwait 500", "line 2: 'wait 500': more than 600 s of simulated time"),
-        ("dialect krc4\nCmd I1=999", "no command has the id 999"),
-        ("dialect krc4\nCmd I1", "'I1': expected NAME=VALUE"),
-        ("dialect krc4\n<Cmd>", "expected a whole message"),
-        ("dialect krc4\n<Cmd I1='100'/><Cmd I1='100'/>", "expected one message"),
+        ("protocol krc4\nCmd I1=999", "no command has the id 999"),
+        ("protocol krc4\nCmd I1", "'I1': expected NAME=VALUE"),
+        ("protocol krc4\n<Cmd>", "expected a whole message"),
+        ("protocol krc4\n<Cmd I1='100'/><Cmd I1='100'/>", "expected one message"),
     ],
 )
 def test_what_cannot_be_run_names_file_line_command_and_reason(text: str, told: str) -> None:

@@ -12,7 +12,7 @@ from iiwa_sim.cell.cell import Cell, robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.snapshot import Snapshot
-from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.protocols.wire.dialogue import Dialogue
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder
@@ -85,7 +85,7 @@ class Robot:
             rate_hz=rate_hz,
             clock=lambda: "stepped",
             in_haste=lambda: True,
-            said_of_it={"dialects": "iiwa"},
+            said_of_it={"protocols": "iiwa"},
         )
         self.recorder.start()
         self.joints = {self.controller.tick: self.controller.joints}

@@ -110,7 +110,7 @@ def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
 def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with (
-        Simulator(cell=TABLE, dialect=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
+        Simulator(cell=TABLE, protocol=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
         Iiwa(simulator.host, simulator.ports["iiwa"]) as driver,
         Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
     ):
@@ -156,17 +156,17 @@ def test_replay_leaves_out_what_lost_its_reply(run: Path, tmp_path: Path) -> Non
     assert kinds.count(Said) == kinds.count(Answered) == 3
 
 
-def test_a_dialogue_that_began_before_is_played_in_its_dialect(tmp_path: Path) -> None:
+def test_a_dialogue_that_began_before_is_played_in_its_protocol(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with (
-        Simulator(dialect=["iiwa", "krc4"]) as simulator,
+        Simulator(protocol=["iiwa", "krc4"]) as simulator,
         Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
     ):
         plc.fin()
         with simulator.record(path):
             plc.fin()
     transcript = transcript_of(Recorded(path))
-    assert [step.step.dialect for step in transcript.steps] == ["krc4"] * 3
+    assert [step.step.protocol for step in transcript.steps] == ["krc4"] * 3
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from mcap.reader import make_reader
 from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.snapshot import snapshot
-from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
+from iiwa_sim.protocols.wire.wire_faults import Drop
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.schemas import (
     DIALOGUE,
@@ -147,7 +147,7 @@ def test_a_move_that_begins_tells_where_it_ends(session: Path) -> None:
 def test_the_dialogue_has_each_line_with_its_reply(session: Path) -> None:
     said = contents(session, DIALOGUE)
     assert said[0]["text"] == "connected"
-    assert said[0]["dialect"] == "iiwa"
+    assert said[0]["protocol"] == "iiwa"
     assert [(each["direction"], each["text"]) for each in said[1:3]] == [(">", "hello"), ("<", "hello")]
     assert said[-1]["text"] == "disconnected"
     refused = [(each["text"], each["reason"][:5]) for each in said if each["reason"]]
@@ -209,7 +209,7 @@ def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> N
     assert attached["robot.urdf"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.urdf").read_bytes()
     assert attached["robot.toml"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.toml").read_bytes()
     head = said["iiwa_sim"]
-    assert (head["robot"], head["clock"], head["rate_hz"], head["dialects"]) == (
+    assert (head["robot"], head["clock"], head["rate_hz"], head["protocols"]) == (
         "LBR iiwa 7 R800", "fast", "500", "iiwa",
     )  # fmt: skip
     assert head["seed"] == "none"

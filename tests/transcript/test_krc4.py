@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.krc4.short import from_short, short_reply, to_xml, word_for_word, written
-from iiwa_sim.dialect.krc4.stream import Broken, Element, XmlStream
-from iiwa_sim.dialect.krc4.table import reply, understand
+from iiwa_sim.protocols.krc4.short import from_short, short_reply, to_xml, word_for_word, written
+from iiwa_sim.protocols.krc4.stream import Broken, Element, XmlStream
+from iiwa_sim.protocols.krc4.table import reply, understand
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import ask_idle, filled, is_moving, sent
 from iiwa_sim.transcript.krc4_compare import deviation
@@ -20,7 +20,7 @@ HEARD = {"GOP": "Res I0=1 I1=310 R0=445 R2=810.5", "FIN": "Res I0=2 I1=100 I2=1"
 
 
 def krc4(text: str) -> Transcript:
-    return read("one.txt", f"dialect krc4\n{text}")
+    return read("one.txt", f"protocol krc4\n{text}")
 
 
 def expected(text: str, compare: Compare = Compare.EXACT, within: float = 0.0) -> Answered:
@@ -135,9 +135,9 @@ def test_any_reals_will_do_but_not_any_ids() -> None:
         ("> Cmd\n< Res X=1", "one.txt:3: '< Res X=1': X: expected I0 to I9"),
         ("> Cmd\n< Cmd I0=1", "Cmd: expected Res"),
         ("> Cmd\nwait stopped\n<?", "one.txt:3: 'wait stopped': expected the replies to the lines above"),
-        ("a connects in iiwa", "expected one of the dialects of this transcript, krc4"),
-        ("dialect iiwa,klingon", "expected iiwa or krc4, each at most once"),
-        ("> Cmd\n<?\ndialect iiwa", "one.txt:4: 'dialect iiwa': expected above all that is said"),
+        ("a connects in iiwa", "expected one of the protocols of this transcript, krc4"),
+        ("protocol iiwa,klingon", "expected iiwa or krc4, each at most once"),
+        ("> Cmd\n<?\nprotocol iiwa", "one.txt:4: 'protocol iiwa': expected above all that is said"),
     ],
 )
 def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> None:
@@ -149,10 +149,10 @@ def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> No
 
 def test_each_client_speaks_its_own() -> None:
     transcript = read(
-        "one.txt", "dialect krc4,iiwa\na connects in iiwa\na> hello\na< hello\n> Cmd I1=310\n<?\n"
+        "one.txt", "protocol krc4,iiwa\na connects in iiwa\na> hello\na< hello\n> Cmd I1=310\n<?\n"
     )
-    assert transcript.dialects == ("krc4", "iiwa")
-    assert [step.step.dialect for step in transcript.steps] == ["iiwa"] * 3 + ["krc4"] * 2
+    assert transcript.protocols == ("krc4", "iiwa")
+    assert [step.step.protocol for step in transcript.steps] == ["iiwa"] * 3 + ["krc4"] * 2
     assert isinstance(transcript.steps[0], Connects)
     assert transcript.commands == {"hello", "GOP"}
 

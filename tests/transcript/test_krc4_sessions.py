@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.dialect.krc4.stream import MAX_MESSAGE_BYTES
-from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.protocols.krc4.stream import MAX_MESSAGE_BYTES
+from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, read_file
@@ -77,7 +77,7 @@ def talk(simulator: Simulator) -> None:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recorded") / "session.txt"
-    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped", transcript=path) as simulator:
+    with Simulator(SIX_AXES, protocol=["krc4"], clock="stepped", transcript=path) as simulator:
         talk(simulator)
     return path
 
@@ -85,11 +85,11 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.requirement("FRA004")
 def test_a_session_with_every_message_is_recorded_and_played(recorded: Path) -> None:
     transcript = read_file(recorded)
-    assert transcript.dialects == ("krc4",)
+    assert transcript.protocols == ("krc4",)
     assert set(IDS) <= transcript.commands
     by_mark = {step.compare for step in transcript.steps if isinstance(step, Answered)}
     assert by_mark == {Compare.EXACT, Compare.NUMBERS}
-    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped") as another:
+    with Simulator(SIX_AXES, protocol=["krc4"], clock="stepped") as another:
         assert played(transcript, another) == []
 
 
@@ -99,16 +99,16 @@ def test_one_changed_number_is_told_with_its_line(recorded: Path) -> None:
     wrong = asked.replace(" R0=", " R0=1")
     line = text.splitlines().index(asked) + 1
     transcript = read("changed", text.replace(asked, wrong, 1))
-    with Simulator(SIX_AXES, dialect=["krc4"], clock="stepped") as another:
+    with Simulator(SIX_AXES, protocol=["krc4"], clock="stepped") as another:
         ((where, told),) = played(transcript, another)
     assert where == line
     assert ": R0 is " in told
 
 
-def test_both_dialects_of_one_robot_are_recorded_and_played(tmp_path: Path) -> None:
+def test_both_protocols_of_one_robot_are_recorded_and_played(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     with (
-        Simulator(dialect=["iiwa", "krc4"], clock="stepped", transcript=str(path)) as simulator,
+        Simulator(protocol=["iiwa", "krc4"], clock="stepped", transcript=str(path)) as simulator,
         socket.create_connection((simulator.host, simulator.ports["iiwa"])) as driver,
         Krc4Client(simulator.ports["krc4"]) as plc,
         driver.makefile("rb") as replies,
@@ -120,17 +120,17 @@ def test_both_dialects_of_one_robot_are_recorded_and_played(tmp_path: Path) -> N
         simulator.run_until_stopped()
         plc.ask("GOA")
     text = path.read_text()
-    assert "\ndialect iiwa,krc4\n" in text
+    assert "\nprotocol iiwa,krc4\n" in text
     assert text.count(" connects in krc4\n") == 1
     assert text.count(" connects\n") == 1
     assert text.count(" leaves\n") == 2
-    with Simulator(dialect=["iiwa", "krc4"], clock="stepped") as another:
+    with Simulator(protocol=["iiwa", "krc4"], clock="stepped") as another:
         assert played(read_file(path), another) == []
     with (
-        Simulator(clock="stepped") as one_dialect,
+        Simulator(clock="stepped") as one_protocol,
         pytest.raises(TranscriptFault, match="1 port, expected 2, one each for iiwa, krc4"),
     ):
-        played(read_file(path), one_dialect)
+        played(read_file(path), one_protocol)
 
 
 def test_a_simulator_that_cannot_listen_leaves_the_recording(tmp_path: Path) -> None:
@@ -147,12 +147,12 @@ def test_a_simulator_that_cannot_listen_leaves_the_recording(tmp_path: Path) -> 
     ("spoken", "text", "told"),
     [
         ("krc4", "> hello\n< hello\n", "answers with KRC4 messages, expected the iiwa's protocol"),
-        ("iiwa", "dialect krc4\n> Cmd I1=100\n<?\n", "answers 'unknown command.*', expected KRC4 messages"),
+        ("iiwa", "protocol krc4\n> Cmd I1=100\n<?\n", "answers 'unknown command.*', expected KRC4 messages"),
     ],
 )
-def test_a_server_of_the_other_dialect_is_named(spoken: str, text: str, told: str) -> None:
+def test_a_server_of_the_other_protocol_is_named(spoken: str, text: str, told: str) -> None:
     with (
-        Simulator(dialect=[spoken], clock="stepped") as simulator,
+        Simulator(protocol=[spoken], clock="stepped") as simulator,
         pytest.raises(TranscriptFault, match=f"^127.0.0.1:{simulator.port} {told}$"),
     ):
         played(read("one", text), simulator, timeout_s=1.0)

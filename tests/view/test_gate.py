@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.view.gate import ALLOWED, Admitted, Denied, Gate, Rubbish, check_message
 
 PORT = 8080

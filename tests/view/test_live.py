@@ -244,7 +244,7 @@ def types(viewer: Viewer, label: str, text: str) -> None:
 
 
 def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) -> None:
-    with Simulator("kr_6_r900_sixx", dialect=["krc4"], status_port=0, backdoor_port=0) as other:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"], status_port=0, backdoor_port=0) as other:
         places = place_of(simulator, name="first"), place_of(other, name="second")
         with page_at(*places) as port, viewing(port) as viewer:
             viewer.until(lambda message: message.get("props", {}).get("text") == "second")

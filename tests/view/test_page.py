@@ -15,7 +15,7 @@ import pytest
 import viser
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from iiwa_sim.serve.token import Token
+from iiwa_sim.server.token import Token
 from iiwa_sim.view.page import open_page
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import CAMERA, Viewer, viewing

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.protocols.wire.log import ProtocolLog
 from iiwa_sim.ros.conventions import APPLY, NEWEST_RESULT
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of
@@ -46,7 +46,7 @@ class Node:
         controller: Controller,
         now_ns: Callable[[], int],
         tick_rate_hz: int,
-        log: DialectLog,
+        log: ProtocolLog,
         result: int = NEWEST_RESULT,
         reference: str = APPLY,
     ) -> None:

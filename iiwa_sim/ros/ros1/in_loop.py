@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 
 import rospy
 
-from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.serve.budget import Budget, Share
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.server.budget import Budget, Share
 
 MOST_SENDERS = 1000
 """Number of publishers and callers that are told apart by name."""
@@ -61,7 +61,7 @@ class _Sender:
 class Requests:
     """Messages and calls that come by rospy, from `begin` to `end`."""
 
-    def __init__(self, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> None:
+    def __init__(self, log: ProtocolLog, on_heard: Callable[[], None], budget: Budget) -> None:
         """`on_heard` is called after each; `budget` may be shared with the servers."""
         self._log = log
         self._on_heard = on_heard

@@ -15,7 +15,7 @@ import rosgraph
 import rospy
 
 from iiwa_sim.controller.errors import EXECUTION
-from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.protocols.wire.log import ProtocolLog
 from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.rmi.definitions import service
 from iiwa_sim.ros.rmi.message_text import BadMessage, Definition
@@ -25,7 +25,7 @@ from iiwa_sim.ros.ros1.in_loop import Job, Requests, settle
 from iiwa_sim.ros.ros1.master import MasterWatch, start_node
 from iiwa_sim.ros.ros1.service import READ_BYTES, Service
 from iiwa_sim.ros.ros1.types import Types
-from iiwa_sim.serve.budget import Budget
+from iiwa_sim.server.budget import Budget
 from iiwa_sim.wording import harmless, shortened
 
 NODE_NAME = "iiwa_sim"
@@ -52,7 +52,7 @@ class Ros1Node:
     rospy has one node per process: if there is one already, topics and services become part of it.
     """
 
-    def __init__(self, node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> None:
+    def __init__(self, node: Node, log: ProtocolLog, on_heard: Callable[[], None], budget: Budget) -> None:
         """`on_heard` is called after each message and call; `budget` may be shared with the servers."""
         self._node = node
         self._log = log

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.protocols.wire.log import ProtocolLog
 from iiwa_sim.ros.arm.goals import GoalEnd
 from iiwa_sim.ros.arm.joint_level import ACTION, JointLevel
 from iiwa_sim.ros.rmi.message_text import BadMessage
@@ -15,7 +15,7 @@ Say = Callable[..., None]
 class NodeGoals:
     """The goals that one process has asked for, each by the number that the process gave it."""
 
-    def __init__(self, arm: JointLevel, say: Say, offer: Say, log: DialectLog, who: str) -> None:
+    def __init__(self, arm: JointLevel, say: Say, offer: Say, log: ProtocolLog, who: str) -> None:
         """`say` writes a line to the process, `offer` one that may be left out."""
         self._arm = arm
         self._say = say

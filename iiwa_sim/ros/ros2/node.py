@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.protocols.wire.log import ProtocolLog
 from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.message_text import BadMessage
 from iiwa_sim.ros.rmi.node import Message
 from iiwa_sim.ros.ros2.goals import NodeGoals
 from iiwa_sim.ros.ros2.process import NodeProcess
-from iiwa_sim.serve.budget import Budget
+from iiwa_sim.server.budget import Budget
 
 NAME = "iiwa_sim"
 WHO = "ros2"
@@ -42,7 +42,7 @@ class Ros2Node:
         graph: Graph,
         python: Path,
         namespace: str,
-        log: DialectLog,
+        log: ProtocolLog,
         on_heard: Callable[[], None],
         budget: Budget,
     ) -> None:

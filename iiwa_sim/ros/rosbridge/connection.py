@@ -15,8 +15,8 @@ from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from iiwa_sim.serve.connection import CLOSING_S, Connection
-from iiwa_sim.serve.socket_options import find_out
+from iiwa_sim.server.connection import CLOSING_S, Connection
+from iiwa_sim.server.socket_options import find_out
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.rosbridge.outbox import Outbox

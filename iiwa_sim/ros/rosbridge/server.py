@@ -5,9 +5,9 @@ from collections.abc import Callable
 from iiwa_sim.ros.rosbridge.connection import RosbridgeConnection
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
-from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.server import Server
-from iiwa_sim.serve.web_access import WebAccess
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.server import Server
+from iiwa_sim.server.web_access import WebAccess
 
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""

@@ -11,8 +11,8 @@ from websockets.asyncio.client import connect
 
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.server import RosbridgeServer
-from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.web_access import WebAccess
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.web_access import WebAccess
 from tests.talking import DEADLINE_S
 
 

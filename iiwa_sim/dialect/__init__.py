@@ -1,1 +1,0 @@
-"""Dialects: the wire on one side, the controller on the other; no sockets."""

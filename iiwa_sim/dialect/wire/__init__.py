@@ -1,1 +1,0 @@
-"""What dialects share: lines, command tables, numbers, the dialogue, and faults of the wire."""

@@ -1,0 +1,1 @@
+"""Protocols: the wire on one side, the controller on the other; no sockets."""

@@ -1,0 +1,199 @@
+"""What each command of protocol/iiwa.toml calls on the controller, and the reply made of that.
+
+Parameters come in the table's order and units. Frames on the wire are what `Frame` holds: mm and rad,
+intrinsic Z-Y-X.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from iiwa_sim.controller.carrying import ToolLoad
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.poses import from_quaternion
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.wire.help import helped
+from iiwa_sim.protocols.wire.line_session import written
+from iiwa_sim.protocols.wire.table import Request, with_hint
+from iiwa_sim.wording import harmless, shortened
+
+if TYPE_CHECKING:
+    from iiwa_sim.protocols.iiwa.session import IiwaSession
+
+LONGEST_REPLY = 1000
+"""Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
+step for good."""
+
+_EXAMPLE = "lin move"
+_DONE = b"done\r\n"
+_MOVING = b"moving\r\n"
+_STOPPED = b"stopped\r\n"
+
+Values = tuple[float, ...]
+Handler = Callable[["IiwaSession", Request], bytes]
+
+
+def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
+    """A command that makes a move. It may take planning time even if it is refused, so it ends its batch
+    of lines."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        session.ends_batch = True
+        session.moves.add(session.controller.move(request_of(request.values), session.moves.has_ended))
+        return _DONE
+
+    return handler
+
+
+def _to_frame(kind: Kind, values: Values) -> MoveRequest:
+    """A move to a frame, from a frame, a speed and a blending."""
+    return MoveRequest(kind, Frame(*values[:6]), values[6], values[7])
+
+
+def _by_shift(kind: Kind, values: Values, *, in_tool: bool) -> MoveRequest:
+    shift = RelativeTarget(Frame(*values[:6]), in_tool)
+    return MoveRequest(kind, speed=values[6], blending=values[7], shift=shift)
+
+
+def _compliant(kind: Kind, values: Values) -> MoveRequest:
+    """A compliant move, from a frame, a speed, a stiffness and a wrench."""
+    compliance = TcpCompliance(values[7], values[8:])
+    return MoveRequest(kind, Frame(*values[:6]), values[6], compliance=compliance)
+
+
+def _does(call: Callable[[Controller, Values], None]) -> Handler:
+    """A command that takes effect at once and is answered `done`."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        call(session.controller, request.values)
+        return _DONE
+
+    return handler
+
+
+def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
+    """A command that is answered by decimals."""
+    return lambda session, request: session.numbers(request.command.name, read(session.controller))
+
+
+def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
+    """A command that is answered by integers, with bits as 0 and 1."""
+    return lambda session, request: written(
+        " ".join(str(int(value)) for value in read(session.controller, request.values))
+    )
+
+
+def _checks(kind: Kind) -> Handler:
+    """A command that tells whether a move to a frame would be accepted. It takes as long as planning the
+    move."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        session.ends_batch = True
+        place, redundancy = request.values[:6], (*request.values, None)[6]
+        try:
+            session.controller.check(MoveRequest(kind, Frame(*place), redundancy=redundancy))
+        except Refused as refused:
+            return _prose(f"unreachable {refused.code} {with_hint(refused.reason, request)}")
+        return written("reachable")
+
+    return handler
+
+
+def _prose(text: str) -> bytes:
+    return written(shortened(harmless(text), LONGEST_REPLY - len("\r\n")))
+
+
+def _turned(values: Values) -> Frame:
+    """The frame of x y z (mm) and a quaternion."""
+    x, y, z, qx, qy, qz, qw, *_ = values
+    return from_quaternion((x, y, z), (qx, qy, qz, qw))
+
+
+def _tool_load(values: Values) -> ToolLoad:
+    """The load of a mass (kg) and its centre (mm)."""
+    mass_kg, x, y, z, *_ = values
+    return ToolLoad(mass_kg, (1e-3 * x, 1e-3 * y, 1e-3 * z))
+
+
+def _help(session: "IiwaSession", request: Request) -> bytes:
+    return written(helped(session.table, request.phrase, _EXAMPLE))
+
+
+def _bye(session: "IiwaSession", _: Request) -> bytes:
+    session.said_bye()
+    return written("bye")
+
+
+def _status(session: "IiwaSession", _: Request) -> bytes:
+    return _MOVING if session.controller.moving else _STOPPED
+
+
+def _mode(session: "IiwaSession", _: Request) -> bytes:
+    return written(session.controller.mode.value)
+
+
+def _error(session: "IiwaSession", _: Request) -> bytes:
+    last = session.controller.last_error
+    return _prose("0 none" if last is None else f"{last.code} {last.reason}")
+
+
+COMMANDS: dict[str, Handler] = {
+    "hello": lambda _session, _request: written("hello"),
+    "bye": _bye,
+    "help": _help,
+    "stop": _does(lambda robot, _: robot.stop()),
+    "cancel move": _does(lambda robot, _: robot.cancel_move()),
+    "clear queue": _does(lambda robot, _: robot.clear_queue()),
+    "joint move": _move(lambda v: MoveRequest(Kind.PTP, v[:7], speeds=v[7:], blending=JOINT_BLENDING)),
+    "lin joint move": _move(lambda v: MoveRequest(Kind.LIN, v[:7], v[7], v[8])),
+    "lin move": _move(lambda v: _to_frame(Kind.LIN, v)),
+    "ptp move": _move(lambda v: _to_frame(Kind.PTP, v)),
+    "linr move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(redundancy=v[8])),
+    "ptpr move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(redundancy=v[8])),
+    "lin quaternion move": _move(lambda v: MoveRequest(Kind.LIN, _turned(v), v[7], v[8])),
+    "ptp quaternion move": _move(lambda v: MoveRequest(Kind.PTP, _turned(v), v[7], v[8])),
+    "lin relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=False)),
+    "lin tool relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=True)),
+    "ptp relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=False)),
+    "ptp tool relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=True)),
+    "linforcez move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(None, None, v[8]))),
+    "ptpforcez move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(None, None, v[8]))),
+    "linforce move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(v[8], v[9], v[10]))),
+    "ptpforce move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(v[8], v[9], v[10]))),
+    "linstiff move": _move(lambda v: _compliant(Kind.LIN, v)),
+    "ptpstiff move": _move(lambda v: _compliant(Kind.PTP, v)),
+    "start gravity": _move(lambda v: MoveRequest(Kind.HOLD, hold_nm_per_rad=v[0])),
+    "smart joint move": _move(lambda v: MoveRequest(Kind.SMART, v[:7], speeds=v[7:])),
+    "smart cartesian move": _move(lambda v: MoveRequest(Kind.SMART, Frame(*v[:6]), v[6])),
+    "direct joint move": _move(lambda v: MoveRequest(Kind.DIRECT, v[:7], speeds=v[7:])),
+    "direct cartesian move": _move(lambda v: MoveRequest(Kind.DIRECT, Frame(*v[:6]), v[6])),
+    "is reachable": _checks(Kind.PTP),
+    "is lin reachable": _checks(Kind.LIN),
+    "get tool frame": _gives(lambda robot: robot.tool_frame()),
+    "get flange frame": _gives(lambda robot: robot.flange_frame()),
+    "get joint position": _gives(lambda robot: robot.joints),
+    "get joint torque": _gives(lambda robot: robot.joint_torque()),
+    "get cartesian force": _gives(lambda robot: robot.cartesian_force()),
+    "get goal frame": _gives(lambda robot: robot.goal_frame()),
+    "get goal joint position": _gives(lambda robot: robot.goal_joints),
+    "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
+    "get queue": _counts(lambda robot, _: [robot.queue]),
+    "get status": _status,
+    "get robot status": _counts(lambda robot, _: robot.status()),
+    "get mode": _mode,
+    "get error": _error,
+    "reset error": _does(lambda robot, _: robot.reset_error()),
+    "set override": _does(lambda robot, v: robot.set_override(v[0])),
+    "get override": _gives(lambda robot: (robot.override,)),
+    "set collision detection": _does(lambda robot, v: robot.set_collision_detection(v[0], v[1])),
+    "get collision detection": _gives(lambda robot: robot.collision_detection),
+    "set tool load": _does(lambda robot, v: robot.set_tool_load(_tool_load(v))),
+    "get tool load": _gives(lambda robot: robot.tool_load.told()),
+    "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
+    "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
+    "get inputs": _counts(lambda robot, _: robot.io.inputs),
+    "get outputs": _counts(lambda robot, _: robot.io.outputs),
+    "set output": _does(lambda robot, v: robot.io.set_output(int(v[0]), v[1] == 1.0)),
+    "set input": _does(lambda robot, v: robot.io.refuse_input(int(v[0]))),
+}

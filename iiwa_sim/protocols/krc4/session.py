@@ -1,0 +1,155 @@
+"""The KRC4 message protocol: bytes of one connection in, calls on the controller, replies out.
+
+Each message is answered by one, in the order in which they came, with its id and the id of its command. One
+that is refused is answered with minus the id of the command, and the number of the error in I2. Bytes that
+are no XML are answered with neither id, and end the connection. The session knows no sockets: a shell hands
+it bytes and asks for answers while there are messages waiting. More in docs/krc4.md.
+"""
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
+from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.protocols.krc4.commands import COMMANDS, Answer
+from iiwa_sim.protocols.krc4.short import short_reply, word_for_word, written
+from iiwa_sim.protocols.krc4.stream import Broken, Element, XmlStream
+from iiwa_sim.protocols.krc4.table import Message, load_krc4_table, reply, understand
+from iiwa_sim.protocols.ports import KRC4
+from iiwa_sim.protocols.session import Pending
+from iiwa_sim.protocols.wire.dialogue import Dialogue
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.wire.own_moves import OwnMoves
+from iiwa_sim.wording import harmless, shortened
+
+_MESSAGES_AT_ONCE = 64  # answered in a few milliseconds; then the event loop gets its turn
+_LONGEST_TEXT = 200  # of a message in the log
+
+_NO_MESSAGE = Message((0, 0), (), "")
+
+
+class Krc4Session:
+    """One connection to the robot."""
+
+    def __init__(
+        self, controller: Controller, log: ProtocolLog, name: str, dialogue: Dialogue | None = None
+    ) -> None:
+        """`name` identifies this connection in the log and in `dialogue`, which is told every message if
+        it is given."""
+        self.controller = controller
+        self._log = log
+        self._name = name
+        self._dialogue = dialogue or Dialogue(lambda: controller.tick)
+        self._dialogue.event(name, "connected", KRC4)
+        self._table = load_krc4_table()
+        self._stream = XmlStream()
+        self.waiting: Element | Broken | None = None
+        """What is answered next, of the messages that wait."""
+        self._next_wire = b""
+        self._moves = OwnMoves()
+        self._planned = False  # whether the present answer() has planned a move
+        self.closing = False
+        """Whether the stream is broken: the shell sends what is to be sent and closes."""
+        self.pending: Pending | None = None
+        """Nothing that a reply waits for."""
+        self.awaits = False
+        """Whether the client waits for the end of its move: not known, no message is the one before."""
+
+    def receive(self, data: bytes) -> None:
+        """Bytes from the client."""
+        if not self.closing:
+            self._stream.receive(data)
+            self._look_ahead()
+
+    def end(self) -> None:
+        """The client sends no more."""
+        if not self.closing:
+            self._stream.end()
+            self._look_ahead()
+
+    def answer(self, most: int = _MESSAGES_AT_ONCE) -> bytes:
+        """The replies to the next waiting messages.
+
+        To `most` of them, and only as far as the first move, so that many plans do not keep the robot's
+        ticks waiting: to be called again while `waiting`.
+        """
+        replies: list[bytes] = []
+        self._planned = False
+        for _ in range(most):
+            request, wire, self.waiting = self.waiting, self._next_wire, None
+            if request is None:
+                break
+            if isinstance(request, Broken):
+                replies.append(self._break_off(request.reason, wire))
+                break
+            replies.append(self._reply(request, wire))
+            self._look_ahead()
+            if self._planned:
+                break
+        return b"".join(replies)
+
+    def lost(self) -> None:
+        """Notice that the connection has gone: stop the robot if a move of this session is pending."""
+        self._dialogue.event(self._name, "disconnected")
+        self.waiting = None
+        self.closing = True
+        self._moves.abandon(self.controller, self._log, self._name)
+
+    def move(self, request: MoveRequest) -> None:
+        """Take a move of this connection. Raises `Refused`: planning has taken its time also then."""
+        self._planned = True
+        self._moves.add(self.controller.move(request, self._moves.has_ended))
+
+    def _look_ahead(self) -> None:
+        if self.waiting is None:
+            self.waiting = self._stream.next()
+            if self.waiting is not None:
+                self._next_wire = self._stream.wire
+
+    def _break_off(self, reason: str, wire: bytes) -> bytes:
+        self.closing = True
+        hint = "" if b"<" in wire else "; lines of text go to a robot with --protocol iiwa"
+        why = f"{reason}; the connection ends{hint}"
+        return self._refuse(_NO_MESSAGE, word_for_word(wire), COMMUNICATION_FAILURE, why)
+
+    def _reply(self, element: Element, wire: bytes) -> bytes:
+        message = understand(element)
+        log, text = self._log, written(element, wire)
+        try:
+            answer = self._carry_out(message)
+            integers = (message.id, message.command, *answer.integers)
+            whole = reply(integers, answer.reals)
+        except Refused as refused:
+            return self._refuse(message, text, refused.code, refused.reason)
+        except Exception as fault:  # an internal error must not cost the client its connection
+            log.exception(self._name, _in_log(text), fault)
+            told = f"internal error at '{_in_log(text)}', see the log"
+            self.controller.record_error(EXECUTION, told)
+            return self._refusal(message, text, EXECUTION, told)
+        logs = log.wants_commands()
+        if logs or self._dialogue.listeners:
+            shown = short_reply(integers, answer.reals)
+            if logs:
+                log.command(self._name, _in_log(text), shown)
+            self._dialogue.exchange(self._name, text, shown)
+        return whole
+
+    def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
+        told = harmless(reason)
+        self._log.refused(self._name, _in_log(text), code, told)
+        self.controller.record_error(code, told)
+        return self._refusal(message, text, code, told)
+
+    def _refusal(self, message: Message, text: str, code: int, reason: str) -> bytes:
+        integers = (message.id, -abs(message.command), code)
+        self._dialogue.exchange(self._name, text, short_reply(integers, ()), f"{code} {reason}")
+        return reply(integers, ())
+
+    def _carry_out(self, message: Message) -> Answer:
+        command = self._table.commands.get(message.command)
+        if message.fault or command is None:
+            reason = message.fault or f"no command has the id {message.command}"
+            raise Refused(COMMUNICATION_FAILURE, reason)
+        return COMMANDS[command.tag](self, message)
+
+
+def _in_log(text: str) -> str:
+    return shortened(text, _LONGEST_TEXT)

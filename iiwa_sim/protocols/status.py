@@ -1,0 +1,65 @@
+"""The status port: the robot's state as lines of JSON; readers may send `stop`.
+
+Input is read as on the main port, but only `stop` has an effect. Other lines are refused: the log and the
+field `error` of later lines tell why. There are no replies, so each line is a state.
+"""
+
+from functools import cache
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
+from iiwa_sim.controller.numbers_kernel import Numbers
+from iiwa_sim.controller.state_lines import StateLines
+from iiwa_sim.protocols.wire.line_session import LINES_AT_ONCE, CommandSession, written
+from iiwa_sim.protocols.wire.lines import WONT_TIMING_MARK
+from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.wire.table import Refusal, Request, Table
+from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.robot.model import Model
+
+STOP = "stop"
+NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
+
+
+class StatusLines:
+    """The state of one robot as lines, told in the order of time."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._read = controller.reader().read
+        # With a model of our own: it remembers, and the robot's may be elsewhere.
+        flange = Model(controller.description).tcp_of_flange
+        self._lines = StateLines(Numbers(flange, rounded=False), controller.tick_s)
+
+    def line(self) -> bytes:
+        """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
+        return self._lines.line(self._read()) + b"\n"
+
+
+class StatusSession(CommandSession):
+    """One reader of the status port."""
+
+    def __init__(self, controller: Controller, log: ProtocolLog, name: str) -> None:
+        """`name` identifies this connection in the log."""
+        super().__init__(controller, log, name, _table(), {STOP: _stop})
+
+    def answer(self, most: int = LINES_AT_ONCE) -> bytes:
+        """Carry out the next waiting lines; returns what telnet has to be answered, once for all of them."""
+        return super().answer(most)[: len(WONT_TIMING_MARK)]
+
+    def _reply(self, line: bytes) -> bytes:
+        if line.strip(b" \t"):
+            super()._reply(line)
+        return b""
+
+    def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
+        return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
+
+
+@cache
+def _table() -> Table:
+    return Table({STOP: load_table("iiwa").commands[STOP]})
+
+
+def _stop(session: StatusSession, _: Request) -> bytes:
+    session.controller.stop()
+    return written("done")

@@ -1,0 +1,195 @@
+"""Listening sockets: opening them, accepting connections, and messages for errors."""
+
+import asyncio
+import contextlib
+import errno
+import logging
+import os
+import socket
+import time
+from collections.abc import Callable
+from functools import partial
+
+from iiwa_sim.protocols.ports import MAX_PORT
+from iiwa_sim.server.socket_options import reset_at_close
+from iiwa_sim.throttle import Throttle
+from iiwa_sim.wording import Unusable, harmless, shortened
+
+BACKLOG = 512
+"""Length of the queue of connections that are not accepted yet."""
+
+LONGEST_HOST = 100
+"""Characters of a host name that a message shows."""
+
+AGAIN_S = 0.25
+"""Time (s) after which accepting is tried again when the system has no descriptor left."""
+_USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+
+logger = logging.getLogger(__name__)
+
+
+class ListenFault(Unusable):
+    """An address cannot be listened on. The message is one line."""
+
+
+class Acceptor:
+    """Accepts connections at a listening socket until `close`.
+
+    One connection in each turn of the event loop, so that a flood of connections delays nobody. When the
+    system has no descriptor left, one line is logged and accepting is tried again later; asyncio's own server
+    would retry and log hundreds of times at once.
+
+    Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
+    socket is bound to it that does not listen.
+    """
+
+    def __init__(self, listening: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._listening = listening
+        self._open_protocol = open_protocol
+        self._again: asyncio.TimerHandle | None = None
+        self._opening: dict[asyncio.Task[None], socket.socket] = {}
+        self._refuses = False
+        listening.setblocking(False)
+        self._loop.add_reader(listening, self._take_one)
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on, or refused at."""
+        host, port = self._listening.getsockname()[:2]
+        return host, port
+
+    def close(self) -> None:
+        """Stop listening; accepted connections go on."""
+        if self._again is not None:
+            self._again.cancel()
+            self._again = None
+        if not self._refuses:
+            self._loop.remove_reader(self._listening)
+        self._listening.close()
+
+    def refuse(self) -> None:
+        """Refuse new connections until `accept`. Raises ListenFault if the port cannot be kept."""
+        if not self._refuses:
+            family, address = self._listening.family, self._listening.getsockname()
+            self.close()
+            self._refuses = True
+            self._listening = _bound(family, address)
+
+    def accept(self) -> None:
+        """Accept connections again, where they are refused."""
+        if self._refuses:
+            self._listening.listen(BACKLOG)
+            self._listening.setblocking(False)
+            self._loop.add_reader(self._listening, self._take_one)
+            self._refuses = False
+
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close or reset the connections that wait to be accepted."""
+        for opening, connection in list(self._opening.items()):
+            if reset:
+                reset_at_close(connection)
+            opening.cancel()
+            opening.add_done_callback(partial(_close, connection))
+        with contextlib.suppress(OSError):  # no connection waits, or no descriptor is left
+            while True:
+                connection, _ = self._listening.accept()
+                if reset:
+                    reset_at_close(connection)
+                connection.close()
+
+    def _take_one(self) -> None:
+        try:
+            connection, _ = self._listening.accept()
+        except OSError as fault:
+            if fault.errno in _USED_UP:
+                self._loop.remove_reader(self._listening)
+                self._again = self._loop.call_later(AGAIN_S, self._try_again)
+                _tell_used_up(fault)
+            return  # a failed accept means that the client has gone already
+        connection.setblocking(False)
+        opening = self._loop.create_task(self._open(connection))
+        self._opening[opening] = connection
+        opening.add_done_callback(self._opening.pop)
+
+    async def _open(self, connection: socket.socket) -> None:
+        try:
+            await self._loop.connect_accepted_socket(self._open_protocol, connection)
+        except OSError as fault:
+            logger.debug("a connection could not be opened: %s", why(fault))
+            connection.close()
+
+    def _try_again(self) -> None:
+        self._again = None
+        self._loop.add_reader(self._listening, self._take_one)
+
+
+def _bound(family: int, address: tuple[str, int]) -> socket.socket:
+    """A socket that reserves an address, bound as `socket.create_server` would bind it."""
+    bound = socket.socket(family)
+    try:
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6:
+            bound.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        bound.bind(address)
+    except OSError as fault:
+        bound.close()
+        raise ListenFault(f"cannot keep {host_and_port(*address[:2])}: {why(fault)}") from fault
+    return bound
+
+
+def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:
+    connection.close()
+
+
+_told = Throttle[str](1)  # one throttle for all ports: the process shares its descriptors
+
+
+def _tell_used_up(fault: OSError) -> None:
+    if _told.count("used up", time.monotonic_ns()) is not None:
+        logger.warning("nobody can connect for the time being: %s", why(fault))
+
+
+async def open_listener(host: str, port: int) -> socket.socket:
+    """A socket that listens on `host`:`port`. Raises ListenFault.
+
+    Port 0 picks a free one. A host name stands for its first address, IPv4 before IPv6.
+    """
+    if not 0 <= port <= MAX_PORT:
+        raise ListenFault(f"cannot listen on port {port}: expected 0 to {MAX_PORT}")
+    if not host:
+        raise ListenFault("cannot listen on host '': expected an address or a host name, 0.0.0.0 for all")
+    try:
+        family, address = await _resolve(host)
+        return socket.create_server((address, port), family=family, backlog=BACKLOG)
+    except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
+        shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
+        raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
+
+
+def peer_of(transport: asyncio.BaseTransport) -> str:
+    """HOST:PORT of the client."""
+    peer = transport.get_extra_info("peername")
+    return host_and_port(*peer[:2]) if peer else "a client already gone"
+
+
+def host_and_port(host: str, port: int) -> str:
+    """HOST:PORT, with an IPv6 host in brackets."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def why(fault: Exception) -> str:
+    """The system's text for an error, without the address."""
+    if isinstance(fault, OSError) and fault.errno is not None:
+        # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
+        return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)
+    return str(fault)
+
+
+async def _resolve(host: str) -> tuple[socket.AddressFamily, str]:
+    # One address only: with two, port 0 would stand for two ports.
+    found = await asyncio.get_running_loop().getaddrinfo(
+        host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+    )
+    family, _, _, _, address = min(found, key=lambda info: info[0] != socket.AF_INET)
+    return family, str(address[0])

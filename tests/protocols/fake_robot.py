@@ -1,0 +1,140 @@
+"""A robot that only remembers what it was told, and a conversation with it."""
+
+from collections.abc import Iterable
+
+from iiwa_sim.controller.carrying import NO_LOAD, ToolLoad
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.endings import Ending, WhenEnded
+from iiwa_sim.controller.errors import SUCCESS, ErrorRecord, Refused
+from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.controller.status import RobotStatus
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.iiwa.session import IiwaSession
+from tests.journal import Journal
+
+
+class FakeRobot:
+    """Stands for the controller: plans nothing, accepts every move unless told otherwise."""
+
+    status = staticmethod(lambda: RobotStatus(2, 0, 1, 1, 0, 0, 0))
+    tool_frame = staticmethod(lambda: Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5))
+    flange_frame = staticmethod(lambda: Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6))
+    goal_frame = staticmethod(lambda: Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0))
+    goal_joints = (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
+    distance_to_goal_mm = staticmethod(lambda: 100.25)
+    cartesian_force = staticmethod(lambda: (1.5, -2.5, 3.0, 0.0, 0.0, -0.125))
+    joint_torque = staticmethod(lambda: (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0))
+
+    def __init__(self) -> None:
+        self.moves: list[MoveRequest] = []
+        self.asked: list[MoveRequest] = []
+        self.stops = 0
+        self.cancels = 0
+        self.clears = 0
+        self.queue = 3
+        self.tick = 0
+        self.pending: dict[int, WhenEnded | None] = {}
+        self.refuses: Refused | None = None
+        self.breaks: Exception | None = None
+        self.moving = False
+        self.mode = Mode.UNKNOWN
+        self.io = Io()
+        self.override = 1.0
+        self.collision_detection = (0.0, 0.0)
+        self.tool_load = NO_LOAD
+        self.last_error: ErrorRecord | None = None
+        self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
+
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
+        if self.refuses is not None:
+            raise self.refuses
+        if self.breaks is not None:
+            raise self.breaks
+        self.moves.append(request)
+        self.pending[len(self.moves)] = when_ended
+        return len(self.moves)
+
+    @property
+    def accepted(self) -> int:
+        return len(self.moves)
+
+    def end(self, *moves: int) -> None:
+        """Moves of these numbers have ended."""
+        for move in moves:
+            when_ended = self.pending.pop(move)
+            if when_ended is not None:
+                when_ended(Ending(move, SUCCESS, ""))
+
+    def check(self, request: MoveRequest) -> None:
+        self.asked.append(request)
+        if self.refuses is not None:
+            raise self.refuses
+
+    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
+        self.collision_detection = force_n, torque_nm
+
+    def set_tool_load(self, load: ToolLoad) -> None:
+        self.tool_load = load
+
+    def record_error(self, code: int, reason: str) -> None:
+        self.last_error = ErrorRecord(code, reason)
+
+    def set_override(self, override: float) -> None:
+        self.override = override
+
+    def reset_error(self) -> None:
+        self.last_error = None
+
+    def stop(self) -> None:
+        self.stops += 1
+        self.end(*self.pending)
+
+    def cancel_move(self) -> None:
+        self.cancels += 1
+
+    def clear_queue(self) -> None:
+        self.clears += 1
+
+
+class Conversation:
+    """One client's session with a robot."""
+
+    def __init__(
+        self,
+        robot: FakeRobot | Controller | None = None,
+        journal: Journal | None = None,
+        name: str = "client",
+        strict: bool = False,
+    ) -> None:
+        self.robot = robot or FakeRobot()
+        self.journal = journal or Journal()
+        self.session = IiwaSession(self.robot, self.journal, name, strict=strict)
+
+    def send(self, packets: Iterable[bytes]) -> list[str]:
+        """Everything answered to these packets, line by line."""
+        answered = b""
+        for packet in packets:
+            self.session.receive(packet)
+            answered += self.hear()
+        return replies(answered)
+
+    def hear(self) -> bytes:
+        answered = b""
+        while self.session.waiting:
+            answered += self.session.answer()
+        return answered
+
+    def ask(self, line: str) -> str:
+        """The one reply to one line."""
+        (reply,) = self.send([line.encode() + b"\n"])
+        return reply
+
+
+def replies(answered: bytes) -> list[str]:
+    """The lines answered; each ends as the protocol says."""
+    lines = answered.decode("ascii").split("\r\n")
+    assert lines.pop() == "", "the last reply lacks its line end"
+    assert not any("\r" in line or "\n" in line for line in lines)
+    return lines

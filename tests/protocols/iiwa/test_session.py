@@ -1,0 +1,480 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.requests import Kind
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.wire.decimals import format_decimals
+from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.robot.description import load_robot
+from tests.asked import (
+    direct_cartesian_move,
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_force_move,
+    lin_joint_move,
+    lin_move,
+    lin_reach,
+    lin_relative_move,
+    lin_stiff_move,
+    ptp_force_move,
+    ptp_move,
+    ptp_relative_move,
+    ptp_stiff_move,
+    reach,
+    smart_cartesian_move,
+    smart_joint_move,
+)
+from tests.journal import Journal
+from tests.protocols.fake_robot import Conversation, FakeRobot, replies
+from tests.protocols.packets import cut
+
+TABLE = load_table("iiwa")
+REST = FakeRobot()
+
+LIN = "lin move : 600 0 500 3 0 3 0.5 0"
+
+
+def written(values) -> str:
+    return format_decimals(values).decode()
+
+
+# A line of any kind, with what is answered to it while the robot rests.
+exchanges = st.sampled_from(
+    [
+        ("hello", "hello"),
+        ("get status : ", "stopped"),
+        ("Get  Joint Position", written(REST.joints)),
+        ("get tool frame", "600.0 0.0 500.5 3.0 0.0 0.00001"),
+        ("get joint torque", "7.0 6.0 5.0 4.0 3.0 2.0 1.0"),
+        ("stop", "done"),
+        (LIN, "done"),
+        ("ptp move : 1 2 3 4 5 6 0.5 0 7", "done"),
+        ("joint move : 1 2", "error"),
+        ("smart joint move :" + " 0.1" * 14, "done"),
+        ("direct cartesian move : 1 2 3 4 5 6 1.5", "error"),
+        ("get mode", "unknown"),
+        ("linstiff move :" + " 0.1" * 13, "error"),
+        ("help : nonsense", "error"),
+        ("x" * 5000, "error"),
+        ("", "unknown command"),
+        (":", "unknown command"),
+        ("\u00fc\u0007\u001b[31m", "unknown command"),
+        ("get status : : ", "unknown command"),
+    ]
+)
+ends = st.sampled_from(["\r\n", "\n\r", "\n", "\r"])
+
+
+@st.composite
+def dialogues(draw: st.DrawFn) -> tuple[list[bytes], list[str]]:
+    """Packets, and what is to be answered to them."""
+    end = draw(ends)  # one kind: a bare end before an empty line and another end would read as a pair
+    said = draw(st.lists(exchanges, max_size=30))
+    stream = "".join(line + end for line, _ in said).encode()
+    return draw(cut(stream)), [reply for _, reply in said]
+
+
+@pytest.mark.requirement("FRC001")
+@given(dialogues())
+def test_every_line_is_answered_once_and_in_order(dialogue):
+    packets, answers = dialogue
+    assert Conversation().send(packets) == answers
+
+
+@pytest.mark.requirement("FRA006", "FRC001")
+def test_moves_reach_the_controller_as_they_were_said():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
+    assert talk.ask("lin move : 600 -.5 5e2 3. 0.25 -3 0.5 10") == "done"
+    assert talk.ask("ptp move : 600 -.5 5e2 3. 0.25 -3 0.5 10") == "done"
+    assert talk.ask("linr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
+    assert talk.ask("ptpr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
+    assert talk.ask("joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("lin joint move : 0 1 2 3 4 5 6 .1 20") == "done"
+    assert talk.ask("linstiff move : 600 -.5 5e2 3. 0.25 -3 0.5 2000 1 2 3 .4 .5 .6") == "done"
+    assert talk.ask("ptpstiff move : 600 -.5 5e2 3. 0.25 -3 0.5 0 1 2 3 .4 .5 .6") == "done"
+    assert talk.ask("start gravity : 300") == "done"
+    assert talk.ask("smart joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("direct joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("smart cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
+    assert talk.ask("direct cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
+    assert robot.moves == [
+        lin_move(frame, 0.5, 10.0),
+        ptp_move(frame, 0.5, 10.0),
+        lin_move(frame, 0.5, 10.0, 1.25),
+        ptp_move(frame, 0.5, 10.0, 1.25),
+        joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), 0.1),
+        lin_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
+        lin_stiff_move(frame, 0.5, 2000.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        ptp_stiff_move(frame, 0.5, 0.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        gravity_hold(300.0),
+        smart_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        direct_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        smart_cartesian_move(frame, 0.5),
+        direct_cartesian_move(frame, 0.5),
+    ]
+    assert robot.stops == 0
+    assert talk.ask("stop") == "done"
+    assert robot.stops == 1
+
+
+@pytest.mark.requirement("FRC005", "FRC007")
+def test_quaternions_and_shifts_reach_the_controller_as_they_were_said():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    shift = Frame(10.0, -20.0, 30.0, 0.1, 0.2, 0.3)
+    assert talk.ask("lin quaternion move : 600 0 500 0 1 0 0 0.5 10") == "done"
+    assert talk.ask("ptp quaternion move : 600 0 500 0 0 0.6 -0.8 0.5 10") == "done"
+    for name in ("lin relative", "lin tool relative", "ptp relative", "ptp tool relative"):
+        assert talk.ask(f"{name} move : 10 -20 30 .1 .2 .3 .5 6") == "done"
+    flat, turned, *relative = robot.moves
+    assert (flat.kind, turned.kind) == (Kind.LIN, Kind.PTP)
+    assert flat.target == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
+    assert turned.target == pytest.approx(
+        (600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0)
+    )
+    assert relative == [
+        move(shift, 0.5, 6.0, in_tool=in_tool)
+        for move in (lin_relative_move, ptp_relative_move)
+        for in_tool in (False, True)
+    ]
+    assert talk.ask("lin quaternion move : 600 0 500 0 0 0 0 0.5 10") == "error"
+    assert talk.ask("get error") == "3000 a quaternion of length 0: expected 1, within 0.01"
+    assert len(robot.moves) == 6
+
+
+@pytest.mark.requirement("FRC020")
+def test_reachability_is_told_with_its_reason_and_is_no_error():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    target = Frame(600.0, 0.0, 500.0, 0.0, 1.0, 0.0)
+    for name, asks in (("is reachable", reach), ("is lin reachable", lin_reach)):
+        robot.refuses, robot.asked = None, []
+        assert talk.ask(f"{name} : 600 0 500 0 1 0") == "reachable"
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == "reachable"
+        assert robot.asked == [asks(target), asks(target, 0.5)]
+        robot.refuses = Refused(3021, "out\n of reach")
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == r"unreachable 3021 out\n of reach"
+    assert talk.ask("get error") == "0 none"
+    assert talk.journal.refusals == []
+    assert robot.moves == []
+    assert talk.ask("is reachable : 600 0 500 0 1") == "error"
+    told = "3040 is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 5"
+    assert talk.ask("get error") == told
+
+
+@pytest.mark.requirement("FRA006", "FRC001")
+def test_force_moves_reach_the_controller_with_their_thresholds():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
+    for kind in ("lin", "ptp"):
+        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 7.5") == "done"
+        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 2 3") == "done"
+        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 0 3") == "error"
+        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 inf") == "error"
+    assert robot.moves == [
+        move
+        for force_move in (lin_force_move, ptp_force_move)
+        for move in (
+            force_move(frame, 0.5, 10.0, (None, None, 7.5)),
+            force_move(frame, 0.5, 10.0, (1.0, 2.0, 3.0)),
+        )
+    ]
+
+
+@pytest.mark.requirement("FRC013", "FRC014", "FRC016")
+def test_the_queue_can_be_counted_and_cleared_and_a_move_cancelled():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get queue") == "3"
+    assert talk.ask("cancel move") == "done"
+    assert (robot.cancels, robot.clears, robot.stops) == (1, 0, 0)
+    assert talk.ask("clear queue") == "done"
+    assert (robot.cancels, robot.clears, robot.stops) == (1, 1, 0)
+
+
+@pytest.mark.requirement("FRA007")
+def test_status_is_the_controllers():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get status") == "stopped"
+    robot.moving = True
+    assert talk.ask("get status") == "moving"
+    assert talk.ask("get joint position") == written(robot.joints)
+    robot.joints = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+    assert talk.ask("get joint position") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
+    assert talk.ask("get flange frame") == "1.0 2.0 3.0 0.4 0.5 0.6"
+    assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
+    assert talk.ask("get goal frame") == "600.0 100.0 500.5 3.0 0.0 0.0"
+    assert talk.ask("get goal joint position") == "1.0 0.5 -0.25 -1.0 0.0 0.25 1.5"
+    assert talk.ask("get distance to goal") == "100.25"
+
+
+def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
+    robot = FakeRobot()
+    driver, watcher = Conversation(robot), Conversation(robot)
+    assert driver.ask(LIN) == "done"
+    seen = []
+    for line in ["get status", "get status", "get queue", *["get status"] * 4]:
+        assert driver.ask(line) == watcher.ask(line)
+        seen.append((driver.session.awaits, watcher.session.awaits))
+    assert seen == [(False, False)] * 5 + [(True, False)] * 2
+    driver.ask("hello")
+    assert not driver.session.awaits
+    robot.end(1)
+    for _ in range(5):
+        driver.ask("get status")
+    assert not driver.session.awaits
+
+
+def test_a_refusal_is_an_error_with_its_reason_in_the_log():
+    robot = FakeRobot()
+    robot.refuses = Refused(3021, "out of reach")
+    talk = Conversation(robot)
+    assert talk.ask(LIN) == "error"
+    assert talk.journal.refusals == [("client", LIN, 3021, "out of reach")]
+    assert talk.ask("hello") == "hello"
+
+
+@pytest.mark.requirement("FRC021")
+def test_the_last_error_can_be_asked_for():
+    robot = FakeRobot()
+    talk, other = Conversation(robot), Conversation(robot)
+    assert talk.ask("get error") == "0 none"
+    talk.ask("lin move : 1 2")
+    told = "3040 lin move takes x y z alpha beta gamma speed blending: 8 values, got 2"
+    assert talk.ask("get error") == told
+    talk.ask("\u00fc")
+    assert talk.ask("get error") == "3040 no such command; help lists them"
+    robot.refuses = Refused(3021, "out\n of r\u00e9ach\x1b")
+    other.ask(LIN)
+    assert talk.ask("get error") == r"3021 out\n of r\xe9ach\x1b"
+    robot.refuses = None
+    robot.breaks = ZeroDivisionError("ours")
+    talk.ask(LIN)
+    assert talk.ask("get error").startswith("3000 internal error at 'lin move")
+    robot.breaks = None
+    talk.ask(LIN)
+    talk.session.receive(b"\xff\xfd\x06")
+    talk.hear()
+    assert talk.ask("get error").startswith("3000 internal error"), "what goes well makes nothing unhappened"
+
+
+@pytest.mark.requirement("FRC025")
+def test_the_override_is_set_and_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get override") == "1.0"
+    assert talk.ask("set override : .25") == "done"
+    assert robot.override == 0.25
+    for wrong in ("-0.01", "1.01", "50"):
+        assert talk.ask(f"set override : {wrong}") == "error"
+    assert talk.ask("get override") == "0.25"
+    assert talk.ask("set override : 0") == "done"
+    assert talk.ask("get override") == "0.0"
+
+
+@pytest.mark.requirement("FRC022", "FRC023", "FRC024")
+def test_outputs_are_switched_and_all_of_them_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("set output : 3 1") == "done"
+    assert talk.ask("set output : 16 1.0") == "done"
+    assert talk.ask("get output : 3") == "1"
+    assert talk.ask("get output : 4") == "0"
+    assert talk.ask("get outputs") == "0 0 1 0 0 0 0 0 0 0 0 0 0 0 0 1"
+    assert talk.ask("set output : 3 0") == "done"
+    assert talk.ask("get output : 3") == "0"
+    robot.io.wire(2, on=True)
+    assert talk.ask("get input : 2") == "1"
+    assert talk.ask("get inputs") == "0 1" + " 0" * 14
+
+
+@pytest.mark.requirement("FRC022", "FRC023")
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("set output : 17 1", "1 no output 17: there are outputs 1 to 16"),
+        ("get output : 0", "1 no output 0: there are outputs 1 to 16"),
+        ("get input : -1", "1 no input -1: there are inputs 1 to 16"),
+        ("set input : 2 1", "2 'input 2' is an input: what is wired to it sets it, no driver can"),
+        ("set input : 17 1", "1 no input 17: there are inputs 1 to 16"),
+        ("set output : 1 0.5", "3040 value = 0.5: expected a whole number"),
+    ],
+)
+def test_a_wrong_number_or_an_input_that_is_set_has_an_error_of_its_own(line, told):
+    talk = Conversation()
+    assert talk.ask(line) == "error"
+    assert talk.ask("get error") == told
+    assert "1" not in talk.ask("get outputs") + talk.ask("get inputs")
+
+
+def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
+    robot = FakeRobot()
+    robot.breaks = ZeroDivisionError("ours")
+    talk = Conversation(robot)
+    assert talk.ask(LIN) == "error"
+    assert talk.journal.faults == [("client", LIN, robot.breaks)]
+    assert robot.breaks.__traceback__ is not None
+    robot.breaks = None
+    assert talk.ask(LIN) == "done"
+
+
+def test_a_value_that_is_not_finite_is_a_fault_and_never_sent():
+    robot = FakeRobot()
+    robot.joints = (float("nan"),) * 7
+    talk = Conversation(robot)
+    assert talk.ask("get joint position") == "error"
+    assert len(talk.journal.faults) == 1
+
+
+@given(st.binary(max_size=50).filter(lambda line: not set(line) & set(b"\r\n\xff\0")))
+def test_what_the_log_hears_is_printable(line):
+    journal = Journal(commands=True)
+    Conversation(journal=journal).send([line + b"\n"])
+    texts = [text for entry in journal.said + journal.refusals for text in entry if isinstance(text, str)]
+    assert texts
+    assert all(text.isprintable() for text in texts)
+
+
+@given(cut(b"hello\nget \xff\xf4\xff\xfd\x06status\nno"))
+def test_telnets_question_after_ctrl_c_is_answered_in_its_place(packets):
+    talk = Conversation(journal=Journal(commands=True))
+    answered = b""
+    for packet in packets:
+        talk.session.receive(packet)
+        answered += talk.hear()
+    assert answered == b"hello\r\n\xff\xfc\x06stopped\r\n"
+    assert [line for _, line, _ in talk.journal.said] == ["hello", "get status"]
+    assert talk.journal.refusals == []
+
+
+def test_the_rest_at_the_end_of_the_stream_is_a_line():
+    talk = Conversation()
+    assert talk.send([b"hello\nget sta", b"tus"]) == ["hello"]
+    talk.session.end()
+    assert replies(talk.hear()) == ["stopped"]
+
+
+def test_bye_stops_the_robot_and_closes():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.send([b"hello\nBye\nhello\n" + LIN.encode(), b"\nhello\n"]) == ["hello", "bye"]
+    talk.session.end()
+    assert talk.session.closing
+    assert not talk.session.waiting
+    assert robot.stops == 1
+    assert robot.moves == []
+    talk.session.lost()
+    assert robot.stops == 1
+    assert talk.journal.stops == []
+
+
+def test_a_client_that_vanishes_stops_the_move_it_asked_for():
+    robot = FakeRobot()
+    mover, watcher = Conversation(robot), Conversation(robot)
+    mover.ask(LIN)
+    watcher.ask("get status")
+    watcher.session.lost()
+    assert robot.stops == 0
+    mover.session.receive(b"hello\n")
+    mover.session.lost()
+    assert robot.stops == 1
+    assert mover.journal.stops == [("client", True)]
+    assert watcher.journal.stops == []
+    assert not mover.session.waiting
+
+
+def test_a_client_that_vanishes_leaves_other_moves_alone():
+    robot = FakeRobot()
+    early, late = Conversation(robot), Conversation(robot)
+    early.ask(LIN)
+    robot.end(1)
+    late.ask(LIN)
+    early.session.lost()
+    assert robot.stops == 0
+    assert early.journal.stops == []
+    assert robot.pending
+
+
+def test_a_refused_move_is_not_this_clients_to_stop():
+    robot = FakeRobot()
+    talk, other = Conversation(robot), Conversation(robot)
+    robot.refuses = Refused(3021, "out of reach")
+    talk.ask(LIN)
+    robot.refuses = None
+    other.ask(LIN)
+    talk.session.lost()
+    assert robot.stops == 0
+
+
+def test_a_flood_is_answered_in_slices():
+    talk = Conversation()
+    talk.session.receive(b"hello\n" * 2000)
+    slices = []
+    while talk.session.waiting:
+        slices.append(len(replies(talk.session.answer())))
+    assert sum(slices) == 2000
+    assert max(slices) <= 512
+
+
+@pytest.mark.requirement("FRA005")
+def test_help_names_every_command_and_its_usage():
+    talk = Conversation()
+    overview = talk.ask("help") + talk.ask("help : extensions")
+    for name, command in TABLE.commands.items():
+        assert name in overview
+        usage = talk.ask(f"help : {name}")
+        assert usage.startswith(command.usage())
+        assert command.summary in usage
+        assert ("(extension)" in usage) == command.extension
+
+
+MOVES = {
+    "normal": "joint move : 1 1 1 -1.5 1 1 1" + " 0.5" * 7,
+    "smart": "smart joint move : 1 1 1 -1.5 1 1 1" + " 0.5" * 7,
+    "direct": "direct joint move : 0.05 0.5 0.05 -1 0.05 1.5 0.05" + " 0.1" * 7,
+}
+
+
+def malformed(name: str, count: int) -> list[str]:
+    """A command that moves, in ways in which it does not."""
+    fits = ["0.5"] * count
+    more = [*fits, *["0.5"] * len(TABLE.commands[name].optional), "0.5"]
+    wrong = [fits[:-1], more, ["nan", *fits[1:]], ["0,5", *fits[1:]]]
+    for k, each in enumerate(TABLE.commands[name].parameters):
+        if each.range:
+            wrong.append([*fits[:k], "-1", *fits[k + 1 :]])
+    return [f"{name} : {' '.join(words)}" for words in wrong] + [name, f"{name} : : {' '.join(fits)}"]
+
+
+@pytest.mark.requirement("FRA104")
+@pytest.mark.parametrize("mode", MOVES)
+def test_malformed_lines_in_mid_motion_change_nothing(mode):
+    lines = [
+        line
+        for name, command in TABLE.commands.items()
+        if command.parameters
+        for line in malformed(name, len(command.parameters))
+    ]
+    bothered, left_alone = (Controller(load_robot(), 0.002) for _ in range(2))
+    talk = Conversation(bothered, strict=True)  # else one with a value more is a move
+    for robot in (bothered, left_alone):
+        assert Conversation(robot).ask(MOVES[mode]) == "done"
+        for _ in range(20):
+            robot.step()
+    for line in [*lines, "", "stopp", "stop now", "smart joint move", "get mode : :", "\u00fc"]:
+        assert talk.ask(line) in ("error", "unknown command")
+        assert talk.ask("get mode") == mode
+        for robot in (bothered, left_alone):
+            robot.step()
+        assert bothered.joints == left_alone.joints
+        assert bothered.moving == left_alone.moving

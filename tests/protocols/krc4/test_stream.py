@@ -1,0 +1,173 @@
+"""Bytes to messages: cut anywhere, and whatever is no message."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.protocols.krc4.stream import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
+
+NAMES = st.sampled_from(["I0", "I1", "I2", "I9", "R0", "R5", "R9", "X"])
+TEXTS = st.text("019.eE+-  <>&;'\"]aZ\u00e9\u20ac\U0001f916", max_size=12)
+VALUES = st.dictionaries(NAMES, TEXTS, max_size=6)
+
+
+def read(*packets: bytes, ends: bool = False) -> list[Element | Broken]:
+    """All that packets hold."""
+    stream = XmlStream()
+    found: list[Element | Broken] = []
+
+    def take() -> None:
+        while (one := stream.next()) is not None:
+            found.append(one)
+
+    for packet in packets:
+        stream.receive(packet)
+        take()
+    if ends:
+        stream.end()
+        take()
+    return found
+
+
+@st.composite
+def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
+    """A message as a driver's XML library writes it, and its values."""
+    attributes, children = draw(VALUES), draw(VALUES)
+    children = {name: text for name, text in children.items() if name not in attributes}
+    root = ET.Element("Cmd", attributes)
+    for name, text in children.items():
+        ET.SubElement(root, name).text = text
+    wire = ET.tostring(root, encoding="utf-8", xml_declaration=draw(st.booleans()))
+    return wire + draw(st.sampled_from([b"", b" ", b"\r\n", b"\n\t"])), {**attributes, **children}
+
+
+@given(st.lists(messages(), max_size=4), st.lists(st.integers(1, 40), max_size=20))
+def test_messages_come_whole_however_they_are_cut(
+    sent: list[tuple[bytes, dict[str, str]]], lengths: list[int]
+) -> None:
+    wire = b"".join(one for one, _ in sent)
+    packets, place = [], 0
+    for length in lengths:
+        packets.append(wire[place : place + length])
+        place += length
+    found = read(*packets, wire[place:])
+    assert found == [Element("Cmd", values, "") for _, values in sent]
+    assert read(*[bytes([byte]) for byte in wire]) == found
+
+
+@given(st.lists(messages(), min_size=1, max_size=3), st.data())
+def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
+    sent: list[tuple[bytes, dict[str, str]]], data: st.DataObject
+) -> None:
+    stream = XmlStream()
+    wire = b"".join(one for one, _ in sent)
+    cut = data.draw(st.integers(0, len(wire)))
+    told = []
+    for packet in (wire[:cut], wire[cut:]):
+        stream.receive(packet)
+        while stream.next() is not None:
+            told.append(stream.wire)
+    assert told == [one.strip() for one, _ in sent]
+    assert stream.unread == b""
+    stream.receive(b"\r\n <Cmd><I0>1</I0> <")
+    assert stream.next() is None
+    assert stream.unread == b"<Cmd><I0>1</I0> <"
+
+
+@given(messages())
+def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes, dict[str, str]]) -> None:
+    wire = sent[0].rstrip()
+    stream = XmlStream()
+    for byte in wire[:-1]:
+        stream.receive(bytes([byte]))
+        assert stream.next() is None
+    stream.receive(wire[-1:])
+    assert stream.next() == Element("Cmd", sent[1], "")
+
+
+@given(st.binary(max_size=200), st.lists(st.integers(1, 20), max_size=10))
+def test_any_bytes_are_messages_or_break_the_stream_and_are_the_same_in_parts(
+    wire: bytes, lengths: list[int]
+) -> None:
+    packets, place = [], 0
+    for length in lengths:
+        packets.append(wire[place : place + length])
+        place += length
+    found = read(wire, ends=True)
+    assert read(*packets, wire[place:], ends=True) == found
+    assert not any(isinstance(one, Broken) for one in found[:-1])
+
+
+@given(st.text(st.sampled_from("<>/ CmdIR0129=\"'&;!-[]?a"), max_size=60))
+def test_nearly_xml_is_told_from_it_as_the_standard_library_does(text: str) -> None:
+    wire = text.encode()
+    found = read(wire, ends=True)
+    if found and not isinstance(found[-1], Broken) and len(found) == 1:
+        assert ET.fromstring(wire.strip()).tag == found[0].name
+
+
+TOO_MANY_ENDS = f"more than {MAX_ENDS} > in a message"
+BROKEN = {
+    b"hello": "a message begins with <",
+    b"<Cmd><I0>1</I1></Cmd>": "no XML: mismatched tag",
+    b"<Cmd>\xff</Cmd>": "no XML: not well-formed (invalid token)",
+    b"<Cmd>\x00</Cmd>": "expected UTF-8",
+    "<Cmd><I0>1</I0></Cmd>".encode("utf-16-le"): "expected UTF-8",
+    b"<?xml version='1.0' encoding='iso-8859-1'?><Cmd/>": "expected UTF-8",
+    b"<!DOCTYPE Cmd><Cmd/>": "expected no DTD",
+    b"<!DOCTYPE a [<!ENTITY b 'c'><!ENTITY d '&b;&b;'>]><Cmd><I0>&d;</I0></Cmd>": "expected no DTD",
+    b"<a>" * (MAX_DEPTH + 1): f"more than {MAX_DEPTH} elements within each other",
+    b"<Cmd><I0>1</I0>": "the stream ends within a message",
+    b"<!-- never": "the stream ends within a message",
+    b"<" + b"a" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
+    b"<Cmd>" + b"<I0>1</I0>" * MAX_MESSAGE_BYTES: TOO_MANY_ENDS,
+    b"\xef\xbb": "a message begins with <",
+    b"<Cmd/\xef\xbb\xbf>": "no XML: not well-formed (invalid token)",
+}
+
+
+@pytest.mark.parametrize("wire", BROKEN, ids=lambda wire: repr(wire[:30]))
+def test_what_is_no_message_breaks_the_stream_for_good(wire: bytes) -> None:
+    assert read(b"<Cmd I0='1'/>" + wire, b"", ends=True) == [
+        Element("Cmd", {"I0": "1"}, ""),
+        Broken(BROKEN[wire]),
+    ]
+    in_parts = read(*[wire[place : place + 50] for place in range(0, len(wire), 50)], b"<Cmd/>", ends=True)
+    if "ends within" not in BROKEN[wire]:
+        assert in_parts == [Broken(BROKEN[wire])]
+
+
+def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
+    start, end = b"<Cmd><I0>", b"</I0></Cmd>"
+    digits = MAX_MESSAGE_BYTES - len(start) - len(end)
+    assert read(start + b"1" * digits + end) == [Element("Cmd", {"I0": "1" * digits}, "")]
+    (broken,) = read(start + b"1" * (digits + 1) + end)
+    assert isinstance(broken, Broken)
+
+
+def test_a_byte_order_mark_and_blanks_stand_between_messages_however_they_are_cut() -> None:
+    between = b"\xef\xbb\xbf"  # .NET's writers begin with it
+    wire = b"%b<Cmd/>\r\n%b \t%b<?xml version='1.0'?><Cmd/>%b" % ((between,) * 4)
+    assert read(wire, ends=True) == [Element("Cmd", {}, "")] * 2
+    assert read(*[bytes([byte]) for byte in wire], ends=True) == [Element("Cmd", {}, "")] * 2
+
+
+SPOILT = {
+    b"<Cmd><I0>1<a/></I0></Cmd>": "an element within I0",
+    b"<Cmd><I0 unit='s'>1</I0></Cmd>": "an attribute of I0",
+    b"<Cmd>7<I0>1</I0></Cmd>": "text between the values",
+    b"<Cmd><I0>1</I0><I0>2</I0></Cmd>": "I0 twice",
+    b"<Cmd I0='1'><I0>2</I0></Cmd>": "I0 twice",
+}
+
+
+@pytest.mark.parametrize("wire", SPOILT)
+def test_what_no_message_has_is_a_fault_of_that_message_alone(wire: bytes) -> None:
+    spoilt, following = read(wire + b"<Cmd/>")
+    assert isinstance(spoilt, Element)
+    assert spoilt.fault == SPOILT[wire]
+    assert following == Element("Cmd", {}, "")

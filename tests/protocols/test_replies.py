@@ -1,0 +1,144 @@
+"""Replies of the iiwa's protocol: none is longer than what a driver receives at once, and all help."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from iiwa_sim.cell.settings import LARGEST_IO_COUNT
+from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.io import Io
+from iiwa_sim.protocols.iiwa.commands import LONGEST_REPLY
+from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.robot.description import load_robot
+from tests.protocols.fake_robot import Conversation, FakeRobot
+
+TABLE = load_table("iiwa")
+FRAME = "450 0 520 0 -1.57 0"
+SEVEN = "0 0.5 0 -1 0 1.5 0"
+ONES = "1 1 1 1 1 1 1"
+
+
+def worst_lines() -> list[str]:
+    """Of each command: alone, with help, with numbers as long as a line holds, with what is no number."""
+    lines = ["help", "help : extensions", "help : move", "help : e", "help : 3040"]
+    lines += ["", ":", "x" * 4000, "get error" + " x" * 1000]
+    for name, command in TABLE.commands.items():
+        if name == "bye":
+            continue
+        count = len(command.parameters) + len(command.optional)
+        lines += [name, f"help : {name}", f"help : {name[1:]}"]
+        lines += [f"{name} : {'9' * 3900}", f"{name} : {'x' * 3900}"]
+        for number in ("0", "1", "-0.123456789012345", "1e308", "9" * 200, "\\xff" * 90, "1,5"):
+            lines += [f"{name} : {' '.join([number] * some)}" for some in (1, count, count + 1)]
+    return lines
+
+
+def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
+    io = Io(*([f"{kind} {n}" for n in range(LARGEST_IO_COUNT)] for kind in ("input", "output")))
+    robot = Controller(load_robot(), 0.002, io=io, noise=Noise(NoiseLevels(1, 1e5, 1e5, 1e5), 7))
+    talk = Conversation(robot)
+    robot.load.wrench = (-123456.123456789,) * 6
+    robot.load.joint_push = (-123456.123456789,) * 7
+    longest = 0
+    for line in worst_lines():
+        for asked in (line, "get error"):
+            reply = talk.ask(asked)
+            longest = max(longest, len(reply))
+            assert len(reply) + 2 <= LONGEST_REPLY, (asked, reply)
+        robot.stop()
+        robot.step()
+    assert longest > 400, "help is among them"
+
+
+def test_an_internal_error_at_a_long_line_is_told_in_a_short_reply() -> None:
+    robot = FakeRobot()
+    robot.breaks = ValueError("broken")
+    talk = Conversation(robot)
+    assert talk.ask("lin move : 1 2 3 4 5 6 " + "0." + "1" * 3900 + " 0") == "error"
+    told = talk.ask("get error")
+    assert told.startswith("3000 internal error")
+    assert len(told) + 2 <= LONGEST_REPLY
+
+
+# More values than a command takes
+
+
+@pytest.mark.parametrize(
+    ("line", "count"),
+    [
+        (f"joint move : {SEVEN} {ONES} 10", 1),
+        (f"lin move : {FRAME} 0.5 0 1 2", 2),
+        (f"smart joint move : {SEVEN} {ONES} x", 1),
+        (f"is reachable : {FRAME} 0 0", 1),
+        ("set override : 0.5 0.5", 1),
+    ],
+)
+def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, count: int) -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    wanted = "reachable" if line.startswith("is") else "done"
+    assert [talk.ask(line) for _ in range(3)] == [wanted] * 3
+    assert talk.journal.extras == [("client", line.partition(" :")[0], count)]
+    other = Conversation(talk.robot, talk.journal, "another")
+    other.ask(line)
+    assert len(talk.journal.extras) == 2, "once for each client"
+    assert not talk.journal.refusals
+
+
+def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
+    talk = Conversation(Controller(load_robot(), 0.002), strict=True)
+    assert talk.ask(f"joint move : {SEVEN} {ONES} 10") == "error"
+    assert talk.ask("get error") == "3040 joint move takes j0..j6 v0..v6: 14 values, got 15"
+    assert talk.ask("get status") == "stopped"
+    assert talk.ask(f"joint move : {SEVEN} {ONES}") == "done"
+    assert talk.journal.extras == []
+
+
+# Reasons that say what to do
+
+
+def test_a_place_in_metres_gets_a_hint_where_it_is_refused() -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    hint = "; 0.45 -0.1 0.52 is within the robot's foot: places are in mm, not in m"
+    assert talk.ask("lin move : 0.45 -0.1 0.52 0 -1.57079 0 0.5 0") == "error"
+    assert talk.ask("get error").endswith(hint)
+    assert talk.ask("is reachable : 0.45 -0.1 0.52 0 -1.57079 0").endswith(hint)
+    assert "foot" not in talk.ask("is reachable : 0 2000 0 0 0 0")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("ptp move : 450 0 520 180 -90 0 1 0", "alpha = 180"),
+        ("ptp quaternion move : 450 0 520 0 1 0 0 1 0", None),
+        ("ptp tool relative move : 0 0 10 90 0 0 1 0", "dalpha = 90"),
+        (f"ptp move : 450 0 520 {pi} {-pi / 2} {2 * pi} 1 0", None),
+        ("set override : 1", None),
+    ],
+)
+def test_angles_beyond_a_turn_that_are_carried_out_are_told_once_for_each_command(
+    line: str, told: str | None
+) -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    for _ in range(3):
+        talk.ask(line)
+        talk.robot.step()
+    assert talk.journal.refusals == []
+    command = line.partition(" :")[0]
+    hint = f"{told} is more than a turn: angles are in rad, not in degrees"
+    assert talk.journal.remarks == ([("client", command, hint)] if told else [])
+
+
+def test_help_lists_commands_and_extensions_and_what_is_alike() -> None:
+    talk = Conversation()
+    own = talk.ask("help").rpartition(" (")[0].split(", ")
+    assert own == [name for name, command in TABLE.commands.items() if not command.extension]
+    others = talk.ask("Help : Extensions").removeprefix("extensions: ").split(", ")
+    assert others == [name for name, command in TABLE.commands.items() if command.extension]
+    moves = talk.ask("help : move").removeprefix("alike: ").split(", ")
+    assert moves == [name for name in TABLE.commands if "move" in name]
+    assert talk.ask("help : get statuss") == "alike: get status"
+    assert talk.ask("help : lin move").startswith("lin move : x[mm]")
+    assert talk.ask("help : launch") == "error"

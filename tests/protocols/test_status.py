@@ -1,0 +1,135 @@
+"""What readers of the status port are told, and what becomes of what they say."""
+
+import json
+
+import msgspec
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.protocols.status import NOTHING_ELSE, StatusLines, StatusSession
+from iiwa_sim.protocols.wire.decimals import readable
+from iiwa_sim.protocols.wire.lines import WONT_TIMING_MARK
+from iiwa_sim.robot.description import load_robot
+from tests.journal import Journal
+from tests.protocols.fake_robot import Conversation, FakeRobot
+from tests.protocols.packets import cut
+from tests.states import state
+
+
+class Reader:
+    """A reader of the status port, and the robot behind it."""
+
+    def __init__(self, commands: bool = False) -> None:
+        self.robot = FakeRobot()
+        self.journal = Journal(commands)
+        self.session = StatusSession(self.robot, self.journal, "reader")
+
+    def says(self, *packets: bytes) -> bytes:
+        answered = b""
+        for packet in packets:
+            self.session.receive(packet)
+            while self.session.waiting:
+                answered += self.session.answer()
+        return answered
+
+
+@pytest.mark.requirement("FRA202")
+@pytest.mark.parametrize("line", [b"stop\n", b"STOP\r\n", b" stop \t:\r", b"stop : ignored\n\r"])
+def test_stop_is_read_as_on_the_main_port(line):
+    reader = Reader(commands=True)
+    for packet in (line[:2], line[2:]):
+        assert reader.says(packet) == b""
+    assert reader.robot.stops == 1
+    ((name, said, reply),) = reader.journal.said
+    assert (name, said, reply) == ("reader", readable(line.rstrip(b"\r\n")), "done")
+    assert reader.journal.refusals == []
+    assert reader.robot.last_error is None
+
+
+@pytest.mark.requirement("FRA202")
+def test_a_stop_without_a_line_end_counts_when_the_reader_sends_no_more():
+    reader = Reader()
+    reader.says(b"stop")
+    assert reader.robot.stops == 0
+    reader.session.end()
+    assert reader.says(b"") == b""
+    assert reader.robot.stops == 1
+
+
+@pytest.mark.requirement("FRA202")
+@given(
+    st.lists(st.sampled_from([b"stop", b"stopp", b"bye", b"joint move : 1", b"", b"\xff\xf4\xff\xfd\x06"])),
+    st.data(),
+)
+def test_stops_among_anything_else_cut_anywhere_are_counted(lines, data):
+    reader = Reader()
+    reader.says(*data.draw(cut(b"".join(line + b"\n" for line in lines))))
+    assert reader.robot.stops == lines.count(b"stop")
+    assert reader.robot.moves == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"get status",
+        b"joint move :" + b" 0.5" * 14,
+        b"bye",
+        b"GET / HTTP/1.1",
+        b"\x1b[2J\xff\xffstop",
+        b"stop now",
+    ],
+)
+def test_anything_else_is_refused_and_does_nothing(line):
+    reader = Reader()
+    assert reader.says(line + b"\r\n") == b""
+    assert (reader.robot.stops, reader.robot.moves) == (0, [])
+    ((name, text, code, reason),) = reader.journal.refusals
+    assert (name, code, reason) == ("reader", 3040, NOTHING_ELSE)
+    assert text.isprintable()
+    assert reader.robot.last_error == ErrorRecord(3040, NOTHING_ELSE)
+
+
+def test_a_huge_line_is_refused_once_and_the_next_is_heard():
+    reader = Reader()
+    for _ in range(100):
+        reader.says(b"stop" * 256)
+    reader.says(b"\nstop\n")
+    assert [refusal[:2] for refusal in reader.journal.refusals] == [("reader", "(too long)")]
+    assert reader.robot.stops == 1
+
+
+def test_telnets_question_after_ctrl_c_is_answered():
+    reader = Reader()
+    assert reader.says(b"\xff\xf4\xff\xfd\x06") == WONT_TIMING_MARK
+    assert reader.journal.refusals == []
+
+
+@pytest.mark.requirement("FRA201", "FRA007")
+def test_lines_are_what_the_main_port_says_at_every_tick():
+    controller = Controller(load_robot(), 0.002)
+    talk = Conversation(controller)
+    lines = StatusLines(controller)
+    assert state(lines.line())["tick"] == 0
+    for line in [
+        "smart joint move :" + " 0.3" * 14,
+        "lin move : 1 2 3 4 5 6 1 0",
+        "joint move :" + " 0.4" * 14,
+        "stop",
+    ]:
+        talk.ask(line)
+        for _ in range(15):
+            controller.step()
+            seen = state(lines.line())
+            wanted = json.loads(msgspec.json.encode(snapshot(controller)))
+            assert list(seen.items()) == list(wanted.items()), "to the last bit, and in that order"
+            for asked in ("status", "mode"):
+                assert seen[asked] == talk.ask(f"get {asked}")
+            for asked in ("joint position", "flange frame", "tool frame", "cartesian force", "joint torque"):
+                said = [float(word) for word in talk.ask(f"get {asked}").split()]
+                assert seen[asked.replace(" ", "_")] == pytest.approx(said, abs=1e-9)
+            error = seen["error"]
+            assert f"{error['code']} {error['reason']}" == talk.ask("get error")

@@ -1,0 +1,91 @@
+import math
+import re
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from iiwa_sim.protocols.wire.decimals import NotANumberError, format_decimals, parse_decimal, readable
+
+JAVA_DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+REPLY_NUMBER = re.compile(r"-?[0-9]+\.([0-9]|[0-9]*[1-9])")
+
+words = st.text("0123456789+-.eE_xnaifNIty,d", min_size=1, max_size=8)
+finite = st.floats(allow_nan=False, allow_infinity=False)
+usual = st.floats(-4000, 4000) | st.integers(-4000, 4000).map(float) | st.floats(-1e-8, 1e-8)
+
+
+def is_number(word: str) -> bool:
+    return bool(JAVA_DECIMAL.fullmatch(word)) and math.isfinite(float(word))
+
+
+@given(words | st.from_regex(JAVA_DECIMAL, fullmatch=True, alphabet=st.characters(codec="ascii")))
+@example("1")
+@example("1.")
+@example("+.5")
+@example("1E-5")
+@example("1e999")
+@example("1_000")
+@example("1,5")
+@example("nan")
+@example("Infinity")
+@example("0x10")
+@example(".")
+def test_numbers_are_those_of_the_grammar(word):
+    if is_number(word):
+        assert parse_decimal(word.encode()) == float(word)
+    else:
+        with pytest.raises(NotANumberError, match="^" + re.escape(word[:40])):
+            parse_decimal(word.encode())
+
+
+@given(st.binary(min_size=1))
+def test_any_bytes_are_a_finite_number_or_refused_in_printable_words(word):
+    if word.isascii() and is_number(word.decode()):
+        assert parse_decimal(word) == float(word)
+    else:
+        with pytest.raises(NotANumberError) as refused:
+            parse_decimal(word)
+        assert str(refused.value).isascii()
+        assert str(refused.value).isprintable()
+
+
+@given(st.lists(usual | finite, min_size=1, max_size=7))
+@example([2996925887.5])
+@example([-0.0])
+@example([-1e-12, 600.0, -math.pi / 2])
+@example([1e-6, 1e16, 1e300])
+@example([999999.9999999999, 1e6, -1e6])
+def test_replies_are_decimals_that_read_back(values):
+    written = format_decimals(values).decode("ascii").split(" ")
+    assert len(written) == len(values)
+    for value, text in zip(values, written, strict=True):
+        assert REPLY_NUMBER.fullmatch(text)
+        assert text != "-0.0"
+        assert abs(float(text) - value) <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, b"0.0"),
+        (-0.0, b"0.0"),
+        (600.0, b"600.0"),
+        (-math.pi / 2, b"-1.570796327"),
+        (1e-9, b"0.000000001"),
+    ],
+)
+def test_replies_are_plain(value, text):
+    assert format_decimals([value]) == text
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_is_never_written(value):
+    with pytest.raises(ValueError, match="no place in a reply"):
+        format_decimals([0.0, value])
+
+
+@given(st.binary())
+def test_readable_text_is_printable(wire):
+    assert readable(wire).isascii()
+    assert readable(wire).isprintable()

@@ -1,0 +1,42 @@
+"""The table of error codes: complete, in order, and short enough for the wire."""
+
+from __future__ import annotations
+
+import pytest
+
+from iiwa_sim.controller import errors, io
+from iiwa_sim.controller.errors import SUCCESS, Refused
+from iiwa_sim.protocols.wire.error_codes import load_error_codes
+from iiwa_sim.protocols.wire.help import helped
+from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.robot import nearest
+
+LONGEST_REPLY = 1000
+"""Bytes that a driver takes at once, with room to spare."""
+ROWS = load_error_codes()
+
+
+def test_it_has_the_codes_that_are_given_and_no_others() -> None:
+    given = {
+        value
+        for module in (errors, nearest, io)
+        for name, value in vars(module).items()
+        if name.isupper() and isinstance(value, int) and (value >= 3000 or module is io)
+    }
+    assert set(ROWS) == given - {SUCCESS, io.DEFAULT_COUNT}
+    assert list(ROWS) == sorted(ROWS)
+
+
+@pytest.mark.parametrize("code", ROWS)
+def test_a_row_says_all_of_it_in_a_line_that_help_can_answer(code: int) -> None:
+    row = ROWS[code]
+    assert all(text.isascii() and text.isprintable() for text in (row.meaning, row.cause, row.remedy))
+    told = helped(load_table("iiwa"), str(code), "lin move")
+    assert told == row.told(code)
+    assert row.remedy in told
+    assert len(told) < LONGEST_REPLY
+
+
+def test_help_for_a_number_that_is_no_code_names_those_there_are() -> None:
+    with pytest.raises(Refused, match=r"no such error code: there are 1, 2, 3000, .*3060"):
+        helped(load_table("iiwa"), "3099", "lin move")

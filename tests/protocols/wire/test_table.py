@@ -1,0 +1,274 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.protocols.wire.command import Quantity
+from iiwa_sim.protocols.wire.lines import OVERLONG
+from iiwa_sim.protocols.wire.table import ERROR, UNKNOWN_COMMAND, Refusal, Request
+from iiwa_sim.protocols.wire.table_file import TableError, load_table, read_table
+
+TABLE = load_table("iiwa")
+
+blanks = st.text(" \t", max_size=3)
+commands = st.sampled_from(list(TABLE.commands.values()))
+parameterless = commands.filter(lambda command: not command.parameters and not command.phrase)
+taking_numbers = commands.filter(lambda command: command.parameters)
+
+
+def fitting(quantity: Quantity) -> str:
+    """A number that the table allows, for every quantity of the kind the same."""
+    return "1" if quantity.integer else "0.5"
+
+
+def within(quantity: Quantity) -> st.SearchStrategy[float]:
+    """Numbers that the table allows."""
+    if quantity.integer:
+        low, high = (None if each is None else int(each) for each in (quantity.minimum, quantity.maximum))
+        return st.integers(low, high).map(float).filter(math.isfinite)
+    low = quantity.minimum if quantity.above is None else quantity.above
+    return st.floats(
+        low, quantity.maximum, exclude_min=quantity.above is not None, allow_nan=False, allow_infinity=False
+    )
+
+
+def beyond(quantity: Quantity) -> st.SearchStrategy[float]:
+    """Finite numbers that the table does not allow, if it has a range."""
+    parts = []
+    if quantity.above is not None:
+        parts.append(st.floats(max_value=quantity.above, allow_infinity=False))
+    if quantity.minimum is not None:
+        parts.append(st.floats(max_value=quantity.minimum, exclude_max=True, allow_infinity=False))
+    if quantity.maximum is not None:
+        parts.append(st.floats(min_value=quantity.maximum, exclude_min=True, allow_infinity=False))
+    return st.one_of(parts)
+
+
+@st.composite
+def mangled(draw: st.DrawFn, words: list[str]) -> str:
+    """The words of a command with other letter case, blanks and tabs."""
+    spelled = []
+    for word in words:
+        upper = draw(st.lists(st.booleans(), min_size=len(word), max_size=len(word)))
+        spelled.append("".join(c.upper() if up else c for c, up in zip(word, upper, strict=True)))
+    line = draw(blanks)
+    for word in spelled:
+        line += word + draw(st.text(" \t", min_size=1, max_size=3))
+    return line.rstrip(" \t") + draw(blanks)
+
+
+def parse(line: str) -> Request | Refusal:
+    return TABLE.parse(line.encode())
+
+
+def refusal(line: str) -> str:
+    """The reply to a line that must be refused, with a reason."""
+    refused = parse(line)
+    assert isinstance(refused, Refusal)
+    assert refused.reason
+    assert "\n" not in refused.reason
+    return refused.reply
+
+
+@given(st.data(), commands)
+def test_letter_case_and_blanks_do_not_matter(data, command):
+    values = tuple(data.draw(within(each)) for each in command.parameters)
+    line = data.draw(mangled(command.name.split()))
+    if values or data.draw(st.booleans()):
+        line += ":" + data.draw(mangled([repr(value) for value in values]))
+    request = parse(line)
+    assert isinstance(request, Request)
+    beyond_a_turn = [
+        each.name
+        for each, value in zip(command.parameters, values, strict=True)
+        if each.unit == "rad" and abs(value) > math.tau
+    ]
+    assert request.in_degrees.split(" ")[0] == "".join(beyond_a_turn[:1])
+    assert request._replace(in_degrees="") == Request(command, values, "")
+
+
+def reason(line: str) -> str:
+    """Why a line is refused."""
+    refused = parse(line)
+    assert isinstance(refused, Refusal)
+    return refused.reason
+
+
+@given(parameterless, st.text(st.characters(codec="ascii", exclude_characters=":\r\n"), max_size=20))
+def test_parameters_behind_a_command_that_takes_none_are_ignored(command, rest):
+    assert parse(f"{command.name} :{rest}") == Request(command, (), "")
+
+
+@given(taking_numbers, st.integers(0, 20))
+def test_too_few_parameters_are_an_error_and_those_beyond_are_counted(command, count):
+    known = (*command.parameters, *command.optional)
+    words = ([fitting(each) for each in known] + ["0.5"] * count)[:count]
+    line = f"{command.name} : {' '.join(words)}"
+    if count >= len(known):
+        assert parse(line) == Request(command, tuple(map(float, words[: len(known)])), "", count - len(known))
+    elif count == len(command.parameters):
+        assert parse(line) == Request(command, tuple(map(float, words)), "")
+    else:
+        assert refusal(line) == ERROR
+
+
+@given(
+    st.data(),
+    taking_numbers,
+    st.sampled_from(["nan", "inf", "-Infinity", "1e999", "1,5", "1_0", "0x1", "x", "--1"]),
+)
+def test_a_parameter_that_is_no_finite_number_is_an_error(data, command, word):
+    words = [fitting(each) for each in command.parameters]
+    place = data.draw(st.integers(0, len(words) - 1))
+    words[place] = word
+    line = f"{command.name} : {' '.join(words)}"
+    assert refusal(line) == ERROR
+    assert reason(line).startswith(f"{command.parameters[place].name} = {word}: expected a ")
+
+
+@given(st.data(), taking_numbers.filter(lambda command: any(each.range for each in command.parameters)))
+def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
+    quantity = data.draw(st.sampled_from([each for each in command.parameters if each.range]))
+    value = data.draw(beyond(quantity))
+    words = [repr(value) if each is quantity else fitting(each) for each in command.parameters]
+    line = f"{command.name} : {' '.join(words)}"
+    assert refusal(line) == ERROR
+    assert reason(line).startswith(f"{quantity.name} = {value!r}: expected ")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 -1", "v6 = -1: expected at least 0 and up to 1"),
+        ("lin move : 450 0 500 3 0 1e999 0.5 0", "gamma = 1e999: expected a finite number"),
+        ("lin move : 450 0 500 3 0 3 0.5 -1", "blending = -1: expected at least 0"),
+        ("linforcez move : 450 0 500 3 0 3 0.5 0 0", "thresholdZ = 0: expected above 0"),
+        ("start gravity : " + "-" * 4000, "joint_stiffness = " + "-" * 40 + "...: expected a number"),
+        ("set output : 1.5 1", "n = 1.5: expected a whole number"),
+        ("", "empty line"),
+        (": 1 2", "no command before the colon"),
+        ("lin move 1 2", "expected a colon behind 'lin move'"),
+        ("get status : :", "more than one ':'"),
+    ],
+)
+def test_what_is_wrong_with_a_line(line, told):
+    assert reason(line) == told
+
+
+@given(taking_numbers)
+def test_a_move_without_parameters_is_an_error(command):
+    assert refusal(command.name) == ERROR
+    assert refusal(command.name + " :") == ERROR
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["", " ", "\t \t", ":", " : ", "::", "get status::", "get status : :", "lin move : 1 : 2", "getstatus",
+     "get", "get  status x", "lin move 1 2", "hello robot", "get\x0bstatus", "g\u00eat status", "\u017ftop"],
+)  # fmt: skip
+def test_what_names_no_command_is_unknown(line):
+    assert refusal(line) == UNKNOWN_COMMAND
+
+
+@given(st.binary())
+def test_any_bytes_are_a_request_or_refused(line):
+    answer = TABLE.parse(line)
+    assert isinstance(answer, Request | Refusal)
+    if isinstance(answer, Request):
+        assert len(answer.values) in (
+            len(answer.command.parameters),
+            len(answer.command.parameters) + len(answer.command.optional),
+        )
+        assert all(math.isfinite(value) for value in answer.values)
+
+
+def test_a_line_that_was_too_long_is_an_error():
+    refused = TABLE.parse(OVERLONG)
+    assert isinstance(refused, Refusal)
+    assert refused.reply == ERROR
+
+
+def test_words_before_numbers():
+    table = read_table(
+        SMALL.replace('parameters = "n"', 'parameters = "n"\nphrase = "name"').encode(), "small.toml"
+    )
+    assert table.parse(b"nod : the Old  2\tman 3") == Request(table.commands["nod"], (3.0,), "the Old 2 man")
+    assert table.parse(b"nod : 3").reason == "nod takes name and n: 1 value"
+    assert table.parse(b"nod : man man").reason == "n = man: expected a number"
+    assert table.commands["nod"].usage().startswith("nod : [name] n[")
+
+
+def test_optional_parameters_are_all_there_or_none_of_them():
+    table = read_table(
+        SMALL.replace('parameters = "n"', 'parameters = "n"\noptional = "n n"').encode(), "small.toml"
+    )
+    assert table.parse(b"nod : 1").values == (1.0,)
+    assert table.parse(b"nod : 1 2 3").values == (1.0, 2.0, 3.0)
+    assert table.parse(b"nod : 1 2").reason == "nod takes n (n) (n): 1 or 3 values, got 2"
+    assert table.parse(b"nod : 1 2 5").reason == "n = 5: expected above 0 and up to 4"
+
+
+def test_a_number_for_each_joint():
+    small = SMALL.replace('parameters = "n"', 'each_joint = "n"').encode()
+    for joints in (6, 7):
+        table = read_table(small, "small.toml", joints)
+        assert [each.name for each in table.commands["nod"].parameters] == [f"n{i}" for i in range(joints)]
+        assert table.parse(b"nod : " + b"1 " * joints).values == (1.0,) * joints
+        told = f"nod takes n0..n{joints - 1}: {joints} values, got 2"
+        assert table.parse(b"nod : 1 1").reason == told
+    assert read_table(small, "small.toml", 6).commands["nod"].usage().startswith("nod : n0..n5[")
+
+
+SMALL = """
+title = "a small protocol"
+source = "this test"
+[value]
+n = { unit = "1", above = 0, maximum = 4, meaning = "how often" }
+[command.nod]
+summary = "Nods n times."
+mode = "any"
+requirements = []
+parameters = "n"
+reply.values = "n"
+[command.wave]
+summary = "Waves."
+mode = "any"
+requirements = []
+reply.words = ["done"]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('parameters = "n"', 'parameters = "n m"', "command.nod.parameters: m has no row"),
+        ('reply.values = "n"', 'reply.values = ""', "command.nod.reply: expected one of"),
+        ('parameters = "n"', 'optional = "n"', "command.nod.optional: expected parameters"),
+        ('parameters = "n"', 'each_joint = "n"', "command.nod.each_joint: expected to be told how many"),
+        ("[command.nod]", "[command.Nod]", "command.Nod: expected a name in lower case"),
+        ('mode = "any"', "mode = 3", "Expected `str`, got `int`"),
+        ('mode = "any"', 'mood = "any"', "unknown field `mood`"),
+        ("[value]", "[value", "small.toml"),
+    ],
+)
+def test_a_fault_in_a_table_is_told_in_one_line(old, new, told):
+    assert old in SMALL
+    with pytest.raises(TableError) as raised:
+        read_table(SMALL.replace(old, new, 1).encode(), "small.toml")
+    assert "small.toml: " in str(raised.value)
+    assert told in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_usage_tells_units_and_ranges():
+    assert read_table(SMALL.encode(), "small.toml").commands["nod"].usage() == "nod : n[0 < n <= 4] -> n[1]"
+    longer = SMALL.replace('parameters = "n"', 'parameters = "n"\noptional = "n"')
+    longer = longer.replace("reply.values", "reply.list")
+    usage = read_table(longer.encode(), "small.toml").commands["nod"].usage()
+    assert usage == "nod : n[0 < n <= 4] (n[0 < n <= 4]) -> n[0 < n <= 4] ..."
+    assert "x[mm]" in TABLE.commands["lin move"].usage()
+    assert "blending[mm, 0 <= blending]" in TABLE.commands["lin move"].usage()
+    usage = TABLE.commands["joint move"].usage()
+    assert usage == "joint move : j0..j6[rad] v0..v6[0 <= v0..v6 <= 1] -> done"
+    assert TABLE.commands["get status"].usage() == "get status -> moving / stopped"

@@ -1,0 +1,186 @@
+"""What a test bench does to a robot, as a driver of each protocol sees it; the one whose turn it is; ends."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from math import degrees
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Krc4Driver, Scene, connect
+from tests.talking import Client, until
+
+
+@pytest.fixture(params=ONE_OF_EACH_PROTOCOL)
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return SCENES[request.param]
+
+
+@pytest.fixture
+async def simulator(scene: Scene) -> AsyncIterator[Simulator]:
+    async with scene.simulator() as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def driver(scene: Scene, simulator: Simulator) -> AsyncIterator[Driver]:
+    driver, _ = await connect(simulator, scene.spoken)
+    yield driver
+    await driver.leaves()
+
+
+async def told(bench: Client, *lines: str) -> None:
+    for line in lines:
+        assert await bench.ask(line) == "done", line
+
+
+async def under_way(simulator: Simulator) -> None:
+    home = simulator.cell.start
+    await until(lambda: simulator.joints != home)
+
+
+def numbers(values: tuple[float, ...]) -> str:
+    return " ".join(map(repr, values))
+
+
+async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator, bench: Client) -> None:
+    count = len(simulator.joints)
+    torques = tuple(float(number) for number in range(1, count + 1))
+    await told(bench, f"push joints : {numbers(torques)}")
+    assert simulator.state().joint_torque == torques
+    await told(bench, "release", "push : 0 0 -20 0 0 0")
+    seen = json.loads(await bench.ask("get state"))
+    assert seen["cartesian_force"] == [0.0, 0.0, -20.0, 0.0, 0.0, 0.0]
+    assert len(seen["joint_torque"]) == count
+    assert abs(seen["joint_torque"][1]) > 1.0, "A2 carries it"
+    await told(bench, "restore state : start")
+    assert simulator.state().joint_torque == (0.0,) * count
+
+
+async def test_a_robot_is_placed_saved_and_restored(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+) -> None:
+    await told(bench, f"place : {numbers(scene.far)}", "set tool : 0 0 120 0 0 0", "save state : far")
+    home_tcp = simulator.state().tool_frame
+    assert simulator.joints == scene.far
+    await told(bench, "restore state : start")
+    assert simulator.joints == simulator.cell.start
+    await told(bench, "restore state : far")
+    assert (simulator.joints, simulator.state().tool_frame) == (scene.far, home_tcp)
+    if isinstance(driver, Krc4Driver):
+        count = len(scene.far)
+        goal = await driver.message("GOA")
+        assert goal.reals[:count] == pytest.approx(list(map(degrees, scene.far)), abs=1e-6)
+        x_mm, y_mm, z_mm, *angles = home_tcp
+        there = (await driver.message("GOP")).reals[:6]
+        assert there == pytest.approx([x_mm, y_mm, z_mm, *map(degrees, angles)], abs=1e-6)
+
+
+@pytest.mark.parametrize("scene", [SCENES["krc4"]])
+async def test_a_surface_is_touched_by_a_line_of_the_krc4(
+    simulator: Simulator, driver: Krc4Driver, bench: Client
+) -> None:
+    await told(bench, "set tool : 0 0 100 0 0 0", "set clock : fast")
+    start = await driver.message("GOP")
+    x_mm, y_mm, z_mm, *turned = start.reals[:6]
+    top_mm = z_mm - 30.0
+    await told(bench, f"add box : table {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
+    assert (await driver.message("LIN", x_mm, y_mm, top_mm - 1.0, *turned)).error is None
+    await driver.until_stopped()
+    seen = simulator.state()
+    assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
+    assert any(seen.joint_torque)
+    tick = simulator.controller.tick
+    await told(bench, f"move surface : table {x_mm} {y_mm} {top_mm - 19} 0 0 0")
+    await until(lambda: simulator.controller.tick > tick)
+    seen = simulator.state()
+    assert max(map(abs, seen.cartesian_force)) == pytest.approx(40.0, rel=1e-3), "it pushes on"
+    blocked = await bench.ask(f"add box : other {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
+    assert blocked.startswith("error 3000 the TCP would be ")
+
+
+@pytest.mark.parametrize("scene", [SCENES["krc4 beside iiwa"]])
+async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
+    scene: Scene, simulator: Simulator, driver: Krc4Driver, bench: Client
+) -> None:
+    other, _ = await connect(simulator, "iiwa")
+    refused = await bench.ask("servo timeout")
+    assert refused == "error 3000 the mode is unknown: expected smart or direct"
+    smart = f"smart joint move : {numbers(scene.far)} {'0.1 ' * 7}"
+    assert await other.ask(smart) == "done"
+    await under_way(simulator)
+    await told(bench, "servo timeout")
+    assert await driver.moves(scene.far) == 3040
+    await told(bench, "reset error")
+    assert await other.ask(smart) == "done"
+    assert await driver.moves(simulator.cell.start) == 0, "which stops what the servo did"
+    assert await other.ask("get mode") == "normal"
+    await driver.until_stopped()
+    assert simulator.joints == pytest.approx(simulator.cell.start)
+    await other.leaves()
+
+
+@pytest.mark.parametrize("how", ["vanishes", "sends no more"])
+async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client, how: str
+) -> None:
+    await told(bench, "set override : 0.2")
+    goes, _ = await connect(simulator, scene.spoken)
+    assert await goes.moves(scene.far) == 0
+    await under_way(simulator)
+    if how == "leaves":
+        await goes.leaves()
+    elif how == "vanishes":
+        goes.vanishes()
+    else:
+        goes.sends_no_more()
+        assert await goes.rest() == b""
+    await driver.until_stopped()
+    assert simulator.joints != pytest.approx(scene.far, abs=0.1)
+    await driver.is_served()
+    await goes.leaves()
+
+
+async def test_who_only_looks_on_may_go(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+) -> None:
+    await told(bench, "set override : 0.2")
+    looks_on, number = await connect(simulator, scene.other)
+    assert await driver.moves(scene.far) == 0
+    assert await looks_on.moving()
+    looks_on.vanishes()
+    await until(lambda: number not in simulator.backdoor.connections())
+    await told(bench, "set override : 1", "set clock : fast")
+    await driver.until_stopped()
+    assert simulator.joints == pytest.approx(scene.far)
+
+
+@pytest.mark.parametrize("how", ["leaves"])
+async def test_exclusive_means_one_after_the_other_of_all_protocols(scene: Scene, how: str) -> None:
+    async with scene.simulator(exclusive=True) as simulator:
+        first, _ = await connect(simulator, scene.spoken)
+        second, _ = await connect(simulator, scene.other)
+        third, _ = await connect(simulator, scene.spoken)
+        for each in (second, third):
+            each.send(b"".join(each.QUESTIONS))
+            await each.sent()
+        simulator.backdoor.set_override(0.2)
+        assert await first.moves(scene.far) == 0
+        await under_way(simulator)
+        assert second.unread == third.unread == b""
+        if how == "leaves":
+            await first.leaves()
+        else:
+            first.vanishes()
+        await until(lambda: second.unread != b"")
+        await second.whole_reply()  # whether the robot still brakes is up to the machine
+        await second.whole_reply()
+        await second.whole_reply()
+        await second.until_stopped()
+        assert third.unread == b"", "one at a time"
+        assert simulator.joints != pytest.approx(scene.far, abs=0.1)
+        await second.leaves()
+        assert [await third.whole_reply() for _ in range(3)] == list(third.ANSWERS)
+        await third.leaves()
