@@ -11,7 +11,7 @@ from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.told import ENOUGH, Told
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.iiwa.session import IiwaSession
+from iiwa_sim.protocols.iiwa import IiwaSession
 from iiwa_sim.robot.description import load_robot
 
 LONG, SHORT = 1000, 400

@@ -13,7 +13,7 @@ from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.protocols.wire.dialogue import Dialogue
+from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.recordings.recorder import Recorder
 
 SEED = 5

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from iiwa_sim.frames import Frame
     from iiwa_sim.options.model import Settings
     from iiwa_sim.options.sources import SettingError
-    from iiwa_sim.protocols.wire.canned import UNTIL_CLEARED
-    from iiwa_sim.protocols.wire.wire_faults import (
+    from iiwa_sim.protocols.faults import (
         EVERY,
         NEXT,
+        UNTIL_CLEARED,
         CloseAfter,
         CloseBefore,
         Delay,
@@ -100,9 +100,8 @@ _HOMES = {
     "clock.errands": ("StillMoving",),
     "controller.errors": ("Refused",),
     "controller.snapshot": ("Snapshot",),
-    "protocols.wire.canned": ("UNTIL_CLEARED",),
-    "protocols.wire.wire_faults": (
-        *("EVERY", "NEXT"),
+    "protocols.faults": (
+        *("EVERY", "NEXT", "UNTIL_CLEARED"),
         *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),
     ),
     "frames": ("Frame",),

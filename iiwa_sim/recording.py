@@ -4,8 +4,8 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from iiwa_sim.controller.snapshot import Snapshot
-from iiwa_sim.protocols.wire.decimals import format_decimals
-from iiwa_sim.protocols.wire.dialogue import DialogueLine, Direction
+from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.dialogue import DialogueLine, Direction
 
 LONGEST = 300
 """Exchanges and events kept, the newest ones; a repeated exchange counts once."""

@@ -5,11 +5,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from iiwa_sim.protocols.krc4.short import from_short, is_short
-from iiwa_sim.protocols.krc4.table import load_krc4_table
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.krc4_xml import from_short, is_short, load_krc4_table
 from iiwa_sim.protocols.ports import KRC4
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 
 MOST = 100_000
 """Exchanges that are remembered; one that is repeated, as of a driver that polls, counts once."""

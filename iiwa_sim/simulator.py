@@ -17,11 +17,11 @@ from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import from_keywords
+from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.protocols import Protocol, protocol_for
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.status import StatusLines, StatusSession
-from iiwa_sim.protocols.wire.wire_faults import WireFaults
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot_in_time import RobotInTime
 from iiwa_sim.server.admission import Admission

@@ -12,8 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame, quaternion_from_rotation
-from iiwa_sim.protocols.wire.command import Command
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import Command, load_table
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation
 from tests.stepped import ARMS, SteppedRobot

@@ -13,7 +13,7 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import read

@@ -18,8 +18,8 @@ from iiwa_sim.controller.errors import (
     TARGET_NOT_REACHABLE,
 )
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
-from iiwa_sim.protocols.krc4.table import load_krc4_table
-from iiwa_sim.protocols.wire.error_codes import load_error_codes
+from iiwa_sim.protocols.krc4_xml import load_krc4_table
+from iiwa_sim.protocols.table import load_error_codes
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator

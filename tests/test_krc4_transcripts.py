@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from iiwa_sim.protocols.krc4.table import load_krc4_table
+from iiwa_sim.protocols.krc4_xml import load_krc4_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, shipped
 from iiwa_sim.transcript.replay import replay

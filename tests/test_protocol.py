@@ -6,8 +6,7 @@ import pytest
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import quaternion_from_rotation
-from iiwa_sim.protocols.wire.command import Quantity
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import Quantity, load_table
 from iiwa_sim.robot.description import load_robot
 from tests.protocols.fake_robot import Conversation
 

@@ -224,7 +224,7 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
 def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
     result = project.tests(
         """
-        from iiwa_sim.protocols.wire.wire_faults import Delay, Drop
+        from iiwa_sim.protocols.faults import Delay, Drop
 
         @pytest.mark.iiwa(protocol=["iiwa", "krc4"])
         def test_fails(iiwa, driver):

@@ -1,6 +1,6 @@
 """The text of a dialogue for a report."""
 
-from iiwa_sim.protocols.wire.dialogue import Dialogue
+from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.recording import LONGEST, Recording
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import shipped
 from iiwa_sim.transcript.replay import replay

@@ -9,7 +9,7 @@ from contextlib import AsyncExitStack
 
 import pytest
 
-from iiwa_sim.protocols.wire.wire_faults import Drop
+from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
 from tests.talking import Client, until

@@ -15,10 +15,8 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
-from iiwa_sim.protocols.krc4.table import load_krc4_table
-from iiwa_sim.protocols.wire.command import Command, Quantity
-from iiwa_sim.protocols.wire.error_codes import load_error_codes
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.krc4_xml import load_krc4_table
+from iiwa_sim.protocols.table import Command, Quantity, load_error_codes, load_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = {  # of files outside of docs/

@@ -18,10 +18,10 @@ from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.protocols.protocols import protocol_for
-from iiwa_sim.protocols.wire.canned import CannedReplies
-from iiwa_sim.protocols.wire.dialogue import Dialogue
 from iiwa_sim.robot.model import Model
 
 PROGRAMS = 200

@@ -11,7 +11,7 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.protocols.wire.wire_faults import WireFaults
+from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_TOLD = 200

@@ -16,10 +16,8 @@ import msgspec
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.wire.command import Command, Quantity
-from iiwa_sim.protocols.wire.decimals import format_decimals
-from iiwa_sim.protocols.wire.table import Request
-from iiwa_sim.protocols.wire.wire_faults import (
+from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.faults import (
     CloseAfter,
     CloseBefore,
     Delay,
@@ -30,6 +28,7 @@ from iiwa_sim.protocols.wire.wire_faults import (
     ResetBefore,
     Split,
 )
+from iiwa_sim.protocols.table import Command, Quantity, Request
 
 Method = Callable[..., Any]
 """Takes the backdoor and the arguments; what takes time is a coroutine."""

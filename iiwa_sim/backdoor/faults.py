@@ -4,9 +4,16 @@
 from iiwa_sim.backdoor.base import Base, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
-from iiwa_sim.protocols.wire.canned import UNTIL_CLEARED
-from iiwa_sim.protocols.wire.steps import Close, Reset
-from iiwa_sim.protocols.wire.wire_faults import EVERY, FAULTS, LONGEST_WAIT_S, Fault, Silence
+from iiwa_sim.protocols.faults import (
+    EVERY,
+    FAULTS,
+    LONGEST_WAIT_S,
+    UNTIL_CLEARED,
+    Close,
+    Fault,
+    Reset,
+    Silence,
+)
 from iiwa_sim.wording import harmless, shortened
 
 ON_PURPOSE = "made to fail through the backdoor"
@@ -103,7 +110,7 @@ class Faults(Base):
 
     @acts
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Apply a fault of `iiwa_sim.protocols.wire.wire_faults` to replies, after faults set before."""
+        """Apply a fault of `iiwa_sim.protocols.faults` to replies, after faults set before."""
         if type(fault) not in FAULTS:
             shown = fault.__name__ if isinstance(fault, type) else repr(fault)
             kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())

@@ -17,8 +17,8 @@ from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.protocols.wire.command import Command
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.protocols.table import Command
 from iiwa_sim.server.http import HttpAnswer, HttpRequest
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess

@@ -12,8 +12,8 @@ import msgspec
 
 from iiwa_sim.backdoor.line_calls import NotUnderstood
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.protocols.wire.command import BETWEEN_PHRASES, Command, Quantity
-from iiwa_sim.protocols.wire.lines import MAX_LINE_BYTES
+from iiwa_sim.protocols.lines import MAX_LINE_BYTES
+from iiwa_sim.protocols.table import BETWEEN_PHRASES, Command, Quantity
 from iiwa_sim.wording import harmless, shortened
 
 _LONGEST_SHOWN = 40

@@ -6,11 +6,8 @@ from contextlib import contextmanager
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import call
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.protocols.wire.help import helped
-from iiwa_sim.protocols.wire.line_session import shown
-from iiwa_sim.protocols.wire.log import ProtocolLog
-from iiwa_sim.protocols.wire.table import Refusal, Request, Table
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.session import ProtocolLog, shown
+from iiwa_sim.protocols.table import Refusal, Request, Table, helped, load_table
 
 BYE, HELP, RELEASE_WHEN_GONE = "bye", "help", "release when gone"
 _EXAMPLE = "push"

@@ -6,7 +6,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.options.model import Settings
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.server import close_all, start_all
 from iiwa_sim.server.tcp import TcpServer

@@ -5,7 +5,7 @@ from collections import deque
 
 import msgspec
 
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 
 MOST = 1000
 """Number of lines kept."""

@@ -11,10 +11,9 @@ from collections.abc import Coroutine
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.line_calls import BYE, RELEASE_WHEN_GONE, LineCalls
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.protocols.wire.line_session import LineSession, written
-from iiwa_sim.protocols.wire.lines import OVERLONG
-from iiwa_sim.protocols.wire.log import ProtocolLog
-from iiwa_sim.protocols.wire.table import ERROR
+from iiwa_sim.protocols.lines import OVERLONG
+from iiwa_sim.protocols.session import LineSession, ProtocolLog, written
+from iiwa_sim.protocols.table import ERROR
 from iiwa_sim.server.token import Token
 from iiwa_sim.wording import harmless
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.fault import NoServer
 from iiwa_sim.transcript.lines import Said, Transcript, command_of

@@ -24,6 +24,7 @@ else:
     from iiwa_sim.contact.contact_kernel import Contact, turn_between
     from iiwa_sim.robot.feeling_kernel import Feeling
 
+
 @cython.cclass
 class World(Feeling):
     """Surfaces, and a sphere round the TCP that touches them, and rolls on them.

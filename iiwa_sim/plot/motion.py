@@ -8,11 +8,9 @@ from numpy.typing import NDArray
 
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind
-from iiwa_sim.protocols.krc4.short import from_short, is_short
-from iiwa_sim.protocols.krc4.table import load_krc4_table, understand
+from iiwa_sim.protocols.krc4_xml import from_short, is_short, load_krc4_table, understand
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.wire.table import Request
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import Request, load_table
 from iiwa_sim.recordings import watch
 from iiwa_sim.robot.description import RobotDescription
 

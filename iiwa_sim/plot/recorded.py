@@ -7,7 +7,7 @@ import numpy as np
 
 from iiwa_sim.plot.motion import History, Motion
 from iiwa_sim.plot.script import PlotFault
-from iiwa_sim.protocols.wire.dialogue import Direction
+from iiwa_sim.protocols.dialogue import Direction
 from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.watch import Event
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot

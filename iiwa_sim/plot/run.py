@@ -6,11 +6,11 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.log import SessionLog
 from iiwa_sim.plot.motion import History, Motion
 from iiwa_sim.plot.script import LONGEST_S, Command, Script, Wait
-from iiwa_sim.protocols.krc4.short import from_short, is_short, to_xml
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.faults import CannedReplies
+from iiwa_sim.protocols.krc4_xml import from_short, is_short, to_xml
 from iiwa_sim.protocols.ports import KRC4
 from iiwa_sim.protocols.protocols import protocol_for
-from iiwa_sim.protocols.wire.canned import CannedReplies
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings.watch import Event, Watch
 
 REST_TICKS = 3

@@ -11,8 +11,8 @@ follow each other at once, within one tick, except where the file says
 from pathlib import Path
 from typing import NamedTuple
 
+from iiwa_sim.protocols.decimals import parse_decimal
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL
-from iiwa_sim.protocols.wire.decimals import parse_decimal
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_S = 600.0

@@ -4,14 +4,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.protocols.iiwa.session import IiwaSession
-from iiwa_sim.protocols.krc4.session import Krc4Session
-from iiwa_sim.protocols.krc4.table import REGISTERS
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.faults import CannedReplies
+from iiwa_sim.protocols.iiwa import IiwaSession
+from iiwa_sim.protocols.krc4 import Krc4Session
+from iiwa_sim.protocols.krc4_xml import REGISTERS
 from iiwa_sim.protocols.ports import IIWA, KRC4
-from iiwa_sim.protocols.session import Session
-from iiwa_sim.protocols.wire.canned import CannedReplies
-from iiwa_sim.protocols.wire.dialogue import Dialogue
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog, Session
 from iiwa_sim.robot.description import RobotDescription, RobotFault
 
 

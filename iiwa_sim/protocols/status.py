@@ -10,11 +10,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.controller.numbers_kernel import Numbers
 from iiwa_sim.controller.state_lines import StateLines
-from iiwa_sim.protocols.wire.line_session import LINES_AT_ONCE, CommandSession, written
-from iiwa_sim.protocols.wire.lines import WONT_TIMING_MARK
-from iiwa_sim.protocols.wire.log import ProtocolLog
-from iiwa_sim.protocols.wire.table import Refusal, Request, Table
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.lines import WONT_TIMING_MARK
+from iiwa_sim.protocols.session import LINES_AT_ONCE, CommandSession, ProtocolLog, written
+from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
 from iiwa_sim.robot.model import Model
 
 STOP = "stop"

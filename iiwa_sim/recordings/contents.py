@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.controller.state_lines import StateLines
-from iiwa_sim.protocols.wire.dialogue import DialogueLine
+from iiwa_sim.protocols.dialogue import DialogueLine
 from iiwa_sim.recordings.handed import Handed, Ready, Said, States
 from iiwa_sim.recordings.message import Message
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from iiwa_sim.protocols.wire.dialogue import DialogueLine, Direction
+from iiwa_sim.protocols.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.schemas import DIALOGUE

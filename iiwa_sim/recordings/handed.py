@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import msgspec
 
 from iiwa_sim.controller.reading import Reading
-from iiwa_sim.protocols.wire.dialogue import DialogueLine
+from iiwa_sim.protocols.dialogue import DialogueLine
 from iiwa_sim.robot.description import RobotDescription
 
 _LENGTH_BYTES = 4

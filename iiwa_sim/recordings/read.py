@@ -58,7 +58,7 @@ class Read(NamedTuple):
 
 
 class Spoken(msgspec.Struct):
-    """A line of the dialogue, as `iiwa_sim.protocols.wire.dialogue` tells it."""
+    """A line of the dialogue, as `iiwa_sim.protocols.dialogue` tells it."""
 
     time_s: float
     tick: int

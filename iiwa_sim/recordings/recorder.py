@@ -15,7 +15,7 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.reading import Reading
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp

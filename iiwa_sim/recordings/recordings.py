@@ -9,8 +9,8 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.wire.dialogue import Dialogue
-from iiwa_sim.protocols.wire.wire_faults import WireFaults
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.recordings.fault import check_library
 from iiwa_sim.robot_events import RobotEvents
 

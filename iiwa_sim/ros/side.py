@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.options.model import Settings
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.conventions import SIMULATED, RosFault
 from iiwa_sim.ros.graph import Graph

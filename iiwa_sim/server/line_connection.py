@@ -6,8 +6,8 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from iiwa_sim.protocols.faults import Reset, Send, Step, Wait
 from iiwa_sim.protocols.session import Session
-from iiwa_sim.protocols.wire.steps import Reset, Send, Step, Wait
 from iiwa_sim.server.connection import Connection
 from iiwa_sim.server.first_line import FirstLine
 from iiwa_sim.server.in_order import InOrder

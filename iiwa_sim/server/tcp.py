@@ -3,8 +3,8 @@
 import asyncio
 from collections.abc import Callable
 
+from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.session import Session
-from iiwa_sim.protocols.wire.wire_faults import WireFaults
 from iiwa_sim.server.admission import Admission
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.line_connection import LineConnection

@@ -1,4 +1,4 @@
-"""KRC4 messages in a transcript: in short form (`iiwa_sim.protocols.krc4.short`), or verbatim.
+"""KRC4 messages in a transcript: in short form (`iiwa_sim.protocols.krc4_xml`), or verbatim.
 
 In both, `{GOP}` stands for the reals of the last reply to that message, `R0=445.0 R2=810.0` without those
 that are 0; `{GOP + 0 0 10}` for them with these added, from R0 on; `{GOP R2}` for one register, and `{GOP R2
@@ -9,18 +9,22 @@ import math
 import re
 from collections.abc import Mapping
 
-from iiwa_sim.protocols.krc4.short import from_short, is_short, short_reply, to_xml
-from iiwa_sim.protocols.krc4.stream import Broken, XmlStream
-from iiwa_sim.protocols.krc4.table import (
+from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.krc4_xml import (
     LARGEST_INTEGER,
     REGISTERS,
     REPLY,
     REQUEST,
+    Broken,
     Message,
+    XmlStream,
+    from_short,
+    is_short,
     load_krc4_table,
+    short_reply,
+    to_xml,
     understand,
 )
-from iiwa_sim.protocols.wire.decimals import format_decimals
 from iiwa_sim.transcript.escapes import wire_bytes
 
 _HEARD = re.compile(r"\{(?P<tag>[A-Z]{3})(?: (?P<register>[IR][0-9]))?\s*(?:\+(?P<more>[^{}]*))?\}")

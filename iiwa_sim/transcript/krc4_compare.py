@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from iiwa_sim.protocols.krc4.short import is_short, short_reply
-from iiwa_sim.protocols.krc4.table import REPLY, Message
+from iiwa_sim.protocols.krc4_xml import REPLY, Message, is_short, short_reply
 from iiwa_sim.transcript.krc4 import filled, understood
 from iiwa_sim.transcript.lines import Answered, Compare
 

@@ -10,8 +10,8 @@ from types import TracebackType
 from typing import Self
 
 from iiwa_sim.never_waiting import NeverWaiting
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.written import Lines
 

@@ -9,9 +9,8 @@ import socket
 import struct
 import time
 
-from iiwa_sim.protocols.krc4.stream import Broken, XmlStream
-from iiwa_sim.protocols.krc4.table import REPLY
-from iiwa_sim.protocols.wire.decimals import readable
+from iiwa_sim.protocols.decimals import readable
+from iiwa_sim.protocols.krc4_xml import REPLY, Broken, XmlStream
 from iiwa_sim.server.listening import host_and_port
 from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.wording import harmless

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from iiwa_sim.protocols.krc4.short import NO_MESSAGE
+from iiwa_sim.protocols.dialogue import DialogueLine, Direction
+from iiwa_sim.protocols.krc4_xml import NO_MESSAGE
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, KRC4
-from iiwa_sim.protocols.wire.dialogue import DialogueLine, Direction
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.transcript.krc4 import answers_reals
 
 UNSPEAKABLE = ("(too long)", NO_MESSAGE)

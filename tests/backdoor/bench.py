@@ -13,8 +13,8 @@ from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.contact.shapes import Cylinder
 from iiwa_sim.controller.handling import HandlingSetup, Wiring
 from iiwa_sim.frames import IDENTITY, Frame
-from iiwa_sim.protocols.wire.dialogue import Dialogue
-from iiwa_sim.protocols.wire.wire_faults import WireFaults
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Part
 from tests.journal import Journal

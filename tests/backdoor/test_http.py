@@ -11,8 +11,7 @@ import pytest
 from iiwa_sim.backdoor.http import COMMANDS, OF_A_CONNECTION, BackdoorHttp
 from iiwa_sim.backdoor.json_lines import fields, reply_in_json
 from iiwa_sim.backdoor.recent_dialogue import MOST
-from iiwa_sim.protocols.wire.table import ERROR, Request
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import ERROR, Request, load_table
 from iiwa_sim.server.http import HttpAnswer, HttpRequest
 from iiwa_sim.server.token import Token
 from iiwa_sim.transcript.lines import Said, read

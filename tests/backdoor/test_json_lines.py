@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.backdoor.json_lines import fields, line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import NotUnderstood
-from iiwa_sim.protocols.wire.command import Command, Quantity
-from iiwa_sim.protocols.wire.table import Refusal
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import Command, Quantity, Refusal, load_table
 
 TABLE = load_table("backdoor", 7)
 COMMANDS = st.sampled_from(list(TABLE.commands.values()))

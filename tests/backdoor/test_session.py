@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.wire.table_file import load_table
-from iiwa_sim.protocols.wire.wire_faults import (
+from iiwa_sim.protocols.faults import (
     EVERY,
     NEXT,
     CloseAfter,
@@ -25,6 +24,7 @@ from iiwa_sim.protocols.wire.wire_faults import (
     ResetBefore,
     Split,
 )
+from iiwa_sim.protocols.table import load_table
 from tests.asked import joint_move, smart_joint_move
 from tests.backdoor.bench import IIWA, KR_6, Bench
 from tests.samples import some

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.protocols.wire.wire_faults import Drop
+from iiwa_sim.protocols.faults import Drop
 from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.backdoor.bench import Bench
 

@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim import Drop, Split
 from iiwa_sim.client import CommandError, Frame, Iiwa, LastError, ReplyError, RobotStatus, UnknownCommandError
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.simulator import Simulator
 from tests.talking import DEADLINE_S
 

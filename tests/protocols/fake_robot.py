@@ -11,7 +11,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.iiwa.session import IiwaSession
+from iiwa_sim.protocols.iiwa import IiwaSession
 from tests.journal import Journal
 
 

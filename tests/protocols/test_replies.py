@@ -10,8 +10,8 @@ from iiwa_sim.cell.settings import LARGEST_IO_COUNT
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.io import Io
-from iiwa_sim.protocols.iiwa.commands import LONGEST_REPLY
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.iiwa import LONGEST_REPLY
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import load_robot
 from tests.protocols.fake_robot import Conversation, FakeRobot
 

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.protocols.decimals import readable
+from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.status import NOTHING_ELSE, StatusLines, StatusSession
-from iiwa_sim.protocols.wire.decimals import readable
-from iiwa_sim.protocols.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.robot.description import load_robot
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation, FakeRobot

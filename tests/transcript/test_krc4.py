@@ -6,9 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.krc4.short import from_short, short_reply, to_xml, word_for_word, written
-from iiwa_sim.protocols.krc4.stream import Broken, Element, XmlStream
-from iiwa_sim.protocols.krc4.table import reply, understand
+from iiwa_sim.protocols.krc4_xml import (
+    Broken,
+    Element,
+    XmlStream,
+    from_short,
+    reply,
+    short_reply,
+    to_xml,
+    understand,
+    word_for_word,
+    written,
+)
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import ask_idle, filled, is_moving, sent
 from iiwa_sim.transcript.krc4_compare import deviation

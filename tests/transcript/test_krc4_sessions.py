@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.protocols.krc4.stream import MAX_MESSAGE_BYTES
+from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES
 from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault

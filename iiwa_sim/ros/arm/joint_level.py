@@ -11,7 +11,7 @@ from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.trajectory_request import order_of
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.arm.contents import STATES, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory

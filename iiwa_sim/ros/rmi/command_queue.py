@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.requests import Kind
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.rmi.commands import read_command
 from iiwa_sim.ros.rmi.robot import Move, Robot
 

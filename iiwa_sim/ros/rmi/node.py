@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.conventions import APPLY, NEWEST_RESULT
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of

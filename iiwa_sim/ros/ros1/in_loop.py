@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import rospy
 
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.server.budget import Budget, Share
 
 MOST_SENDERS = 1000

@@ -15,7 +15,7 @@ import rosgraph
 import rospy
 
 from iiwa_sim.controller.errors import EXECUTION
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.rmi.definitions import service
 from iiwa_sim.ros.rmi.message_text import BadMessage, Definition

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.arm.goals import GoalEnd
 from iiwa_sim.ros.arm.joint_level import ACTION, JointLevel
 from iiwa_sim.ros.rmi.message_text import BadMessage

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.protocols.wire.log import ProtocolLog
+from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.conventions import RosFault
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.message_text import BadMessage

@@ -8,8 +8,8 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.wire.decimals import format_decimals
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import load_robot
 from tests.asked import (
     direct_cartesian_move,

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.krc4.session import Krc4Session
+from iiwa_sim.protocols.krc4 import Krc4Session
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests.journal import Journal

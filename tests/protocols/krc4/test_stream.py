@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.krc4.stream import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
+from iiwa_sim.protocols.krc4_xml import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
 
 NAMES = st.sampled_from(["I0", "I1", "I2", "I9", "R0", "R5", "R9", "X"])
 TEXTS = st.text("019.eE+-  <>&;'\"]aZ\u00e9\u20ac\U0001f916", max_size=12)

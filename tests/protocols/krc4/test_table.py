@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.protocols.krc4.table import read_krc4_table, reply
-from iiwa_sim.protocols.wire.table_file import TableError
+from iiwa_sim.protocols.krc4_xml import read_krc4_table, reply
+from iiwa_sim.protocols.table import TableError
 
 HEAD = 'title = "t"\nsource = "s"\n'
 STO = '[command.STO]\nid = 1\nsummary = "stop"\nrequirements = []\n'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.protocols.wire.canned import CannedReplies
+from iiwa_sim.protocols.faults import CannedReplies
 
 
 def test_replies_take_the_lines_of_their_command_in_turn() -> None:

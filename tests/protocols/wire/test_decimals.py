@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.wire.decimals import NotANumberError, format_decimals, parse_decimal, readable
+from iiwa_sim.protocols.decimals import NotANumberError, format_decimals, parse_decimal, readable
 
 JAVA_DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 REPLY_NUMBER = re.compile(r"-?[0-9]+\.([0-9]|[0-9]*[1-9])")

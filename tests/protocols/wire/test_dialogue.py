@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.iiwa.session import IiwaSession
-from iiwa_sim.protocols.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.protocols.iiwa import IiwaSession
 from tests.journal import Journal
 from tests.protocols.fake_robot import FakeRobot
 from tests.protocols.packets import cut

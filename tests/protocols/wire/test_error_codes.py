@@ -6,9 +6,7 @@ import pytest
 
 from iiwa_sim.controller import errors, io
 from iiwa_sim.controller.errors import SUCCESS, Refused
-from iiwa_sim.protocols.wire.error_codes import load_error_codes
-from iiwa_sim.protocols.wire.help import helped
-from iiwa_sim.protocols.wire.table_file import load_table
+from iiwa_sim.protocols.table import helped, load_error_codes, load_table
 from iiwa_sim.robot import nearest
 
 LONGEST_REPLY = 1000

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.wire.lines import (
+from iiwa_sim.protocols.lines import (
     MAX_LINE_BYTES,
     MAX_SUBNEGOTIATION,
     OVERLONG,

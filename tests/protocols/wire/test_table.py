@@ -4,10 +4,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.wire.command import Quantity
-from iiwa_sim.protocols.wire.lines import OVERLONG
-from iiwa_sim.protocols.wire.table import ERROR, UNKNOWN_COMMAND, Refusal, Request
-from iiwa_sim.protocols.wire.table_file import TableError, load_table, read_table
+from iiwa_sim.protocols.lines import OVERLONG
+from iiwa_sim.protocols.table import (
+    ERROR,
+    UNKNOWN_COMMAND,
+    Quantity,
+    Refusal,
+    Request,
+    TableError,
+    load_table,
+    read_table,
+)
 
 TABLE = load_table("iiwa")
 

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.protocols.wire.steps import Close, Reset, Send, Step, Wait
-from iiwa_sim.protocols.wire.wire_faults import (
+from iiwa_sim.protocols.faults import (
     EVERY,
     NEXT,
+    Close,
     CloseAfter,
     CloseBefore,
     Delay,
@@ -20,9 +20,13 @@ from iiwa_sim.protocols.wire.wire_faults import (
     Fault,
     Garble,
     Pass,
+    Reset,
     ResetBefore,
+    Send,
     Silence,
     Split,
+    Step,
+    Wait,
     WireFaults,
 )
 

@@ -29,7 +29,7 @@ class DialogueLine(NamedTuple):
     direction: Direction
     text: str
     """The line without its end, escaped to printable ASCII. KRC4 messages are in the form of
-    `protocols/krc4/short.py`."""
+    `protocols/krc4_xml.py`."""
     tick: int
     """The robot's tick, of which there are 1 / tick_s in a simulated second."""
     instant_ns: int

@@ -1,24 +1,126 @@
-"""The KRC4 message protocol: bytes of one connection in, calls on the controller, replies out.
+"""What each command of protocol/krc4.toml calls on the controller, and what the reply holds.
 
-Each message is answered by one, in the order in which they came, with its id and the id of its command. One
-that is refused is answered with minus the id of the command, and the number of the error in I2. Bytes that
-are no XML are answered with neither id, and end the connection. The session knows no sockets: a shell hands
-it bytes and asks for answers while there are messages waiting. More in docs/krc4.md.
+Frames on the wire are in mm and degrees, joint positions in degrees.
 """
+
+from collections.abc import Callable
+from math import degrees, radians
+from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.protocols.krc4.commands import COMMANDS, Answer
-from iiwa_sim.protocols.krc4.short import short_reply, word_for_word, written
-from iiwa_sim.protocols.krc4.stream import Broken, Element, XmlStream
-from iiwa_sim.protocols.krc4.table import Message, load_krc4_table, reply, understand
+from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
+from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.krc4_xml import (
+    Broken,
+    Element,
+    Message,
+    XmlStream,
+    load_krc4_table,
+    reply,
+    short_reply,
+    understand,
+    word_for_word,
+    written,
+)
 from iiwa_sim.protocols.ports import KRC4
-from iiwa_sim.protocols.session import Pending
-from iiwa_sim.protocols.wire.dialogue import Dialogue
-from iiwa_sim.protocols.wire.log import ProtocolLog
-from iiwa_sim.protocols.wire.own_moves import OwnMoves
+from iiwa_sim.protocols.session import OwnMoves, Pending, ProtocolLog
 from iiwa_sim.wording import harmless, shortened
+
+
+class Answer(NamedTuple):
+    """Values of a reply besides the two ids: integers from I2 on, reals from R0 on."""
+
+    integers: tuple[int, ...] = ()
+    reals: tuple[float, ...] = ()
+
+
+Handler = Callable[["Krc4Session", Message], Answer]
+
+
+def _to_frame(kind: Kind) -> Handler:
+    """A handler of moves to a frame; no message has a speed or a blending."""
+
+    def handler(session: "Krc4Session", message: Message) -> Answer:
+        x_mm, y_mm, z_mm, alpha, beta, gamma = message.reals[:6]
+        target = Frame(x_mm, y_mm, z_mm, radians(alpha), radians(beta), radians(gamma))
+        session.move(MoveRequest(kind, target))
+        return Answer()
+
+    return handler
+
+
+def _to_joints(kind: Kind) -> Handler:
+    """A handler of moves to joint positions, one for each axis of the robot."""
+
+    def handler(session: "Krc4Session", message: Message) -> Answer:
+        axes = len(session.controller.description.joints)
+        target = tuple(map(radians, message.reals[:axes]))
+        session.move(MoveRequest(kind, target, speeds=[1.0] * axes))
+        return Answer()
+
+    return handler
+
+
+def _asks(read: Callable[[Controller], Answer]) -> Handler:
+    """A handler of commands that take no parameters."""
+    return lambda session, _: read(session.controller)
+
+
+def _stop(session: "Krc4Session", _: Message) -> Answer:
+    session.controller.stop()
+    return Answer()
+
+
+def _set_io(session: "Krc4Session", message: Message) -> Answer:
+    number, value = message.integers[2:4]
+    if value not in (0, 1):
+        raise Refused(COMMUNICATION_FAILURE, f"I3 = {value}: expected 0 or 1")
+    io = session.controller.io
+    if _is_output(io, number):
+        io.set_output(number, value == 1)
+    else:
+        io.refuse_input(number - len(io.output_names))
+    return Answer()
+
+
+def _get_io(session: "Krc4Session", message: Message) -> Answer:
+    number = message.integers[2]
+    io = session.controller.io
+    on = io.output(number) if _is_output(io, number) else io.input(number - len(io.output_names))
+    return Answer((0, int(on)))
+
+
+def _is_output(io: Io, number: int) -> bool:
+    """Whether a number is that of an output; numbers above are inputs. Raises `Refused`."""
+    outputs, inputs = len(io.output_names), len(io.input_names)
+    if not 1 <= number <= outputs + inputs:
+        raise Refused(NUMBER_OUT_OF_RANGE, f"no IO {number}: there are 1 to {outputs + inputs}")
+    return number <= outputs
+
+
+def _goal_pose(controller: Controller) -> Answer:
+    x_mm, y_mm, z_mm, *angles = controller.goal_frame()
+    return Answer((), (x_mm, y_mm, z_mm, *map(degrees, angles)))
+
+
+COMMANDS: dict[str, Handler] = {
+    "LIN": _to_frame(Kind.LIN),
+    "LIA": _to_joints(Kind.LIN),
+    "PTP": _to_frame(Kind.PTP),
+    "PTA": _to_joints(Kind.PTP),
+    "STO": _stop,
+    "FIN": _asks(lambda robot: Answer((int(not robot.moving),))),
+    "SIO": _set_io,
+    "GIO": _get_io,
+    "DIS": _asks(lambda robot: Answer((), (robot.distance_to_goal_mm(),))),
+    "GOP": _asks(_goal_pose),
+    "GOA": _asks(lambda robot: Answer((), tuple(map(degrees, robot.goal_joints)))),
+}
+"""What carries out each message, by the name in its tag."""
+
 
 _MESSAGES_AT_ONCE = 64  # answered in a few milliseconds; then the event loop gets its turn
 _LONGEST_TEXT = 200  # of a message in the log

@@ -5,7 +5,6 @@ intrinsic Z-Y-X.
 """
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
@@ -13,13 +12,13 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.wire.help import helped
-from iiwa_sim.protocols.wire.line_session import written
-from iiwa_sim.protocols.wire.table import Request, with_hint
+from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.protocols.faults import CannedReplies
+from iiwa_sim.protocols.ports import IIWA
+from iiwa_sim.protocols.session import CommandSession, OwnMoves, ProtocolLog, written
+from iiwa_sim.protocols.table import Request, helped, load_table, with_hint
 from iiwa_sim.wording import harmless, shortened
-
-if TYPE_CHECKING:
-    from iiwa_sim.protocols.iiwa.session import IiwaSession
 
 LONGEST_REPLY = 1000
 """Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
@@ -197,3 +196,60 @@ COMMANDS: dict[str, Handler] = {
     "set output": _does(lambda robot, v: robot.io.set_output(int(v[0]), v[1] == 1.0)),
     "set input": _does(lambda robot, v: robot.io.refuse_input(int(v[0]))),
 }
+
+
+class IiwaSession(CommandSession):
+    """One connection to the robot.
+
+    A move, or a check whether one is possible, ends a batch of replies: plans in numbers do not delay ticks.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        log: ProtocolLog,
+        name: str,
+        dialogue: Dialogue | None = None,
+        strict: bool = False,
+        canned: CannedReplies | None = None,
+    ) -> None:
+        """`name` identifies this connection in the log and in `dialogue`, which is told every line if it is
+        given.
+
+        Values after the last parameter of a command are ignored, as by the original controller, and logged
+        once for each command; with `strict` they are refused. Angles of more than a turn are logged once for
+        each command, too. Lines with a `canned` reply get that reply and are not carried out.
+        """
+        table = load_table(IIWA)
+        super().__init__(controller, log, name, table, COMMANDS, dialogue, strict=strict, canned=canned)
+        self.moves = OwnMoves()
+        self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
+        self.dialogue.event(name, "connected", IIWA)
+
+    def _moved_last(self) -> bool:
+        return self.controller.accepted in self.moves
+
+    def lost(self) -> None:
+        """Notice that the connection has gone: stop the robot if a move of this session is pending."""
+        super().lost()
+        self.dialogue.event(self.name, "disconnected")
+        self.moves.abandon(self.controller, self.log, self.name)
+
+    def said_bye(self) -> None:
+        """Notice that the client has said bye: stop the robot."""
+        self.close()
+        if self.controller.moving:
+            self.log.stopped(self.name, vanished=False)
+        self.controller.stop()
+
+    def numbers(self, command: str, values: Sequence[float]) -> bytes:
+        """The reply to a command that asks for numbers.
+
+        Within a tick, and while the robot rests, the numbers repeat: their text is cached.
+        """
+        last = self._written.get(command)
+        if last is not None and last[0] == values:
+            return last[1]
+        reply = format_decimals(values) + b"\r\n"
+        self._written[command] = (tuple(values), reply)
+        return reply

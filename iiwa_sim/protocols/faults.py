@@ -1,21 +1,129 @@
-"""Wire faults for tests: replies that are delayed, split, garbled or dropped, and connections that end.
+"""Canned replies of the iiwa's protocol: what a test has answered in place of the robot.
 
-A fault is set for a connection and for a number of replies. The fault that was set first applies to each
-reply until it has had its number of replies; then the next one applies. So faults can be lined up: let two
-replies pass, then drop one. A fault turns a reply into steps, which the server carries out in order; so
-replies keep their order.
+The command is not carried out. Replies that are set for one command take its lines in the order in which they
+were set, each as many as it is for; then the robot answers again.
 """
 
 import re
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from random import Random
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.protocols.wire.canned import UNTIL_CLEARED, CannedReplies
-from iiwa_sim.protocols.wire.lines import WONT_TIMING_MARK
-from iiwa_sim.protocols.wire.steps import Close, Reset, Send, Step, Wait, text_of
+from iiwa_sim.protocols.lines import WONT_TIMING_MARK
+from iiwa_sim.protocols.table import load_table
+from iiwa_sim.wording import harmless, shortened
+
+UNTIL_CLEARED = 0
+"""Given in place of a number of lines: until it is cleared."""
+_PROTOCOL = "iiwa"
+
+
+@dataclass
+class _Reply:
+    text: str
+    left: int | None  # lines; None for any number
+
+
+class CannedReplies:
+    """Replies that a test has laid down for one robot, for all its clients together."""
+
+    def __init__(self) -> None:
+        self.heard = True
+        """Whether the robot speaks the iiwa's protocol."""
+        self._replies: dict[str, deque[_Reply]] = {}
+        self.any = False
+        """Whether one is set: asked for at each line."""
+
+    def set(self, command: str, reply: str, times: int = 1) -> None:
+        """Have the next `times` lines of a command answered by `reply`, 0 for all until `clear`.
+
+        Raises ValueError for a command there is not, a reply that is not one line of printable ASCII, a
+        number below 0, and where the iiwa's protocol is not spoken: KRC4 messages cannot be canned.
+        """
+        if not self.heard:
+            raise ValueError(f"reply to {_quoted(command)}: expected a robot that speaks {_PROTOCOL}")
+        table = load_table(_PROTOCOL)
+        known = table.find(command.encode("ascii", "backslashreplace"))
+        if known is None:
+            meant = table.meant(command.encode("ascii", "backslashreplace"))
+            hint = f"; did you mean {meant}" if meant else ""
+            raise ValueError(f"command {_quoted(command)}: expected a command of the robot's port{hint}")
+        if not (reply.isascii() and reply.isprintable()):
+            raise ValueError(f"reply {_quoted(reply)}: expected one line of printable ASCII")
+        if times < 0:
+            raise ValueError(f"times={times}: expected 0 or more")
+        waiting = self._replies.setdefault(known.name, deque())
+        waiting.append(_Reply(reply, times or None))
+        self.any = True
+
+    def take(self, command: str) -> str | None:
+        """The reply to the next line of a command, by its name in the table; None where the robot answers."""
+        waiting = self._replies.get(command)
+        if waiting is None:
+            return None
+        first = waiting[0]
+        if first.left is not None:
+            first.left -= 1
+            if first.left == 0:
+                waiting.popleft()
+                if not waiting:
+                    del self._replies[command]
+                    self.any = bool(self._replies)
+        return first.text
+
+    def clear(self) -> None:
+        """None any more."""
+        self._replies.clear()
+        self.any = False
+
+
+def _quoted(text: str) -> str:
+    return f"'{shortened(harmless(text), 60)}'"
+
+
+_LONGEST_TOLD = 80  # characters of a reply shown in the log
+
+
+class Send(NamedTuple):
+    """Send bytes in one write."""
+
+    data: bytes
+
+
+class Wait(NamedTuple):
+    """Wait for real seconds: a driver knows no other time."""
+
+    seconds: float
+
+
+class Close:
+    """Close the connection by FIN. Commands without a reply get none."""
+
+
+class Reset:
+    """Reset the connection by RST. Data that the client has not received is lost."""
+
+
+Step = Send | Wait | Close | Reset
+
+
+def text_of(step: Step, reply: bytes) -> str:
+    """A step as text for people."""
+    match step:
+        case Send(data):
+            text = data.decode("ascii", "backslashreplace")
+            text = text.replace("\r", "\\r").replace("\n", "\\n")
+            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
+        case Wait(seconds):
+            return f"{seconds:g} s of silence"
+        case Close():
+            return "the end (FIN)"
+        case Reset():
+            return "the end (RST)"
+
 
 EVERY = 0
 """Stands for all connections, present and future."""

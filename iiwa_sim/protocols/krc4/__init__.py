@@ -1,1 +1,0 @@
-"""KRC4's messages in XML."""

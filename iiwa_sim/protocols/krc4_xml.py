@@ -1,0 +1,427 @@
+"""Bytes in, XML messages out, however the bytes are split into packets.
+
+Messages follow each other without prefix or separator: a message ends where its root element does; blanks,
+line ends and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of the
+root is the end of the fed bytes. A DTD, and with it every custom entity, is refused before it takes effect.
+
+Bytes that are no XML give no way to find the next message, so the stream is broken from there on. A message
+that is valid XML but has unexpected content carries a fault instead.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import cache
+from html import escape
+from importlib.resources import files
+from typing import Literal, NamedTuple
+from xml.parsers import expat
+
+import msgspec
+
+from iiwa_sim.protocols.decimals import NotANumberError, format_decimals, parse_decimal, quoted, readable
+from iiwa_sim.protocols.table import TableError
+
+MAX_MESSAGE_BYTES = 16384
+"""EKI's receive buffer: a longer message breaks the stream."""
+MAX_DEPTH = 8
+"""Deepest nesting of elements; a deeper message breaks the stream. A valid message has two levels."""
+
+MAX_ENDS = 100
+"""Most `>` in a message; one with more breaks the stream. A message with all twenty values has 42. Each
+`>` costs a scan of the open elements: without a bound 16 KiB would delay the robot by 0.2 s."""
+
+XML_BLANKS = " \t\r\n"
+"""Characters that XML takes for blanks; no-break spaces and the like are text."""
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
+_NOTHING = re.compile(rb"(?:[ \t\r\n]+|%b)*" % _BYTE_ORDER_MARK)
+_ENCODINGS = ("utf-8", "us-ascii")
+
+
+class Element(NamedTuple):
+    """One message: the name of its root, and its values by name, whether attributes or elements."""
+
+    name: str
+    values: dict[str, str]
+    fault: str
+    """Description of content that no message has; empty if there is none."""
+
+
+class Broken(NamedTuple):
+    """The stream has ended or is broken: nothing more can be read."""
+
+    reason: str
+
+
+class XmlStream:
+    """Splits the bytes of one connection into messages."""
+
+    def __init__(self) -> None:
+        self._data = b""
+        self._place = 0  # bytes up to here have been parsed
+        self._size = 0  # bytes of the present message
+        self._ends = 0  # number of `>` in the present message
+        self._message: _Message | None = None
+        self._pieces: list[bytes] = []  # open elements of the present message
+        self._ended = False
+        self._broken = False
+
+    def receive(self, data: bytes) -> None:
+        """Bytes from the client."""
+        self._data = self._data[self._place :] + data
+        self._place = 0
+
+    def end(self) -> None:
+        """The client sends no more."""
+        self._ended = True
+
+    @property
+    def wire(self) -> bytes:
+        """The bytes of what `next` returned last.
+
+        For what broke the stream, enough bytes to break another one; none if its length or its end broke it.
+        """
+        return b"".join(self._pieces)
+
+    @property
+    def unread(self) -> bytes:
+        """Bytes that belong to no message yet, without leading blanks."""
+        if self._message is not None:
+            return self.wire + self._data[self._place :]
+        return self._data[self._behind_blanks() :]
+
+    def next(self) -> Element | Broken | None:
+        """The next message; None if it is incomplete, and after the stream has broken."""
+        if self._broken:
+            return None
+        try:
+            return self._next()
+        except _BrokenStream as broken:
+            return self._break(str(broken))
+        except expat.ExpatError as fault:
+            return self._break(f"no XML: {expat.ErrorString(fault.code)}")
+
+    def _next(self) -> Element | None:
+        while True:
+            if self._message is None:
+                self._place = self._behind_blanks()
+                begin = self._data[self._place : self._place + len(_BYTE_ORDER_MARK)]
+                if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
+                    return None
+                self._pieces = []
+                if not begin.startswith(b"<"):
+                    self._pieces.append(self._data[self._place :][:MAX_MESSAGE_BYTES])
+                    raise _BrokenStream("a message begins with <")
+                self._message, self._size, self._ends = _Message(), 0, 0
+            end = self._data.find(b">", self._place) + 1
+            size = self._size + (end or len(self._data)) - self._place
+            if size > MAX_MESSAGE_BYTES:
+                self._pieces = []
+                raise _BrokenStream(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
+            if not end:
+                if self._ended:
+                    self._pieces = []
+                    raise _BrokenStream("the stream ends within a message")
+                return None
+            piece = self._data[self._place : end]
+            self._pieces.append(piece)
+            if b"\0" in piece:  # UTF-16, which Expat would detect by itself
+                raise _BrokenStream("expected UTF-8")
+            self._ends += 1
+            if self._ends > MAX_ENDS:
+                raise _BrokenStream(f"more than {MAX_ENDS} > in a message")
+            self._message.feed(piece)
+            self._place, self._size = end, size
+            if self._message.complete:
+                element, self._message = self._message.element(), None
+                return element
+
+    def _behind_blanks(self) -> int:
+        found = _NOTHING.match(self._data, self._place)
+        assert found is not None  # it matches nothing, too
+        return found.end()
+
+    def _break(self, reason: str) -> Broken:
+        self._broken = True
+        self._data, self._place, self._message = b"", 0, None
+        return Broken(reason)
+
+
+class _BrokenStream(Exception):
+    """The stream is broken. The message tells why."""
+
+
+class _Message:
+    """One message, as far as it has been received."""
+
+    def __init__(self) -> None:
+        self._parser = parser = expat.ParserCreate("UTF-8")
+        parser.buffer_text = True
+        # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
+        if hasattr(parser, "SetReparseDeferralEnabled"):
+            parser.SetReparseDeferralEnabled(False)
+        parser.XmlDeclHandler = self._declared
+        parser.StartDoctypeDeclHandler = self._doctype
+        parser.StartElementHandler = self._starts
+        parser.CharacterDataHandler = self._text
+        parser.EndElementHandler = self._ends
+        self._depth = 0
+        self._name = ""
+        self._values: dict[str, str] = {}
+        self._child = ""
+        self._texts: list[str] = []
+        self._fault = ""
+        self.complete = False
+
+    def feed(self, data: bytes) -> None:
+        """Bytes that end at a `>`."""
+        self._parser.Parse(data, False)
+
+    def element(self) -> Element:
+        return Element(self._name, self._values, self._fault)
+
+    def _declared(self, _version: str, encoding: str | None, _standalone: int) -> None:
+        if encoding is not None and encoding.lower() not in _ENCODINGS:
+            raise _BrokenStream("expected UTF-8")
+
+    def _doctype(self, *_: object) -> None:
+        raise _BrokenStream("expected no DTD")
+
+    def _starts(self, name: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        if self._depth == 1:
+            self._name = name
+            self._values = dict(attributes)
+            return
+        if self._depth > MAX_DEPTH:
+            raise _BrokenStream(f"more than {MAX_DEPTH} elements within each other")
+        if self._depth > 2:
+            self._spoil(f"an element within {self._child}")
+        elif attributes:
+            self._spoil(f"an attribute of {name}")
+        self._child, self._texts = name, []
+
+    def _text(self, text: str) -> None:
+        if self._depth == 2:
+            self._texts.append(text)
+        elif text.strip(XML_BLANKS):
+            self._spoil("text between the values")
+
+    def _ends(self, name: str) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.complete = True
+        elif self._depth == 1:
+            if name in self._values:
+                self._spoil(f"{name} twice")
+            else:
+                self._values[name] = "".join(self._texts)
+
+    def _spoil(self, fault: str) -> None:
+        self._fault = self._fault or fault
+
+
+REGISTERS = 10
+"""Integers, and as many reals: a robot with more axes has no place in a message."""
+LARGEST_INTEGER = 2**31 - 1
+SMALLEST_INTEGER = -(2**31)
+REQUEST, REPLY = "Cmd", "Res"
+
+_INTEGERS = tuple(f"I{place}" for place in range(REGISTERS))
+_REALS = tuple(f"R{place}" for place in range(REGISTERS))
+_PLACES = {name: place for names in (_INTEGERS, _REALS) for place, name in enumerate(names)}
+_DIGITS = len(str(LARGEST_INTEGER))
+
+
+class Message(NamedTuple):
+    """A request or a reply with its numbers."""
+
+    integers: tuple[int, ...]
+    reals: tuple[float, ...]
+    fault: str
+    """Why it is malformed, empty if it is not. Integers and reals that could not be read are 0."""
+
+    @property
+    def id(self) -> int:
+        """Id of the message, which the reply repeats."""
+        return self.integers[0]
+
+    @property
+    def command(self) -> int:
+        """Id of the command."""
+        return self.integers[1]
+
+
+class Command(NamedTuple):
+    """One row of the table."""
+
+    tag: str
+    id: int
+    summary: str
+    requirements: tuple[str, ...]
+    inputs: Mapping[str, str]
+    """Meaning and unit of what it takes, by register."""
+    outputs: Mapping[str, str]
+    """Meaning and unit of what it answers, by register."""
+    joints: Literal["", "input", "output"]
+    """Whether it takes or answers joint positions (deg) in the reals, from R0 on."""
+
+
+class Krc4Table(NamedTuple):
+    commands: Mapping[int, Command]
+    """Commands by their ids."""
+
+
+class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
+    id: int
+    summary: str
+    requirements: tuple[str, ...]
+    inputs: dict[str, str] = {}
+    outputs: dict[str, str] = {}
+    joints: Literal["", "input", "output"] = ""
+
+
+class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
+    title: str
+    source: str
+    command: dict[str, _CommandRow]
+
+
+@cache
+def load_krc4_table() -> Krc4Table:
+    """The table; raises TableError where it is wrong."""
+    return read_krc4_table(files("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes())
+
+
+def read_krc4_table(text: bytes) -> Krc4Table:
+    """The table from its TOML text."""
+    try:
+        rows = msgspec.toml.decode(text, type=_TableRows)
+    except msgspec.DecodeError as fault:
+        raise TableError(f"krc4.toml: {fault}") from None
+    commands: dict[int, Command] = {}
+    for tag, row in rows.command.items():
+        for register in (*row.inputs, *row.outputs):
+            if register not in _PLACES or register in _INTEGERS[:2]:
+                raise TableError(f"krc4.toml: command.{tag}: {register}: expected I2 to I9 or R0 to R9")
+        if row.id in commands or row.id <= 0:
+            raise TableError(f"krc4.toml: command.{tag}.id = {row.id}: expected a number of its own above 0")
+        commands[row.id] = Command(
+            tag, row.id, row.summary, row.requirements, row.inputs, row.outputs, row.joints
+        )
+    return Krc4Table(commands)
+
+
+def understand(element: Element, root: str = REQUEST) -> Message:
+    """The message in an XML element: a request, or a reply if the root is that of one."""
+    fault = element.fault
+    if not fault and element.name != root:
+        fault = f"{_shown(element.name)}: expected {root}"
+    integers, reals = [0] * REGISTERS, [0.0] * REGISTERS
+    for name, value in element.values.items():
+        text = value.strip(XML_BLANKS)
+        place = _PLACES.get(name)
+        if place is None:
+            fault = fault or f"{_shown(name)}: expected I0 to I9 and R0 to R9"
+            continue
+        try:
+            if name[0] == "I":
+                integers[place] = _integer(text)
+            else:
+                reals[place] = parse_decimal(text.encode())
+        except NotANumberError as wrong:
+            fault = fault or f"{name} = {wrong}"
+    return Message(tuple(integers), tuple(reals), fault)
+
+
+def reply(integers: Sequence[int], reals: Sequence[float]) -> bytes:
+    """The reply with these integers (from I0) and reals (from R0), zeros elsewhere. Raises ValueError for
+    a value that is not finite."""
+    numbers = [str(value).encode() for value in (*integers, *[0] * (REGISTERS - len(integers)))]
+    decimals = format_decimals((*reals, *[0.0] * (REGISTERS - len(reals)))).split(b" ")
+    named = zip((*_INTEGERS, *_REALS), (*numbers, *decimals), strict=True)
+    body = b"".join([b"<%b>%b</%b>" % (name.encode(), value, name.encode()) for name, value in named])
+    return b"<%b>%b</%b>" % (REPLY.encode(), body, REPLY.encode())
+
+
+def _integer(text: str) -> int:
+    digits = text.removeprefix("-") if text.startswith("-") else text.removeprefix("+")
+    if digits.isascii() and digits.isdigit() and len(digits) <= _DIGITS:
+        value = int(text)
+        if SMALLEST_INTEGER <= value <= LARGEST_INTEGER:
+            return value
+    raise NotANumberError(f"{_shown(text)}: expected an integer from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
+
+
+def _shown(text: str) -> str:
+    return quoted(text.encode())
+
+
+NO_MESSAGE = "(no message)"
+"""Stands for bytes that are no message and cannot be repeated: too long, or cut short."""
+
+_ROOTS = (REQUEST, REPLY)
+_BEGINS = re.compile(rf"(?:{'|'.join(_ROOTS)})(?:\s|\Z)")
+_ZEROS = ("0", "0.0")
+_REGISTER = re.compile(r"I[2-9]|R[0-9]")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
+_VALUE = re.compile(r"[!-\[\]-z|~]*")  # printable ASCII without blanks, backslashes and braces
+
+
+def is_short(line: str) -> bool:
+    """Whether a line is in the short form."""
+    return _BEGINS.match(line) is not None
+
+
+def written(element: Element, wire: bytes) -> str:
+    """The line for a message that came as these bytes."""
+    values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
+    told_in_full = not element.fault and element.name in _ROOTS
+    if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
+        told = [f"{name}={value}" for name, value in values.items() if not _may_be_left_out(name, value)]
+        return _line(element.name, told)
+    return word_for_word(wire)
+
+
+def _may_be_left_out(name: str, value: str) -> bool:
+    return value in _ZEROS and _REGISTER.fullmatch(name) is not None
+
+
+def word_for_word(wire: bytes) -> str:
+    """The verbatim line for bytes; NO_MESSAGE for none."""
+    line = readable(wire)
+    if not wire:
+        return NO_MESSAGE
+    return rf"\x{wire[0]:02x}{readable(wire[1:])}" if is_short(line) or line == NO_MESSAGE else line
+
+
+def short_reply(integers: Sequence[int], reals: Sequence[float]) -> str:
+    """The line for a reply with these integers (from I0) and reals (from R0)."""
+    values = [f"I{place}={value}" for place, value in enumerate(integers) if value or place < 2]
+    decimals = format_decimals(reals).decode().split() if reals else []
+    values += [f"R{place}={value}" for place, value in enumerate(decimals) if value != "0.0"]
+    return _line(REPLY, values)
+
+
+def from_short(line: str) -> Element:
+    """The message of a line in the short form. Raises ValueError."""
+    root, *words = line.split()
+    values: dict[str, str] = {}
+    for word in words:
+        name, is_value, value = word.partition("=")
+        if not (is_value and _NAME.fullmatch(name) and _VALUE.fullmatch(value)):
+            raise ValueError(f"'{word}': expected NAME=VALUE, such as I1=100")
+        if name in values:
+            raise ValueError(f"{name} twice")
+        values[name] = value
+    return Element(root, values, "")
+
+
+def to_xml(element: Element) -> bytes:
+    """The message as XML bytes, with its values as elements."""
+    body = "".join(f"<{name}>{escape(value, quote=False)}</{name}>" for name, value in element.values.items())
+    return f"<{element.name}>{body}</{element.name}>".encode()
+
+
+def _line(root: str, values: Sequence[str]) -> str:
+    return " ".join((root, *values))
