@@ -1,11 +1,13 @@
 """Poses, shapes and times in the messages of Foxglove."""
 
+from base64 import b64encode
 from collections.abc import Sequence
 from math import floor
 from typing import Any
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Transform, quaternion_from_rotation
+from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.world.part import Mesh
 
 STEPS = 1e7
@@ -14,6 +16,13 @@ DELETES_ALL = 1
 """The type of a foxglove.SceneEntityDeletion."""
 
 Message = dict[str, Any]
+
+_MODELS = {
+    ".glb": "model/gltf-binary",
+    ".stl": "model/stl",
+    ".obj": "model/obj",
+    ".dae": "model/vnd.collada+xml",
+}
 
 
 def stamp(ns: int) -> Message:
@@ -56,6 +65,21 @@ def add_shape(
         case Mesh(corners):
             points = [_vector(corner) for corner in corners]
             into["triangles"].append({**common, "points": points, "colors": [], "indices": []})
+
+
+def add_model(into: Message, mesh: LinkMesh) -> None:
+    """Put the file of a mesh into an entity, if its kind is one that Foxglove shows."""
+    if (kind := _MODELS.get(mesh.path.suffix.lower())) is not None:
+        model = {
+            "pose": _pose(mesh.pose),
+            "scale": _vector(mesh.scale),
+            "color": dict.fromkeys("rgba", 1.0),
+            "override_color": False,
+            "url": "",
+            "media_type": kind,
+            "data": b64encode(mesh.path.read_bytes()).decode(),
+        }
+        into["models"].append(model)
 
 
 def transform(time: Message, parent: str, child: str, pose: Transform) -> Message:

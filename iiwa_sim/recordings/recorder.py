@@ -21,10 +21,11 @@ from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
 from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said, States
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, SCENE
+from iiwa_sim.recordings.schemas import ARM, CELL, EVENTS, LOG, SCENE
 from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
+from iiwa_sim.robot.meshes import link_meshes
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.world.part import Part
 
@@ -118,6 +119,7 @@ class Recorder:
         self._out.begin(structs.replace(self._beginning, epoch_ns=self._times.epoch_ns))
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
+        self._show_arm()
         self._show_scene()
         self._add_state(self._read())
         for session, protocol in there:
@@ -254,6 +256,12 @@ class Recorder:
             waiting.append(self._states)
             self._states = States([], [])
         self._out.put(waiting, can_wait=self._in_haste())
+
+    def _show_arm(self) -> None:
+        description, tick = self._cell.description, self._controller.tick
+        meshes = link_meshes(description.urdf, description.urdf_path)
+        model = self._arm.model(self._times.log_ns(tick), meshes)
+        self._put(Ready(ARM, self._encode(model), tick, time.time_ns()))
 
     def _show_scene(self) -> None:
         world, tick = self._controller.load.world, self._controller.tick

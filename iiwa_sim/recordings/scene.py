@@ -1,6 +1,6 @@
 """What a viewer needs to show the arm and its cell: frames and shapes, in Foxglove's messages."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
@@ -10,12 +10,14 @@ from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
 from iiwa_sim.recordings.foxglove import (
     DELETES_ALL,
     Message,
+    add_model,
     add_shape,
     entity,
     stamp,
     transform,
 )
 from iiwa_sim.robot.capsules import TOOL, Capsule
+from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.robot.model import Link, Shape
 from iiwa_sim.world.part import Part
 
@@ -65,6 +67,11 @@ class Arm:
                 transforms.append(transform(time, TCP, name, away))
         return {"transforms": transforms}
 
+    def model(self, ns: int, meshes: Mapping[str, Sequence[LinkMesh]]) -> Message:
+        """Return a foxglove.SceneUpdate of the links: `meshes` by the names of links, else simple shapes."""
+        entities = [_link(ns, link, meshes.get(link.name, ())) for link in self._links]
+        return {"deletions": [], "entities": entities}
+
     def scene(
         self,
         ns: int,
@@ -73,13 +80,11 @@ class Arm:
         jaw_m: Sequence[float] = (),
         parts: Iterable[Part] = (),
     ) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: arm, tool, cell, sphere at the TCP, jaws, parts.
+        """A foxglove.SceneUpdate in place of all before it: tool, cell, sphere at the TCP, jaws, parts.
 
         `jaw_m` is the size of each jaw along x y z of the TCP; empty without a gripper.
         """
-        entities = [_link(ns, link) for link in self._links if link.visual]
-        if self._tool:
-            entities.append(_tool(ns, self._flange, self._tool))
+        entities = [_tool(ns, self._flange, self._tool)] if self._tool else []
         entities += [_surface(ns, self.base, surface) for surface in surfaces]
         if contact_radius_m > 0.0:
             tip = entity(ns, TCP, TCP)
@@ -104,9 +109,11 @@ def part_frame(name: str) -> str:
     return f"part {name}"
 
 
-def _link(ns: int, link: Link) -> Message:
+def _link(ns: int, link: Link, meshes: Sequence[LinkMesh]) -> Message:
     body = entity(ns, link.name, link.name)
-    for shape in link.visual:
+    for mesh in meshes:
+        add_model(body, mesh)
+    for shape in () if meshes else link.visual:
         add_shape(body, _solid(shape), shape.pose, shape.colour)
     return body
 

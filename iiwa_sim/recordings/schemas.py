@@ -18,6 +18,7 @@ EVENTS = "/events"
 LOG = "/log"
 FRAMES = "/tf"
 SCENE = "/scene"
+ARM = "/arm"
 CELL = "/cell"
 JOINTS = "/joint_states"
 WRENCH = "/wrench"
@@ -124,7 +125,18 @@ _ENTITY = _object(
     lines=_UNUSED,
     triangles=_UNUSED,
     texts=_UNUSED,
-    models=_UNUSED,
+    models=_list(
+        _object(
+            "foxglove.ModelPrimitive",
+            pose=_POSE,
+            scale=_VECTOR,
+            color=_COLOR,
+            override_color={"type": "boolean"},
+            url=_TEXT,
+            media_type=_TEXT,
+            data={"type": "string", "contentEncoding": "base64"},
+        )
+    ),
 )
 _SCENE_UPDATE = _object("foxglove.SceneUpdate", deletions=_list(_DELETION), entities=_list(_ENTITY))
 
@@ -257,6 +269,7 @@ def channels() -> list[Channel]:
             _object("foxglove.FrameTransforms", transforms=_list(_TRANSFORM)),
         ),
         Channel(SCENE, "foxglove.SceneUpdate", _SCENE_UPDATE),
+        Channel(ARM, "foxglove.SceneUpdate", _SCENE_UPDATE),
         Channel(
             JOINTS,
             "foxglove.JointStates",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from base64 import b64decode
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
 
 import msgspec
 import pytest
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator, Draft202012Validator
 from mcap.reader import make_reader
 
 from iiwa_sim.cell.surfaces import BoxSettings
@@ -20,6 +21,7 @@ from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_q
 from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.schemas import (
+    ARM,
     DIALOGUE,
     EVENTS,
     FRAMES,
@@ -33,7 +35,7 @@ from iiwa_sim.recordings.schemas import (
 from iiwa_sim.recordings.views import VIEW_RATE_HZ
 from iiwa_sim.recordings.watch import KINDS
 from iiwa_sim.simulator import Simulator
-from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
+from tests.recordings.recorded import FAR, PUBLISHED, RATE_HZ, Robot, contents, found_in
 from tests.talking import Client, until, wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -187,17 +189,24 @@ def test_joint_states_and_wrench_are_those_of_the_state(session: Path) -> None:
         assert wrench == states[found.log_ns]["cartesian_force"]
 
 
-def test_the_scene_has_the_arm_and_the_cell_and_follows_surfaces(session: Path) -> None:
+def test_the_scene_has_the_cell_and_follows_surfaces(session: Path) -> None:
     first, second = contents(session, SCENE)
     names = {entity["id"] for entity in first["entities"]}
-    assert {"iiwa_link_0", "iiwa_link_7", "surface table", "tcp"} <= names
+    assert {"surface table", "tcp"} <= names
     assert {entity["id"] for entity in second["entities"]} == names | {"surface box"}
     box = next(entity for entity in second["entities"] if entity["id"] == "surface box")
     assert list(box["cubes"][0]["size"].values()) == pytest.approx([0.01, 0.02, 0.03])
     assert second["deletions"][0]["type"] == 1, "a viewer may see only the last message: it is all there is"
-    link = next(entity for entity in first["entities"] if entity["id"] == "iiwa_link_2")
-    assert len(link["cylinders"]) == 2
-    assert len(link["spheres"]) == 1
+
+
+def test_the_meshes_of_the_arm_are_told_once(session: Path) -> None:
+    (arm,) = contents(session, ARM)
+    Draft7Validator(PUBLISHED["foxglove.SceneUpdate"]).validate(arm)
+    links = {entity["id"]: entity["models"] for entity in arm["entities"] if entity["models"]}
+    assert list(links) == [f"iiwa_link_{number}" for number in range(8)]
+    (model,) = links["iiwa_link_3"]
+    file = ROOT / "robots" / "lbr_iiwa_7_r800" / "meshes" / "iiwa_link_3.glb"
+    assert (model["media_type"], b64decode(model["data"])) == ("model/gltf-binary", file.read_bytes())
 
 
 def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> None:

@@ -42,7 +42,7 @@ def differences(ours: dict[str, Any], theirs: dict[str, Any], place: str) -> Ite
 
 def test_schemas_with_foxgloves_names_are_foxgloves() -> None:
     compared = [each for each in channels() if each.schema_name.startswith("foxglove.")]
-    assert len(compared) == 4
+    assert len(compared) == 5
     for channel in compared:
         found = list(differences(channel.schema, PUBLISHED[channel.schema_name], channel.schema_name))
         assert not found
