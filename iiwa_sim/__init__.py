@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from iiwa_sim.ros.conventions import RosFault
     from iiwa_sim.server.listening import ListenFault
     from iiwa_sim.simulator import Simulator
-    from iiwa_sim.transcript.fault import TranscriptFault
+    from iiwa_sim.transcript.texts import TranscriptFault
     from iiwa_sim.wording import Unusable
 
 __all__ = [
@@ -111,7 +111,7 @@ _HOMES = {
     "ros.conventions": ("RosFault",),
     "server.listening": ("ListenFault",),
     "simulator": ("Simulator",),
-    "transcript.fault": ("TranscriptFault",),
+    "transcript.texts": ("TranscriptFault",),
     "wording": ("Unusable",),
 }
 """The modules that define what is offered, said a second time since the imports above are not carried out."""

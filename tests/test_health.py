@@ -90,5 +90,5 @@ def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixtur
         with started_as("iiwa-sim", "--port", str(port)) as process:
             assert main(["health", str(process)]) == 1
     assert capsys.readouterr().err == (
-        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer\n"
+        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer to 'hello'\n"
     )

@@ -1,47 +1,89 @@
 """Runs all probes and dialogues against one server and reports."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 
-from iiwa_sim.check import connections, lines, motion, numbers
-from iiwa_sim.check.findings import Finding, Probe, deviates, same, untried
-from iiwa_sim.check.link import COMMANDS, HARMLESS, Link, commands_of, moves_nothing
+from iiwa_sim.check import motion, probes
+from iiwa_sim.check.link import (
+    COMMANDS,
+    HARMLESS,
+    SAME,
+    Finding,
+    Link,
+    Probe,
+    Verdict,
+    commands_of,
+    deviates,
+    moves_nothing,
+    untried,
+)
 from iiwa_sim.server.listening import host_and_port
-from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.transcript.lines import Transcript, shipped
 from iiwa_sim.transcript.replay import replay
-from iiwa_sim.transcript.wire import NoReply
+from iiwa_sim.transcript.texts import TranscriptFault
+from iiwa_sim.wording import harmless, shortened
 
 ALLOW = "--allow-motion tries it"
+LONGEST_SEEN = 600
+"""Most characters of an observation in the report."""
+HEAD = "The server beside the original one, as far as that is known, and beside iiwa-sim:"
 
 
 def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
-    """The findings, one after the other.
+    """Ask a server, and yield the findings.
 
     Raises TranscriptFault if the server is none, has gone meanwhile, or if its robot moves.
     """
     _greet(link)
     dialogues = [each for each in shipped() if not each.robot]
     dialogues.sort(key=lambda each: "bye" in each.commands)  # it may end the server, so it comes last
-    for probe in (
-        *lines.PROBES,
-        *numbers.PROBES,
-        *connections.PROBES,
-        *motion.PROBES,
-        *map(_dialogue, dialogues),
-        connections.BYE,
-    ):
+    for probe in (*probes.PROBES, *motion.PROBES, *map(_dialogue, dialogues), probes.BYE):
         yield probe, _find(link, probe)
+
+
+def line(probe: Probe, finding: Finding) -> str:
+    """Return the line of a report on one finding: behaviour, and what was expected if that differs."""
+    told = f"{finding.verdict.value:15}  {probe.event}"
+    seen = shortened(harmless(finding.seen), LONGEST_SEEN)
+    match finding.verdict:
+        case Verdict.ORIGINAL:
+            told += f": {probe.original}" if probe.original else ""
+        case Verdict.OURS:
+            told += f": {probe.ours}; the original: {probe.original}"
+        case Verdict.DEVIATION:
+            other = f" (the original: {probe.original}" if probe.original else ""
+            other += f"; iiwa-sim: {probe.ours}" if probe.ours else ""
+            return f"{told}: {seen}{other}{')' if other else ''}"
+    return f"{told} ({seen})" if seen else told
+
+
+def summary(findings: list[Finding], sent: Mapping[str, int]) -> str:
+    """Return the number of deviations, and what was sent to find them."""
+    count = {verdict: sum(each.verdict is verdict for each in findings) for verdict in Verdict}
+    said = ", ".join(f"{harmless(name) or '(blank)'} {times}" for name, times in sorted(sent.items()))
+    deviations = count[Verdict.DEVIATION]
+    return (
+        f"{deviations} deviation{'' if deviations == 1 else 's'}; {count[Verdict.ORIGINAL]} as the original, "
+        f"{count[Verdict.OURS]} as iiwa-sim, {count[Verdict.UNTRIED]} not tried\nsent: {said}"
+    )
 
 
 def _greet(link: Link) -> None:
     where = host_and_port(link.host, link.port)
     try:
         with link.talk() as talk:
-            if (reply := talk.ask("hello")) != "hello":
+            try:
+                reply = talk.ask("hello")
+            except OSError:
+                if talk.connection.unread.startswith(b"<Res"):
+                    raise TranscriptFault(
+                        f"{where} answers with KRC4 messages, expected the iiwa's protocol"
+                    ) from None
+                raise
+            if reply != "hello":
                 raise TranscriptFault(f"{where} answers '{reply}' to 'hello': not a server of this protocol")
             status = talk.ask("get status")
-    except NoReply as fault:
+    except OSError as fault:
         raise TranscriptFault(f"{where} is not a server of this protocol: {fault}") from None
     if status != "stopped":
         raise TranscriptFault(
@@ -54,22 +96,15 @@ def _find(link: Link, probe: Probe) -> Finding:
         return untried(ALLOW)
     try:
         return probe.ask(link)
-    except NoServer as fault:
-        if not link.is_there():
+    except (OSError, TranscriptFault) as fault:
+        if isinstance(fault, TranscriptFault) and not link.is_there():
             raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
-        return deviates(str(fault))
-    except (NoReply, TranscriptFault) as fault:
         return deviates(str(fault))
 
 
 def _dialogue(transcript: Transcript) -> Probe:
-    return Probe(
-        f"the dialogue {transcript.name}",
-        "",
-        "",
-        partial(_play, transcript),
-        not moves_nothing(transcript),
-    )
+    moves = not moves_nothing(transcript)
+    return Probe(f"the dialogue {transcript.name}", "", "", partial(_play, transcript), moves)
 
 
 def _play(transcript: Transcript, link: Link) -> Finding:
@@ -79,4 +114,4 @@ def _play(transcript: Transcript, link: Link) -> Finding:
     link.sent.update(commands_of(transcript))
     played = replay(transcript, link.host, link.port, link.timeout_s)
     wrong = [f"line {each.line}: {each}" for each in played]
-    return deviates("; ".join(wrong)) if wrong else same()
+    return deviates("; ".join(wrong)) if wrong else SAME

@@ -1,53 +1,93 @@
-"""The connection to a server that may be a real robot: without permission nothing is sent that could move
-it."""
+"""Probes, findings, and the connection to a server that may be a real robot.
+
+Without permission nothing is sent that could move the robot.
+"""
 
 import re
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import Enum
+from typing import NamedTuple
 
+from iiwa_sim.client.connection import Connection
+from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.table import load_table
-from iiwa_sim.transcript.escapes import wire_bytes
-from iiwa_sim.transcript.fault import NoServer
-from iiwa_sim.transcript.lines import Said, Transcript, command_of
-from iiwa_sim.transcript.wire import NoReply, Wire
+from iiwa_sim.transcript.lines import Said, Transcript
+from iiwa_sim.transcript.replay import connected
+from iiwa_sim.transcript.texts import TranscriptFault, command_of, wire_bytes
 
 TIMEOUT_S = 3.0
 """Seconds for a reply, also of a server that needs a second to turn to its next client."""
-
 LOOK_PERIOD_S = 0.1
 """Seconds between two attempts to connect to a server that has gone."""
-
 COMMANDS = load_table("iiwa").commands
-
 HARMLESS = frozenset(
     name for name in COMMANDS if name in ("hello", "help", "stop", "bye") or name.startswith(("get ", "is "))
 )
 """Commands that change neither the robot's motion, nor its outputs, nor its errors."""
-
 NONSENSE = frozenset({"", "get", "get status now", "no such command"})
 """Lines that no server should know."""
 
-
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
+
+
+class Verdict(Enum):
+    """Whose behaviour the server shows. The values stand in the report."""
+
+    ORIGINAL = "as the original"
+    OURS = "as iiwa-sim"
+    DEVIATION = "DEVIATION"
+    UNTRIED = "not tried"
+
+
+class Finding(NamedTuple):
+    """The verdict on a probe, and what was observed."""
+
+    verdict: Verdict
+    seen: str = ""
+
+
+SAME, OURS = Finding(Verdict.ORIGINAL), Finding(Verdict.OURS)
+
+
+def deviates(seen: str) -> Finding:
+    """The server behaves neither like the original nor like iiwa-sim."""
+    return Finding(Verdict.DEVIATION, seen)
+
+
+def untried(why: str) -> Finding:
+    """The probe could not be made."""
+    return Finding(Verdict.UNTRIED, why)
+
+
+class Probe(NamedTuple):
+    """One question to a server, with what is known of the original."""
+
+    event: str
+    """The input, or what happens."""
+    original: str
+    """The original's behaviour; empty for a dialogue, which tells it line by line."""
+    ours: str
+    """The behaviour of iiwa-sim and its reason; empty if it is the original's."""
+    ask: Callable[["Link"], Finding]
+    """Asks the server; raises OSError for a reply that does not come."""
+    moves: bool = False
+    """True if it needs a move command."""
 
 
 class NotAllowed(Exception):
     """An internal error: a line that may move the robot was about to be sent without permission."""
 
 
-def _command(line: bytes) -> str:
-    return command_of(line.decode("ascii", "backslashreplace"))
-
-
 def moves_nothing(transcript: Transcript) -> bool:
-    """Whether all lines of a transcript are harmless."""
+    """Return True if all lines of a transcript are harmless."""
     return all(command in HARMLESS | NONSENSE for command in commands_of(transcript))
 
 
 def commands_of(transcript: Transcript) -> list[str]:
-    """The commands that a transcript sends, line by line."""
+    """Return the commands that a transcript sends, line by line."""
     return [_command(wire_bytes(step.text)) for step in transcript.steps if isinstance(step, Said)]
 
 
@@ -66,26 +106,26 @@ class Link:
     @contextmanager
     def talk(self) -> Iterator["Talk"]:
         """A new connection, closed at the end. Raises TranscriptFault if there can be none."""
-        talk = Talk(self, Wire(self.host, self.port, self.timeout_s))
+        talk = Talk(self, connected(self.host, self.port, self.timeout_s))
         try:
             yield talk
         finally:
-            talk.wire.close()
+            talk.connection.close()
 
     def is_there(self) -> bool:
-        """Whether the server accepts connections, now or within `timeout_s`."""
+        """Return True if the server accepts connections, now or within `timeout_s`."""
         deadline = time.monotonic() + self.timeout_s
         while True:
             try:
-                Wire(self.host, self.port, self.timeout_s).close()
+                connected(self.host, self.port, self.timeout_s).close()
                 return True
-            except NoServer:
+            except TranscriptFault:
                 if time.monotonic() > deadline:
                     return False
                 time.sleep(LOOK_PERIOD_S)
 
     def knows(self, command: str) -> bool:
-        """Whether the server has a harmless command: one that it lacks is answered `unknown command`."""
+        """Return True if the server has a harmless command: others are answered `unknown command`."""
         if command not in self._known:
             with self.talk() as talk:
                 self._known[command] = talk.ask(command) != "unknown command"
@@ -95,16 +135,13 @@ class Link:
 class Talk:
     """One connection, on which forbidden lines are not sent."""
 
-    def __init__(self, link: Link, wire: Wire) -> None:
-        self.wire = wire
+    def __init__(self, link: Link, connection: Connection) -> None:
+        self.connection = connection
         self._link = link
         self._line = b""
 
     def send(self, data: bytes) -> None:
-        """Send bytes unchanged; a line may be sent in pieces.
-
-        Raises NoReply, and NotAllowed before anything is sent.
-        """
+        """Send bytes unchanged; a line may be sent in pieces. Raises NotAllowed before anything is sent."""
         *lines, self._line = _END.split(self._line + data)
         commands = [_command(line) for line in lines]
         begun = _command(self._line)
@@ -114,24 +151,32 @@ class Talk:
         if not (harmless or self._link.allow_motion):
             raise NotAllowed(data.decode("ascii", "backslashreplace"))
         self._link.sent.update(commands)
-        self.wire.send(data)
+        self.connection.send(data)
+
+    def reply(self, timeout_s: float | None = None) -> str:
+        """Return the next line, escaped. Raises OSError."""
+        return readable(self.connection.read_line(timeout_s))
 
     def ask(self, line: str) -> str:
-        """Send a line, with the line end of most drivers, and return its reply. Raises NoReply."""
+        """Send a line, with the line end of most drivers, and return its reply. Raises OSError."""
         self.send(line.encode() + b"\r\n")
-        return self.wire.reply()
+        return self.reply()
 
     def is_in_step(self) -> bool:
-        """Whether the next reply belongs to the next line."""
+        """Return True if the next reply belongs to the next line."""
         try:
             return self.ask("hello") == "hello"
-        except NoReply:
+        except OSError:
             return False
 
     def numbers(self, command: str) -> list[float]:
-        """The numbers in the reply to a command. Raises NoReply for another reply."""
+        """Return the numbers in the reply to a command. Raises OSError for another reply."""
         reply = self.ask(command)
         try:
             return [float(word) for word in reply.split()]
         except ValueError:
-            raise NoReply(f"expected numbers for '{command}', got '{reply}'") from None
+            raise OSError(f"expected numbers for '{command}', got '{reply}'") from None
+
+
+def _command(line: bytes) -> str:
+    return command_of(line.decode("ascii", "backslashreplace"))

@@ -4,9 +4,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from iiwa_sim.check.findings import Finding, Probe, deviates, ours, same, untried
-from iiwa_sim.check.link import Link, Talk
-from iiwa_sim.transcript.wire import NoReply
+from iiwa_sim.check.link import OURS, SAME, Finding, Link, Probe, Talk, deviates, untried
 
 WAY_RAD = 0.1
 SLOW = 0.02
@@ -26,7 +24,7 @@ def _done_is_not_arrived(link: Link) -> Finding:
         if reply != "done":
             return deviates(f"a joint move to 0.1 rad from here was answered '{reply}'")
         status = talk.ask("get status")
-        return same() if status == "moving" else deviates(f"`get status` behind it says '{status}'")
+        return SAME if status == "moving" else deviates(f"`get status` behind it says '{status}'")
 
 
 def _stop_forgets(link: Link) -> Finding:
@@ -40,7 +38,7 @@ def _stop_forgets(link: Link) -> Finding:
         time.sleep(0.5)
         if _moves(talk, position):
             return deviates("the robot went on to the move that waited")
-        return same() if abs(position[6] - start[6]) < WAY_RAD / 2 else deviates("the move was not stopped")
+        return SAME if abs(position[6] - start[6]) < WAY_RAD / 2 else deviates("the move was not stopped")
 
 
 def _gone_client(link: Link) -> Finding:
@@ -50,7 +48,7 @@ def _gone_client(link: Link) -> Finding:
         with link.talk() as other:
             _until_still(other)
             way = abs(other.numbers("get joint position")[6] - start[6])
-        return same() if way < 0.9 * WAY_RAD else deviates("the robot went on to its target")
+        return SAME if way < 0.9 * WAY_RAD else deviates("the robot went on to its target")
 
 
 def _servo_at_rest(link: Link) -> Finding:
@@ -59,7 +57,7 @@ def _servo_at_rest(link: Link) -> Finding:
             return untried(f"smart joint move was answered '{reply}'")
         _until_still(talk)
         status = talk.ask("get status")
-        return ours() if status == "stopped" else same()
+        return OURS if status == "stopped" else SAME
 
 
 def _malformed_move(link: Link) -> Finding:
@@ -70,7 +68,7 @@ def _malformed_move(link: Link) -> Finding:
         if (reply := talk.ask("lin move : 1")) != "error":
             return deviates(f"'lin move : 1' was answered '{reply}'")
         time.sleep(0.3)
-        return ours() if _moves(talk, talk.numbers("get joint position")) else same()
+        return OURS if _moves(talk, talk.numbers("get joint position")) else SAME
 
 
 def _stiffness_move_replaces(link: Link) -> Finding:
@@ -83,7 +81,7 @@ def _stiffness_move_replaces(link: Link) -> Finding:
             return deviates(f"a stiffness move while another runs was answered '{reply}'")
         if _highest_mm(talk, frame) > 0.9 * UP_MM:
             return deviates("it waits until the one before is done")
-        return same()
+        return SAME
 
 
 def _hold_cancels(link: Link) -> Finding:
@@ -97,7 +95,7 @@ def _hold_cancels(link: Link) -> Finding:
         if _highest_mm(talk, frame) > 0.9 * UP_MM:
             return deviates("the hold begins when the move is done")
         refused = talk.ask(_a7("joint move", start, SLOW, 0.0)) == "error"
-        return ours() if refused else same()
+        return OURS if refused else SAME
 
 
 def _upwards(frame: Sequence[float], way_mm: float) -> str:
@@ -146,13 +144,13 @@ def _a7(command: str, joints: Sequence[float], speed: float, way_rad: float = WA
 
 
 def _until_still(talk: Talk) -> None:
-    """Wait until the joints are still, whatever the status. Raises NoReply if the robot does not come to
+    """Wait until the joints are still, whatever the status. Raises OSError if the robot does not come to
     rest."""
     time.sleep(0.15)  # the motion may not have begun
     deadline = time.monotonic() + REST_S
     while _moves(talk, talk.numbers("get joint position")):
         if time.monotonic() > deadline:
-            raise NoReply(f"the robot still moves after {REST_S:g} s")
+            raise OSError(f"the robot still moves after {REST_S:g} s")
 
 
 def _moves(talk: Talk, position: Sequence[float]) -> bool:

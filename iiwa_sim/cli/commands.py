@@ -148,15 +148,13 @@ def check(parser: Parser, words: Sequence[str]) -> int:
     parser.add_argument("server", type=server, metavar="HOST:PORT", help="where the server listens")
     parser.add_argument("--allow-motion", action="store_true", default=False, help=motion)
     own, _ = parser.parsed(words)
-    from iiwa_sim.check import report
-    from iiwa_sim.check.check import check as checked
-    from iiwa_sim.check.findings import Finding, Verdict
-    from iiwa_sim.check.link import Link
+    from iiwa_sim.check import check as report
+    from iiwa_sim.check.link import Finding, Link, Verdict
 
     host, port = own.server
     link = Link(host, port, own.allow_motion)
     findings: list[Finding] = []
-    for probe, finding in checked(link):
+    for probe, finding in report.check(link):
         if not findings:
             say(f"{report.HEAD}\n")
         findings.append(finding)

@@ -3,23 +3,31 @@
 A container is checked every few seconds, so this imports the standard library and the options only.
 """
 
-import socket
+from collections.abc import Callable
 from pathlib import Path
 
 from iiwa_sim.cli.output import reached_at
 from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.client import Iiwa, Krc4, ReplyError
 from iiwa_sim.options.robots import robots_of
 from iiwa_sim.options.sources import from_environment, merged
 
 TIMEOUT_S = 2.0
 """Seconds for each protocol: a check of two protocols ends before Docker's limit of 5 s."""
-_LONGEST_ANSWER = 4096
 _PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what follows python -m
-_ASK = {
-    "iiwa": (b"hello\r\n", b"hello", b"\n"),
-    "krc4": (b'<Cmd I0="1" I1="100"/>', b"<Res", b"</Res>"),  # FIN
-}
-"""What is sent, and how the answer begins and ends."""
+
+
+def _hello(host: str, port: int) -> None:
+    with Iiwa(host, port, TIMEOUT_S) as robot:
+        robot.hello()
+
+
+def _fin(host: str, port: int) -> None:
+    with Krc4(host, port, TIMEOUT_S) as robot:
+        robot.fin()
+
+
+_ASK: dict[str, Callable[[str, int], None]] = {"iiwa": _hello, "krc4": _fin}
 
 
 def fault_of(process: int) -> str:
@@ -42,23 +50,8 @@ def fault_of(process: int) -> str:
             if port == 0:
                 return f"process {process} picks a port for {what}: only its first lines tell which"
             host = reached_at(settings.host)
-            unanswered = _unanswered(host, port, *_ASK[protocol])
-            if unanswered:
-                return f"{what} on {f'[{host}]' if ':' in host else host}:{port}: {unanswered}"
+            try:
+                _ASK[protocol](host, port)
+            except (OSError, ReplyError) as fault:
+                return f"{what} on {f'[{host}]' if ':' in host else host}:{port}: {fault}"
     return ""
-
-
-def _unanswered(host: str, port: int, asked: bytes, begins: bytes, ends: bytes) -> str:
-    """Return why there is no answer; empty if there is one."""
-    answer = b""
-    try:
-        with socket.create_connection((host, port), TIMEOUT_S) as connection:
-            connection.sendall(asked)
-            while ends not in answer and len(answer) < _LONGEST_ANSWER:
-                more = connection.recv(_LONGEST_ANSWER)
-                if not more:
-                    return "the connection ended before the answer"
-                answer += more
-    except OSError as fault:
-        return str(fault)
-    return "" if answer.startswith(begins) else f"an answer of something else: {answer[:40]!r}"

@@ -1,10 +1,12 @@
-"""TCP connection on which each command is answered before the next one is sent."""
+"""TCP connection to a robot: bytes out, one reply at a time in, each with a time limit."""
 
+import contextlib
 import re
 import socket
+import struct
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import Self
 
@@ -12,25 +14,113 @@ Floats = Sequence[float]
 MAX_REPLY_BYTES = 65536
 POLL_PERIOD_S = 0.01
 
+_LINE_END = re.compile(rb"[\r\n]")
+_PARTNER = {b"\r": b"\n", b"\n": b"\r"}
 
-class Connection(ABC):
+
+class Connection:
     """A connection to a robot. Not for use by several threads at once.
 
-    Every command raises `CommandError` if the robot rejects it, `ReplyError` for a malformed reply, and
-    `OSError` (`TimeoutError` among them) if the connection fails. The latter two close the connection: a late
-    reply would be taken for the next one. A wrong number of values, and values that are not finite, raise
-    `ValueError` before anything is sent.
+    Sending and reading raise `TimeoutError` after the time limit, and `ConnectionError` when the connection
+    has ended; both are an `OSError`.
     """
-
-    _end: re.Pattern[bytes]
-    """The end of a reply."""
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
         """Connect; `timeout_s` bounds that and the wait for each reply."""
+        self.timeout_s = timeout_s
         self._address = (host, port)
-        self._timeout_s = timeout_s
         self._socket: socket.socket | None = None
         self.reconnect()
+
+    def reconnect(self) -> None:
+        """Open a new connection in place of the present one, closed or not. Raises OSError."""
+        self.close()
+        self._received = self._partner = b""  # the partner would complete the line end of the last reply
+        self._socket = socket.create_connection(self._address, self.timeout_s)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def close(self) -> None:
+        """End the connection. A robot that still carries out a move of this client stops."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def reset(self) -> None:
+        """End the connection by RST, as that of a driver that crashed."""
+        self._open().setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self.close()
+
+    def end_sending(self) -> None:
+        """Close the sending side."""
+        with contextlib.suppress(OSError):
+            self._open().shutdown(socket.SHUT_WR)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes unchanged."""
+        connection = self._open()
+        connection.settimeout(self.timeout_s)
+        connection.sendall(data)
+
+    def receive(self, timeout_s: float | None = None) -> bytes:
+        """Return the next piece of data; b"" at the end of the stream."""
+        patience_s = self.timeout_s if timeout_s is None else timeout_s
+        return self._receive(time.monotonic() + patience_s, patience_s)
+
+    @property
+    def unread(self) -> bytes:
+        """Received bytes that no reply has taken yet."""
+        if self._received:
+            self._received = self._received.removeprefix(self._partner)
+            self._partner = b""
+        return self._received
+
+    def read_line(self, timeout_s: float | None = None) -> bytes:
+        r"""Return the next line without its end, which is `\n`, `\r`, `\r\n` or `\n\r`."""
+        line, end = self._read(_LINE_END, timeout_s)
+        self._partner = _PARTNER[end]
+        return line
+
+    def read_until(self, end: re.Pattern[bytes], timeout_s: float | None = None) -> bytes:
+        """Return the bytes up to the first match of `end`, with it."""
+        return b"".join(self._read(end, timeout_s))
+
+    def _read(self, end: re.Pattern[bytes], timeout_s: float | None) -> tuple[bytes, bytes]:
+        """Return what comes before the first match of `end`, and the match."""
+        patience_s = self.timeout_s if timeout_s is None else timeout_s
+        deadline = time.monotonic() + patience_s
+        while (found := end.search(self.unread)) is None:
+            if len(self._received) > MAX_REPLY_BYTES:
+                raise ConnectionAbortedError(f"no end of a reply within {MAX_REPLY_BYTES} bytes")
+            received = self._receive(deadline, patience_s)
+            if not received:
+                raise ConnectionAbortedError("the connection ended")
+            self._received += received
+        text, self._received = self._received[: found.start()], self._received[found.end() :]
+        return text, found.group()
+
+    def _receive(self, deadline: float, patience_s: float) -> bytes:
+        connection = self._open()
+        left_s = deadline - time.monotonic()
+        try:
+            if left_s <= 0.0:  # also if bytes keep coming
+                raise TimeoutError
+            connection.settimeout(left_s)
+            return connection.recv(MAX_REPLY_BYTES)
+        except TimeoutError:
+            raise TimeoutError(f"no reply within {patience_s:g} s") from None
+
+    def _open(self) -> socket.socket:
+        if self._socket is None:
+            raise ConnectionError("this connection is closed; reconnect() opens another")
+        return self._socket
+
+
+class Client(ABC):
+    """A robot on the other end of a connection."""
+
+    def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
+        """Connect; `timeout_s` bounds that and the wait for each reply."""
+        self._connection = Connection(host, port, timeout_s)
 
     def __enter__(self) -> Self:
         return self
@@ -40,15 +130,11 @@ class Connection(ABC):
 
     def reconnect(self) -> None:
         """Open a new connection in place of the present one, closed or not. Raises OSError."""
-        self.close()
-        self._socket = socket.create_connection(self._address, self._timeout_s)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._connection.reconnect()
 
     def close(self) -> None:
         """End the connection. A robot that still carries out a move of this client stops."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
+        self._connection.close()
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Return when the robot is at rest. After `timeout_s` raise TimeoutError and keep the connection."""
@@ -62,31 +148,23 @@ class Connection(ABC):
     def _is_stopped(self) -> bool:
         """Ask the robot whether it is at rest."""
 
-    def _exchange(self, name: str, data: bytes) -> bytes:
-        """Send a command and return the bytes of its reply, with its end."""
-        if self._socket is None:
-            raise ConnectionError("this connection is closed; reconnect() opens another")
-        deadline = time.monotonic() + self._timeout_s
-        reply = b""
+    def _exchange(self, name: str, data: bytes, read: Callable[[], bytes]) -> bytes:
+        """Send a command and read its reply; `name` stands for it in errors.
+
+        Any failure closes the connection: a late reply would be taken for the next one.
+        """
         try:
-            self._socket.settimeout(self._timeout_s)
-            self._socket.sendall(data)
-            while not self._end.search(reply):
-                left_s = deadline - time.monotonic()
-                if left_s <= 0.0:  # also if bytes keep coming
-                    raise TimeoutError
-                self._socket.settimeout(left_s)
-                received = self._socket.recv(MAX_REPLY_BYTES)
-                reply += received
-                if not received or len(reply) > MAX_REPLY_BYTES:
-                    raise ConnectionResetError(f"the connection ended before the answer to {name!r}")
+            self._connection.send(data)
+            return read()
         except TimeoutError:
             self.close()
-            raise TimeoutError(f"no answer to {name!r} within {self._timeout_s} s") from None
+            raise TimeoutError(f"no answer to {name!r} within {self._connection.timeout_s} s") from None
+        except ConnectionAbortedError:
+            self.close()
+            raise ConnectionResetError(f"the connection ended before the answer to {name!r}") from None
         except BaseException:
             self.close()
             raise
-        return reply
 
 
 def exactly(count: int, values: Floats) -> list[float]:

@@ -2,7 +2,14 @@
 
 
 class CommandError(Exception):
-    """The robot rejected the command, which the message quotes."""
+    """The robot rejected the command; the message quotes it, with code and reason."""
+
+    def __init__(self, message: str, code: int = 0, reason: str = "") -> None:
+        super().__init__(message)
+        self.code = code
+        """Result code of robot_movement_interface (docs/protocol.md); 0 if the server tells none."""
+        self.reason = reason
+        """The reason in words; empty if the server tells none, as with KRC4 messages."""
 
 
 class UnknownCommandError(CommandError):
@@ -11,11 +18,6 @@ class UnknownCommandError(CommandError):
 
 class Krc4Error(CommandError):
     """The robot rejected a KRC4 message."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.code = code
-        """Number of the error, see docs/krc4.md; from 3000 on those of robot_movement_interface."""
 
 
 class ReplyError(Exception):

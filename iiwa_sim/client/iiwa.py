@@ -1,39 +1,42 @@
 """Client for the text protocol of the iiwa."""
 
-import re
+import contextlib
 from collections.abc import Callable
 from math import isfinite
 from typing import TypeVar
 
 from iiwa_sim.client import replies
-from iiwa_sim.client.connection import Connection, Floats, exactly
+from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.errors import CommandError, ReplyError, UnknownCommandError
 
 T = TypeVar("T")
 
 
-class Iiwa(Connection):
+class Iiwa(Client):
     """A robot that speaks the text protocol; a method has the name of its command.
 
     Units are mm, rad, N, Nm. `target` is x y z alpha beta gamma in the base frame, as `Frame`. Speeds are
     relative to the velocity limits of the joints, 0 to 1. `blending` is the radius around the target, in mm,
     in which the next move may take over.
-    """
 
-    _end = re.compile(rb"\n")
+    Every command raises `CommandError` if the robot rejects it, `ReplyError` for a malformed reply, and
+    `OSError` (`TimeoutError` among them) if the connection fails. The latter two close the connection. A
+    wrong number of values, and values that are not finite, raise `ValueError` before anything is sent.
+    """
 
     def command(self, name: str, *values: float | str) -> str:
         """Send a command with its values in their order, and return the reply. Raises CommandError."""
         words = " ".join(map(_word, values))
         line = " ".join(f"{name} : {words}".split()) if words else name
-        reply = self._exchange(line, line.encode() + b"\r\n").decode("ascii", "replace").strip()
-        if reply == "unknown command":
-            raise UnknownCommandError(
-                f"the server answered unknown command to {line!r}; its log has the reason"
-            )
-        if reply == "error":
-            raise CommandError(f"the server answered error to {line!r}; its log has the reason")
-        return reply
+        reply = self._ask(line)
+        if reply not in ("error", "unknown command"):
+            return reply
+        last = replies.LastError(0, "")
+        with contextlib.suppress(OSError, ValueError):  # a server without `get error` tells no reason
+            last = _last_error(self._ask("get error"))
+        why = f"{last.code} {last.reason}" if last.code else "its log has the reason"
+        kind = CommandError if reply == "error" else UnknownCommandError
+        raise kind(f"the server answered {reply} to {line!r}: {why}", last.code, last.reason)
 
     def hello(self) -> None:
         """Check that the controller answers."""
@@ -194,6 +197,10 @@ class Iiwa(Connection):
         except (TypeError, ValueError):
             self.close()
             raise ReplyError(f"{name!r} was answered {reply!r}") from None
+
+    def _ask(self, line: str) -> str:
+        reply = self._exchange(line, line.encode() + b"\r\n", self._connection.read_line)
+        return reply.decode("ascii", "replace").strip()
 
     def _is_stopped(self) -> bool:
         return self.get_status() == "stopped"

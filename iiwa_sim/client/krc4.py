@@ -4,20 +4,20 @@ import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from iiwa_sim.client.connection import Connection, Floats, exactly
+from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.errors import Krc4Error, ReplyError
 from iiwa_sim.client.replies import Krc4Frame
 
 LARGEST_ID = 2**31 - 1
+END_OF_REPLY = re.compile(rb"</Res\s*>|<Res\b[^>]*/>")
 
 
-class Krc4(Connection):
+class Krc4(Client):
     """A robot that takes KRC4 messages; a method has the name of its message.
 
-    Units are mm and degrees. `target` is X Y Z A B C in the base frame, as `Krc4Frame`.
+    Units are mm and degrees. `target` is X Y Z A B C in the base frame, as `Krc4Frame`. Errors are those of
+    `Iiwa`, with `Krc4Error` as `CommandError`.
     """
-
-    _end = re.compile(rb"</Res\s*>|<Res\b[^>]*/>")
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0, *, axes: int = 6) -> None:
         """Connect; `timeout_s` bounds that and the wait for each reply. No message tells how many axes."""
@@ -85,7 +85,7 @@ class Krc4(Connection):
             (f"R{place}", repr(value)) for place, value in enumerate([*reals, *[0.0] * (10 - len(reals))])
         ]
         message = f"<Cmd>{''.join(f'<{key}>{value}</{key}>' for key, value in values)}</Cmd>"
-        reply = self._exchange(name, message.encode())
+        reply = self._exchange(name, message.encode(), lambda: self._connection.read_until(END_OF_REPLY))
         try:
             root = ElementTree.fromstring(reply)
             found = dict(root.attrib) | {child.tag: child.text or "" for child in root}

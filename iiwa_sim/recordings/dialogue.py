@@ -7,7 +7,7 @@ from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.schemas import DIALOGUE
 from iiwa_sim.transcript.lines import Transcript, read
-from iiwa_sim.transcript.written import Lines
+from iiwa_sim.transcript.record import Lines
 
 
 def transcript_of(recorded: Recorded) -> Transcript:

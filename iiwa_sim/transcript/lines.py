@@ -17,11 +17,8 @@ r"""Transcripts read: which client says what when, and what it is to be answered
     driver leaves                   its connection is closed
     [12.5 0.514] driver> hello      with times, simulated and real, in s since the beginning
 
-Each line that is said has its reply further down, in the order of the lines of that client. In what is said
-and in a reply, `{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its
-third number, and `{get tool frame + 0 0 9 0 0 0}` for its numbers with these added; for KRC4 messages see
-`iiwa_sim.transcript.krc4`. Bytes that do not print are written as `\x09`, a backslash as `\\`, a brace that
-is one as `\x7b`.
+Each line that is said has its reply further down, in the order of the lines of that client.
+Texts are those of `iiwa_sim.transcript.texts`.
 """
 
 import math
@@ -33,9 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, KRC4
-from iiwa_sim.transcript import krc4
-from iiwa_sim.transcript.escapes import wire_bytes
-from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.texts import TranscriptFault, check, check_reply, topic
 
 MAX_BYTES = 100_000_000
 """Largest file in bytes: some days of a driver's polls."""
@@ -88,7 +83,8 @@ class Answered(NamedTuple):
     step: Step
     text: str
     compare: Compare
-    within: float
+    within: float | None
+    """Tolerance of numbers; None where they are not compared as such."""
 
 
 class Connects(NamedTuple):
@@ -128,11 +124,7 @@ class Transcript(NamedTuple):
     @property
     def commands(self) -> set[str]:
         """The commands that are sent, without parameters; of KRC4 messages the tags, such as GOP."""
-        return {
-            krc4.tag(step.text) if step.step.protocol == KRC4 else command_of(step.text)
-            for step in self.steps
-            if isinstance(step, Said)
-        }
+        return {topic(step.step.protocol, step.text) for step in self.steps if isinstance(step, Said)}
 
 
 def read_file(path: Path) -> Transcript:
@@ -204,11 +196,6 @@ def shipped(*folders: str) -> list[Transcript]:
     return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]
 
 
-def command_of(text: str) -> str:
-    """The command of a line, in lower case and with single blanks."""
-    return " ".join(text.partition(":")[0].lower().split())
-
-
 def _step(number: int, found: re.Match[str], protocol: str) -> Steps:
     at_s = None if found["simulated"] is None else _number(found["simulated"])
     step = Step(number, found["client"] or "", at_s, protocol)
@@ -218,15 +205,12 @@ def _step(number: int, found: re.Match[str], protocol: str) -> Steps:
         return Wait(step, None if found["wait"] == "stopped" else _number(found["wait"]))
     text, mark = found["text"] or "", found["mark"]
     if mark == ">":
-        if protocol == KRC4:
-            krc4.check(text)
-        else:
-            wire_bytes(text)
+        check(protocol, text)
         return Said(step, text)
     compare = Compare.NUMBERS if mark.startswith("<~") else Compare(mark)
     if protocol == KRC4 and compare is not Compare.ANY:
-        krc4.check_reply(text, has_to_be_read=compare is Compare.NUMBERS)
-    within = 0.0
+        check_reply(text, verbatim=compare is Compare.EXACT)
+    within = None
     if compare is Compare.NUMBERS:
         within = WITHIN if mark == "<~" else _number(mark[2:])
     return Answered(step, text, compare, within)

@@ -4,20 +4,26 @@ Lines with times are sent at their simulated time since the beginning; other lin
 the line before is done.
 """
 
+import contextlib
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Protocol
 
-from iiwa_sim.transcript.fault import TranscriptFault
-from iiwa_sim.transcript.lines import Answered, Connects, Leaves, Said, Steps, Transcript, Wait
-from iiwa_sim.transcript.speech import SPEECH, Speech
-from iiwa_sim.transcript.wire import TIMEOUT_S, MessageWire, NoReply, Wire
+from iiwa_sim.client.connection import Connection
+from iiwa_sim.client.krc4 import END_OF_REPLY
+from iiwa_sim.protocols.decimals import readable
+from iiwa_sim.protocols.ports import KRC4
+from iiwa_sim.server.listening import host_and_port
+from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Steps, Transcript, Wait
+from iiwa_sim.transcript.texts import TranscriptFault, ask_status, deviation, filled, is_moving, sent, topic
 
+TIMEOUT_S = 5.0
 STOPPED_WITHIN_S = 60.0
 """Seconds for which `wait stopped` waits."""
 
 POLL_PERIOD_S = 0.01
+_REPLY_BEGINS = b"<Res"
 
 
 class Deviation(NamedTuple):
@@ -48,6 +54,15 @@ class RealTime:
         time.sleep(seconds)
 
 
+def connected(host: str, port: int, timeout_s: float) -> Connection:
+    """Connect to a server. Raises TranscriptFault."""
+    try:
+        return Connection(host, port, timeout_s)
+    except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
+        why = getattr(fault, "strerror", None) or fault
+        raise TranscriptFault(f"cannot connect to {host_and_port(host, port)}: {why}") from None
+
+
 def replay(
     transcript: Transcript,
     host: str,
@@ -70,21 +85,36 @@ def replay(
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
         wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
         raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
-    player = _Player(transcript, host, ports, timeout_s, robot_time or RealTime())
+    clock = robot_time or RealTime()
+    began_s = clock.now_s()
+    clients: dict[str, _Client] = {}
     try:
         for step in transcript.steps:
-            player.keep_time(step.step.at_s)
+            line, name, at_s, protocol = step.step
+            if at_s is not None:
+                clock.wait(max(0.0, began_s + at_s - clock.now_s()))
+            if isinstance(step, Leaves):
+                if name in clients:
+                    clients.pop(name).connection.close()
+                continue
+            if name not in clients:
+                its_port = ports[transcript.protocols.index(protocol)]
+                clients[name] = _Client(host, its_port, timeout_s, protocol)
+            client = clients[name]
+            client.line = line
             try:
-                found = player.play(step)
+                found = client.play(step, clock)
             except _OutOfStep as end:
-                yield Deviation(step.step.line, player.asked(step.step.client), str(end))
+                yield Deviation(line, client.last, str(end))
                 return
             if found:
-                yield Deviation(step.step.line, player.asked(step.step.client), found)
-        for line, client, unread in player.unread():
-            yield Deviation(line, client, f"more came than was asked for: '{unread}'")
+                yield Deviation(line, client.last, found)
+        for client in clients.values():
+            if unread := readable(client.connection.unread):
+                yield Deviation(client.line, client.last, f"more came than was asked for: '{unread}'")
     finally:
-        player.close()
+        for client in clients.values():
+            client.connection.close()
 
 
 class _OutOfStep(Exception):
@@ -94,120 +124,91 @@ class _OutOfStep(Exception):
 class _Client:
     """A client of the transcript."""
 
-    def __init__(self, wire: Wire | MessageWire, speech: Speech) -> None:
-        self.wire = wire
-        self.speech = speech
-        self.said: deque[str] = deque()
-        """Lines without a reply yet."""
+    def __init__(self, host: str, port: int, timeout_s: float, protocol: str) -> None:
+        self.connection = connected(host, port, timeout_s)
         self.last = ""
         """The line of the last reply."""
-        self.heard: dict[str, str] = {}
-        """The last reply to each command, by topic."""
         self.line = 0
+        self._server = host_and_port(host, port)
+        self._protocol = protocol
+        self._said: deque[str] = deque()  # lines without a reply yet
+        self._heard: dict[str, str] = {}  # the last reply to each command, by topic
 
-
-class _Player:
-    """All clients of a transcript."""
-
-    def __init__(
-        self, transcript: Transcript, host: str, ports: Sequence[int], timeout_s: float, robot_time: Time
-    ) -> None:
-        self._transcript = transcript
-        self._host = host
-        self._ports = dict(zip(transcript.protocols, ports, strict=True))
-        self._timeout_s = timeout_s
-        self._time = robot_time
-        self._clients: dict[str, _Client] = {}
-        self._status_questions: dict[str, str] = {}  # by protocol
-        self._began_s = robot_time.now_s()
-
-    def keep_time(self, at_s: float | None) -> None:
-        if at_s is not None:
-            self._time.wait(max(0.0, self._began_s + at_s - self._time.now_s()))
-
-    def asked(self, name: str) -> str:
-        client = self._clients.get(name)
-        return client.last if client else ""
-
-    def play(self, step: Steps) -> str:
+    def play(self, step: Steps, clock: Time) -> str:
         """Carry out a step; returns the difference in words."""
-        name = step.step.client
-        if isinstance(step, Leaves):
-            if name in self._clients:
-                self._clients.pop(name).wire.close()
-            return ""
-        if name not in self._clients:
-            self._clients[name] = self._connected(step.step.protocol)
-        client = self._clients[name]
-        client.line = step.step.line
         match step:
-            case Connects():
-                return ""
             case Said():
-                self._say(client, step.text)
-                return ""
+                self._say(step.text)
             case Answered():
-                return self._hear(client, step)
-            case Wait():
-                self._wait(client, step)
+                return self._hear(step)
+            case Wait(seconds=None):
+                self._wait_until_stopped(clock)
+            case Wait(seconds=float(seconds)):
+                clock.wait(seconds)
+        return ""
+
+    def _say(self, text: str) -> None:
+        try:
+            line = filled(self._protocol, text, self._heard)
+            self.connection.send(sent(self._protocol, line))
+        except (OSError, ValueError) as fault:
+            self.last = text
+            raise _OutOfStep(_why(fault)) from None
+        self._said.append(line)
+
+    def _hear(self, expected: Answered) -> str:
+        self.last = self._said.popleft()
+        reply = self._reply()
+        try:
+            if expected.compare is Compare.ANY:
                 return ""
-
-    def unread(self) -> Iterator[tuple[int, str, str]]:
-        """Unexpected data that clients have received, with their last lines."""
-        for client in self._clients.values():
-            if client.wire.unread:
-                yield client.line, client.last, client.wire.unread
-
-    def close(self) -> None:
-        for client in self._clients.values():
-            client.wire.close()
-
-    def _connected(self, protocol: str) -> _Client:
-        speech = SPEECH[protocol]
-        return _Client(speech.connect(self._host, self._ports[protocol], self._timeout_s), speech)
-
-    def _say(self, client: _Client, text: str) -> None:
-        try:
-            line = client.speech.filled(text, client.heard)
-            client.wire.send(client.speech.sent(line))
-        except (NoReply, ValueError) as fault:
-            client.last = text
-            raise _OutOfStep(str(fault)) from None
-        client.said.append(line)
-
-    def _hear(self, client: _Client, expected: Answered) -> str:
-        client.last = client.said.popleft()
-        reply = self._reply(client)
-        found = client.speech.deviation(expected, reply, client.heard)
-        client.heard[client.speech.topic(client.last)] = reply
-        return found
-
-    def _wait(self, client: _Client, wait: Wait) -> None:
-        if wait.seconds is not None:
-            self._time.wait(wait.seconds)
-            return
-        question = self._status_question(wait.step.protocol)
-        deadline_s = self._time.now_s() + STOPPED_WITHIN_S
-        while self._is_moving(client, question):
-            if self._time.now_s() > deadline_s:
-                raise _OutOfStep(f"still moving after {STOPPED_WITHIN_S:g} s")
-            self._time.wait(POLL_PERIOD_S)
-
-    def _status_question(self, protocol: str) -> str:
-        if protocol not in self._status_questions:
-            self._status_questions[protocol] = SPEECH[protocol].ask_status(self._transcript)
-        return self._status_questions[protocol]
-
-    def _is_moving(self, client: _Client, question: str) -> bool:
-        self._say(client, question)
-        client.last = client.said.popleft()
-        try:
-            return client.speech.is_moving(question, self._reply(client))
+            wanted = filled(self._protocol, expected.text, self._heard)
+            return deviation(self._protocol, wanted, expected.within, reply)
         except ValueError as fault:
-            raise _OutOfStep(str(fault)) from None
+            return str(fault)
+        finally:
+            self._heard[topic(self._protocol, self.last)] = reply
 
-    def _reply(self, client: _Client) -> str:
+    def _wait_until_stopped(self, clock: Time) -> None:
+        deadline_s = clock.now_s() + STOPPED_WITHIN_S
+        moving = True
+        while moving:
+            self._say(ask_status(self._protocol))
+            self.last = self._said.popleft()
+            try:
+                moving = is_moving(self._protocol, self._reply())
+            except ValueError as fault:
+                raise _OutOfStep(str(fault)) from None
+            if moving and clock.now_s() > deadline_s:
+                raise _OutOfStep(f"still moving after {STOPPED_WITHIN_S:g} s")
+            if moving:
+                clock.wait(POLL_PERIOD_S)
+
+    def _reply(self) -> str:
+        """Return the next reply, escaped. Raises TranscriptFault for a server of the other protocol."""
+        connection = self.connection
         try:
-            return client.wire.reply()
-        except NoReply as fault:
-            raise _OutOfStep(str(fault)) from None
+            if self._protocol == KRC4:
+                return readable(connection.read_until(END_OF_REPLY))
+            return readable(connection.read_line())
+        except OSError as fault:
+            unread = connection.unread
+            if self._protocol != KRC4 and unread.startswith(_REPLY_BEGINS):
+                raise TranscriptFault(
+                    f"{self._server} answers with KRC4 messages, expected the iiwa's protocol"
+                ) from None
+            if self._protocol == KRC4 and not self._heard:
+                with contextlib.suppress(OSError):  # a server of lines waits for a line end
+                    connection.send(b"\r\n")
+                    unread = unread or connection.read_line()
+                if unread and not unread.lstrip().startswith(b"<"):
+                    raise TranscriptFault(
+                        f"{self._server} answers '{readable(unread)}', expected KRC4 messages"
+                    ) from None
+            raise _OutOfStep(_why(fault)) from None
+
+
+def _why(fault: Exception) -> str:
+    if isinstance(fault, OSError) and fault.strerror:
+        return f"the connection failed: {fault.strerror}"
+    return str(fault)

@@ -106,8 +106,10 @@ def test_status_is_read_into_values(robot: Iiwa) -> None:
     robot.set_output(2, True)
     assert (robot.get_output(2), robot.get_output(3), robot.get_input(2)) == (True, False, False)
     assert "lin move : x[mm]" in robot.help("lin\nmove")
-    with pytest.raises(CommandError, match="answered error to 'lin move"):
+    with pytest.raises(CommandError, match=r"error to 'lin move.*: 3021 the TCP at 5000") as rejected:
         robot.lin_move((5000, 0, 0, 0, 0, 0), 0.5, 0)
+    assert rejected.value.code == 3021
+    assert rejected.value.reason.startswith("the TCP at 5000")
     assert robot.get_error().code == 3021
     robot.reset_error()
     assert robot.get_error().code == 0

@@ -10,9 +10,9 @@ import pytest
 from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES
 from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, read_file
 from iiwa_sim.transcript.replay import replay
+from iiwa_sim.transcript.texts import TranscriptFault
 from tests.krc4_talking import IDS, Krc4Client, attributes, request
 from tests.simulated_time import SimulatedTime
 

@@ -8,8 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.transcript.escapes import wire_bytes
-from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import (
     Answered,
     Compare,
@@ -18,10 +16,10 @@ from iiwa_sim.transcript.lines import (
     Said,
     Step,
     Wait,
-    command_of,
     read,
     read_file,
 )
+from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
 
 TEXT = """# a comment
 
@@ -54,24 +52,24 @@ def test_every_kind_of_line() -> None:
     assert transcript.commands == {"get status", "get tool frame", "get error", "hello", ""}
     assert transcript.steps == (
         Said(Step(4, "", None), "get status"),
-        Answered(Step(5, "", None), "stopped", Compare.EXACT, 0.0),
+        Answered(Step(5, "", None), "stopped", Compare.EXACT, None),
         Said(Step(6, "", None), "get tool frame"),
         Answered(Step(7, "", None), "450 0 520 0 -1.57 0", Compare.NUMBERS, 0.5),
         Said(Step(8, "", None), "get tool frame"),
         Answered(Step(9, "", None), "1 2", Compare.NUMBERS, 1e-6),
         Said(Step(10, "", None), "get error"),
-        Answered(Step(11, "", None), "3021 out of reach", Compare.ANY, 0.0),
+        Answered(Step(11, "", None), "3021 out of reach", Compare.ANY, None),
         Wait(Step(12, "", None), None),
         Wait(Step(13, "", None), 0.5),
         Connects(Step(14, "driver", None)),
         Said(Step(15, "driver", None), "hello"),
-        Answered(Step(16, "driver", None), "hello", Compare.EXACT, 0.0),
+        Answered(Step(16, "driver", None), "hello", Compare.EXACT, None),
         Leaves(Step(17, "driver", None)),
         Said(Step(18, "other", 12.5), "hello"),
         Answered(Step(19, "other", 12.502), "1", Compare.NUMBERS, float("inf")),
         Wait(Step(20, "other", 13.0), None),
         Said(Step(21, "", None), ""),
-        Answered(Step(22, "", None), "", Compare.EXACT, 0.0),
+        Answered(Step(22, "", None), "", Compare.EXACT, None),
     )
 
 
@@ -120,8 +118,3 @@ def test_any_text_is_read_or_told_of(text: str) -> None:
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(TranscriptFault, match="cannot be read: No such file"):
         read_file(tmp_path / "none.txt")
-
-
-def test_the_command_of_a_line() -> None:
-    assert command_of("  Lin   MOVE: 1 2") == "lin move"
-    assert command_of(":") == ""

@@ -12,10 +12,10 @@ import pytest
 from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine
 from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Step, Wait, read_file
 from iiwa_sim.transcript.record import Recorder
 from iiwa_sim.transcript.replay import replay
+from iiwa_sim.transcript.texts import TranscriptFault
 from tests.talking import Client, until
 
 MOVE = "joint move : 0 0.5 0 -1 0 1.5 0.2 1 1 1 1 1 1 1"

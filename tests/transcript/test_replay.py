@@ -9,9 +9,9 @@ import socket
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import read
 from iiwa_sim.transcript.replay import replay
+from iiwa_sim.transcript.texts import TranscriptFault
 
 
 async def played(text: str, port: int, timeout_s: float = 30.0) -> list[tuple[int, str]]:
@@ -69,7 +69,7 @@ async def test_a_server_that_never_ends_a_line_ends_the_play() -> None:
 
     async with await asyncio.start_server(endless, "127.0.0.1", 0) as server:
         found = await played("> hello\n< hello\n", server.sockets[0].getsockname()[1])
-    assert found == [(2, "'hello': no line end within 65536 bytes")]
+    assert found == [(2, "'hello': no end of a reply within 65536 bytes")]
 
 
 async def test_more_replies_than_lines_are_told() -> None:

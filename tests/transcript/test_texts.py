@@ -1,0 +1,184 @@
+"""Texts of transcripts: sent, filled in, and compared with replies."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.protocols.krc4_xml import (
+    Broken,
+    Element,
+    XmlStream,
+    reply,
+    short_reply,
+    understand,
+    word_for_word,
+    written,
+)
+from iiwa_sim.transcript.lines import Transcript, read
+from iiwa_sim.transcript.texts import TranscriptFault, deviation, filled, sent, topic
+
+INTEGERS = st.lists(st.integers(-(2**31), 2**31 - 1), min_size=2, max_size=10)
+REALS = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 9) + 0.0), max_size=10)
+NUMBERS = st.floats(-1e4, 1e4).map(lambda value: round(value, 6))
+SAID = {"get tool frame": "450.0 0.0 520.5", "get status": "stopped"}
+HEARD = {"GOP": "Res I0=1 I1=310 R0=445 R2=810.5", "FIN": "Res I0=2 I1=100 I2=1", "DIS": "Res I0=3 I1=-300"}
+
+
+def krc4(text: str) -> Transcript:
+    return read("one.txt", f"protocol krc4\n{text}")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "within", "got", "told"),
+    [
+        ("done", None, "done", ""),
+        ("done", None, "error", "expected 'done', got 'error'"),
+        ("1.0", None, "1", "expected '1.0', got '1'"),
+        (r"\x7bget status}", None, "{get status}", ""),
+        ("1 2", 0.5, "1.0 2.4", ""),
+        ("1 2", 0.5, "1.0 2.6", "value 2 is 2.6, expected 2 within 0.5: '1.0 2.6'"),
+        ("1 2", 0.5, "1 2 3", "expected 2 values, got 3: '1 2 3'"),
+        ("1 2", 0.5, "error", "expected 2 values, got 1: 'error'"),
+        ("1 2", float("inf"), "1 nan", "value 2 is nan, expected 2"),
+        ("the force is 80.5 N", 0.5, "the force is 81.0 N", ""),
+        ("force 1 N", 0.5, "torque 1 N", "value 1 is torque, expected force"),
+    ],
+)
+def test_a_line_is_compared(wanted: str, within: float | None, got: str, told: str) -> None:
+    found = deviation("iiwa", wanted, within, got)
+    assert told in found if told else found == ""
+
+
+@pytest.mark.parametrize(
+    ("wanted", "within", "got", "told"),
+    [
+        ("Res I0=1 I1=310 R0=445", None, "Res I0=1 I1=310 R0=445.000", ""),
+        ("Res I0=1 I1=310 R0=445", None, "<Res I0='1' I1='310' R0='445'/>", ""),
+        ("Res I0=1 I1=100", None, "Res I0=1 I1=100 I2=1", "got 'Res I0=1 I1=100 I2=1'"),
+        ("Res I0=1 I1=310 R0=1", None, "Res I0=1 I1=310 R0=2", "R0 is 2.0, expected 1.0"),
+        ("Res I0=1 I1=310 R0=1", 0.5, "Res I0=1 I1=310 R0=1.4", ""),
+        ("Res I0=1 I1=310 R0=1", 0.5, "Res I0=1 I1=310 R0=1.6", "R0 is 1.6, expected 1.0 within 0.5"),
+        ("Res I0=1 I1=310", 0.5, "<Res><I0>x</I0></Res>", "I0 = x: expected an integer"),
+        ("Res I0=1 I1=300 R0=5", float("inf"), "Res I0=1 I1=300 R0=-1e9", ""),
+        ("Res I0=1 I1=300 R0=5", float("inf"), "Res I0=2 I1=300", "expected 'Res I0=1"),
+        ("<Res><I0>1</I0></Res>", None, "<Res I0='1'/>", "expected '<Res><I0>1</I0></Res>', got"),
+        (r"<Res a='\x7b'/>", None, "<Res a='{'/>", ""),
+    ],
+)
+def test_a_message_is_compared(wanted: str, within: float | None, got: str, told: str) -> None:
+    found = deviation("krc4", wanted, within, got)
+    assert told in found if told else found == ""
+
+
+@given(INTEGERS, REALS)
+def test_a_reply_in_short_form_is_the_one_on_the_wire(integers: list[int], reals: list[float]) -> None:
+    wire = reply(integers, reals).decode()
+    short = short_reply(integers, reals)
+    assert deviation("krc4", short, None, wire) == ""
+    assert deviation("krc4", wire, None, wire) == ""
+    assert deviation("krc4", wire, 1e-9, wire) == ""
+    other = [integers[0], integers[1] - 1 if integers[1] > 0 else integers[1] + 1, *integers[2:]]
+    assert deviation("krc4", short, None, reply(other, reals).decode())
+
+
+@given(st.lists(NUMBERS, min_size=1, max_size=7), st.floats(0.0, 1.0))
+def test_numbers_within_the_tolerance_agree(numbers: list[float], within: float) -> None:
+    text = " ".join(map(str, numbers))
+    assert deviation("iiwa", text, within, text) == ""
+    moved = " ".join(str(number + 2.0) for number in numbers)
+    assert deviation("iiwa", text, within, moved)
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("Cmd I0=2 I1=10 {GOP}", "Cmd I0=2 I1=10 R0=445.0 R2=810.5"),
+        ("Cmd {GOP + 0 1 -810.5 0 0 2}", "Cmd R0=445.0 R1=1.0 R5=2.0"),
+        ("Cmd R0={GOP R2} R1={GOP R2 + 1} R2={GOP R9} I3={FIN I2}", "Cmd R0=810.5 R1=811.5 R2=0.0 I3=1"),
+    ],
+)
+def test_registers_are_filled_in(text: str, given: str) -> None:
+    assert filled("krc4", text, HEARD) == given
+
+
+@pytest.mark.parametrize(
+    ("text", "given"),
+    [
+        ("{get status}", "stopped"),
+        ("lin move : {get tool frame + 0 0 10}", "lin move : 450.000000000 0.000000000 530.500000000"),
+        ("{get tool frame 3}", "520.5"),
+    ],
+)
+def test_replies_are_filled_in(text: str, given: str) -> None:
+    assert filled("iiwa", text, SAID) == given
+
+
+@pytest.mark.parametrize(
+    ("protocol", "text", "told"),
+    [
+        ("iiwa", "{get mode}", "'get mode' has not been asked yet"),
+        ("iiwa", "{get tool frame 4}", "expected 4 numbers or more"),
+        ("iiwa", "{get tool frame + 0 10}", r"expected 3 numbers behind the \+"),
+        ("iiwa", "{get tool frame + x 0 0}", "expected finite numbers, got"),
+        ("krc4", "{GOA}", "'GOA' has not been asked yet"),
+        ("krc4", "{DIS R0}", "expected 'DIS' to have been answered"),
+    ],
+)
+def test_an_unknown_or_rejected_reply_is_not_filled_in(protocol: str, text: str, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        filled(protocol, text, SAID | HEARD)
+
+
+@given(st.binary(max_size=60) | st.text("<>/CmdRes I0R1=\"'&;! {}\\\n-7.", max_size=60).map(str.encode))
+def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> None:
+    def first(wire: bytes) -> tuple[Element | Broken | None, bytes]:
+        stream = XmlStream()
+        stream.receive(wire)
+        return stream.next(), stream.wire
+
+    found, wire = first(data)
+    if found is None:
+        return
+    text = word_for_word(wire) if isinstance(found, Broken) else written(found, wire)
+    transcript = krc4(f"> {text.replace('{', chr(92) + 'x7b')}\n<?\n")
+    again, _ = first(sent("krc4", transcript.steps[0].text))
+    if isinstance(found, Broken):
+        assert again == found
+    else:
+        assert isinstance(again, Element)
+        assert understand(again) == understand(found)
+
+
+def test_texts_are_sent() -> None:
+    assert sent("krc4", "Cmd I0=7 I1=20 R0=1,5 X=a&b") == (
+        b"<Cmd><I0>7</I0><I1>20</I1><R0>1,5</R0><X>a&amp;b</X></Cmd>"
+    )
+    assert sent("krc4", r"\x43md I0=1") == b"Cmd I0=1"
+    assert sent("krc4", r"<Cmd>\n</Cmd>") == b"<Cmd>\n</Cmd>"
+    assert sent("iiwa", r"hello\x09") == b"hello\t\r\n"
+
+
+def test_replies_are_known_by_their_command() -> None:
+    assert topic("iiwa", "  Lin   MOVE: 1 2") == "lin move"
+    assert topic("krc4", "Cmd I1=310 {GOP + 1}") == "GOP"
+    assert topic("krc4", "rubbish") == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("> Cmd I0\n<?", "one.txt:2: '> Cmd I0': 'I0': expected NAME=VALUE"),
+        ("> <Cmd>\\q\n<?", "no escape"),
+        ("> Cmd\n< Res X=1", "one.txt:3: '< Res X=1': X: expected I0 to I9"),
+        ("> Cmd\n< Cmd I0=1", "Cmd: expected Res"),
+        ("a connects in iiwa", "expected one of the protocols of this transcript, krc4"),
+        ("protocol iiwa,klingon", "expected iiwa or krc4, each at most once"),
+        ("> Cmd\n<?\nprotocol iiwa", "one.txt:4: 'protocol iiwa': expected above all that is said"),
+    ],
+)
+def test_a_malformed_transcript_names_its_line(text: str, told: str) -> None:
+    with pytest.raises(TranscriptFault) as caught:
+        krc4(text)
+    assert told in str(caught.value)
