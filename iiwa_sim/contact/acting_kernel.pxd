@@ -1,5 +1,4 @@
 # For the kernel of loads, which finds tick by tick what acts.
-from iiwa_sim.contact.tcp_motion_kernel cimport TcpMotion
 from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class Acting:
@@ -20,7 +19,7 @@ cdef class Acting:
     cdef object _folded                # torques of links on links; None for none
     cdef object _unknown               # moments of what the controller does not know of, in the flange
     cdef object _at_tcp                # the same, in the frame of the TCP
-    cdef TcpMotion _motion              # of the TCP, while there is any of that
+    cdef object _motion              # of the TCP, while there is any of that
     cdef object _carried_at            # joints at which it was evaluated last
     cdef object _links                 # once there has been a surface
     cdef readonly object pushes        # what a robot that yields gives way to, besides surfaces at the TCP

@@ -12,18 +12,15 @@ from typing import Any
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact import moments
 from iiwa_sim.contact.link_forces_kernel import LinkContact
-from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
 from iiwa_sim.frames import Transform, inverse
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.contact.tcp_motion_kernel import TcpMotion
     from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
 else:
-    from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
     from iiwa_sim.robot.arm_kernel import Tcp
 
 _NEARLY = cython.declare(cython.double, 0.999)
@@ -118,7 +115,7 @@ class Acting:
             return
         if self._motion is None:
             self._motion = TcpMotion(self._tcp.pose(joints))
-        self._at_tcp = moments.seen_from(unknown, inverse(self._tcp.tool_in_flange))
+        self._at_tcp = seen_from(unknown, inverse(self._tcp.tool_in_flange))
         self._carried = self._motion.wrench(self._at_tcp)
 
     @cython.ccall

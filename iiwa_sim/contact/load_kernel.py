@@ -172,7 +172,7 @@ class ExternalLoad(Acting):
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._carried_at):
             pose: Transform = self.tcp(joints) if contact is None else contact.pose
-            self._motion.go_to(pose, tick_s, coming)
+            self._motion.step(pose, tick_s, coming)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         touch = self._at_world
         if self.world.empty:

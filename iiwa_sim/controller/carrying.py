@@ -11,7 +11,7 @@ from math import hypot, isfinite
 from typing import NamedTuple
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.contact.moments import NO_MOMENTS, Moments, added, body, difference
+from iiwa_sim.contact.payload import NO_MOMENTS, Moments, body
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.joints import Joints
@@ -92,6 +92,6 @@ class Carrying:
                 for both, own in zip(centre, self._tool.centre, strict=True)
             )
             if hypot(x, y, z) <= WITHIN_REACH_M:
-                believed = added(self._there, body(more, (x, y, z)))
-        unknown = difference(self._there, believed)
-        self._load.carry(unknown if any(unknown) else None, joints)
+                believed = self._there + body(more, (x, y, z))
+        unknown = self._there - believed
+        self._load.carry(unknown if unknown.any() else None, joints)

@@ -9,7 +9,7 @@ import mujoco as mj
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.moments import GRAVITY_M_S2
+from iiwa_sim.contact.payload import GRAVITY_M_S2
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Rotation, Transform, apply, compose, inverse, quaternion_from_rotation

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.moments import GRAVITY_M_S2
+from iiwa_sim.contact.payload import GRAVITY_M_S2
 from iiwa_sim.frames import Transform
 
 BASE = 2

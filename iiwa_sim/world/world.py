@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.link_forces_kernel import LinkContact
-from iiwa_sim.contact.moments import Moments, body, seen_from
+from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, rotation_from_quaternion, transpose
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF

@@ -1,4 +1,4 @@
-"""How the TCP accelerates, and what a body fixed to it does."""
+"""Weight and inertia of a body at the TCP."""
 
 from __future__ import annotations
 
@@ -7,12 +7,9 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from iiwa_sim.contact import tcp_motion_kernel
-from iiwa_sim.contact.moments import GRAVITY_M_S2, body
-from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
-from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
+from iiwa_sim.contact.payload import GRAVITY_M_S2, TcpMotion, body, seen_from
+from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, rotation_about
 from iiwa_sim.wrench import NO_WRENCH
-from tests.interpreted import interpreted
 
 TICK_S = 0.002
 INERTIA = (0.02, 0.03, 0.04, 0.001, -0.002, 0.003)
@@ -74,15 +71,13 @@ def test_it_is_still_when_three_poses_are_one() -> None:
     assert motion.still
 
 
-def test_compiled_and_as_python_it_is_the_same() -> None:
-    plain = interpreted("iiwa_sim.contact.tcp_motion_kernel")
-    rng = np.random.default_rng(7)
-    both = [tcp_motion_kernel.TcpMotion(IDENTITY), plain.TcpMotion(IDENTITY)]
-    moments = body(1.5, (0.1, -0.2, 0.05), INERTIA)
-    for place in rng.uniform(-1.0, 1.0, (20, 6)).tolist():
-        pose = Frame(*place).to_transform()
-        one, other = both
-        for each in both:
-            each.step(pose, TICK_S)
-        assert one.wrench(moments) == other.wrench(moments)
-        assert one.weight(moments) == other.weight(moments)
+def test_a_body_seen_from_elsewhere_is_its_points_seen_from_there() -> None:
+    pose = Frame(100.0, -200.0, 300.0, 0.4, -0.5, 2.0).to_transform()
+    points = [(0.1, 0.2, 0.3), (-0.3, 0.0, 0.2), (0.1, 0.1, 0.0)]
+    centre = np.mean(points, axis=0)
+    off = points - centre
+    inertia = 0.5 * sum(np.dot(each, each) * np.eye(3) - np.outer(each, each) for each in off)
+    six = (*np.diag(inertia).tolist(), inertia[0, 1], inertia[0, 2], inertia[1, 2])
+    x, y, z = centre.tolist()
+    seen = np.array([(*apply(pose, point), 1.0) for point in points])
+    assert seen_from(body(1.5, (x, y, z), six), pose) == pytest.approx(0.5 * seen.T @ seen, abs=1e-12)

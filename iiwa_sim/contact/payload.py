@@ -1,0 +1,100 @@
+"""Weight and inertia of a body that is fixed to the TCP, as the robot feels them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform, Vector, rotate, transpose
+from iiwa_sim.wrench import NO_WRENCH, Wrench
+
+GRAVITY_M_S2 = 9.81
+"""Down is against z of the base: the robot stands upright."""
+Moments = NDArray[np.float64]
+"""Pseudo-inertia (4, 4) of a body: the integral of [r; 1] [r; 1]^T over its mass (kg, m).
+
+Moments of bodies that are fixed to each other add up, and a difference acts like a body.
+"""
+NO_MOMENTS: Moments = np.zeros((4, 4))
+
+
+def body(mass_kg: float, centre: Vector, inertia: Sequence[float] = (0.0,) * 6) -> Moments:
+    """Return the moments of a body.
+
+    Args:
+        mass_kg: Mass.
+        centre: Centre of mass (m).
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass (kg m^2), with the signs of URDF.
+    """
+    xx, yy, zz, xy, xz, yz = inertia
+    about_centre = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    moments: Moments = pin.Inertia(mass_kg, np.array(centre), about_centre).toPseudoInertia().toMatrix()
+    return moments
+
+
+def seen_from(moments: Moments, frame: Transform) -> Moments:
+    """Return moments in an outer frame, of those in another frame whose pose in the outer one is `frame`."""
+    matrix = _matrix(frame)
+    return matrix @ moments @ matrix.T
+
+
+class TcpMotion:
+    """Poses of a TCP in three consecutive ticks, and the wrench of a body that moves with it.
+
+    A point r of the body accelerates by p'' + R'' r. Both second derivatives are those at the middle pose. If
+    the coming pose is known, the middle one is the present one; otherwise inertia is felt a tick late.
+    """
+
+    def __init__(self, pose: Transform) -> None:
+        """Begin at a pose; the velocity there is not known."""
+        self._poses: tuple[Transform | None, Transform | None, Transform] = (None, None, pose)
+        self._acceleration: NDArray[np.float64] | None = None  # (4, 4), of which three rows count
+        self.still = False
+        """Whether all three poses are the same."""
+
+    def rest(self, pose: Transform) -> None:
+        """Rest at a pose."""
+        self._poses = (pose, pose, pose)
+        self._acceleration, self.still = None, True
+
+    def copy(self) -> TcpMotion:
+        """Return an independent copy."""
+        return copy.copy(self)
+
+    def step(self, pose: Transform, tick_s: float, coming: Transform | None = None) -> None:
+        """Make a tick that ends at `pose`; the next one ends at `coming`, if that is known."""
+        _, earlier, before = self._poses
+        self._poses = (earlier, before, pose)
+        poses = self._poses if coming is None else (before, pose, coming)
+        self.still = poses[0] == poses[1] == poses[2]
+        self._acceleration = None
+        if self.still or None in poses:
+            return
+        a, b, c = map(_matrix, poses)
+        self._acceleration = (b.T / tick_s**2) @ ((c - b) - (b - a))
+
+    def weight(self, moments: Moments) -> Wrench:
+        """Return the wrench of a body at rest, along the axes of the TCP, from its moments in the TCP."""
+        gx, gy, gz = rotate(transpose(self._poses[2].rotation), (0.0, 0.0, -GRAVITY_M_S2))
+        x, y, z, mass = moments[3].tolist()
+        return (mass * gx, mass * gy, mass * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx)
+
+    def wrench(self, moments: Moments) -> Wrench:
+        """Return the wrench of weight and inertia, as `weight` does."""
+        weight = self.weight(moments)
+        if self._acceleration is None:
+            return NO_WRENCH if weight == NO_WRENCH else weight
+        (_, xy, xz, fx), (yx, _, yz, fy), (zx, zy, _, fz), _ = (self._acceleration @ moments).tolist()
+        a, b, c, d, e, f = weight
+        return (a - fx, b - fy, c - fz, d - (zy - yz), e - (xz - zx), f - (yx - xy))
+
+
+@lru_cache(maxsize=64)  # each pose is the coming, the present and the last one
+def _matrix(pose: Transform) -> NDArray[np.float64]:
+    (a, b, c, d, e, f, g, h, i), (x, y, z) = pose
+    return np.array(((a, b, c, x), (d, e, f, y), (g, h, i, z), (0.0, 0.0, 0.0, 1.0)))
