@@ -7,11 +7,11 @@ import numpy as np
 
 from benchmarks.figures import Figure, percentile
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
@@ -51,8 +51,9 @@ def _circle(
     model = Model(robot)
     nearest = Nearest(Inverse(model), robot)
     home = Frame.from_transform(model.flange(robot.home))
-    time = PlannedTime(Override(TICK_S, limits), robot.stop_rate_per_s, robot.stop_rate_change_per_s2)
-    servo = Servo(robot.home, time, limits, robot.position_min, robot.position_max)
+    time = TimeScaling(TICK_S, robot.stop_rate_per_s, robot.stop_rate_change_per_s2)
+    executor = Executor(robot.home, time, np.array(robot.position_min), np.array(robot.position_max))
+    servo = Servo(executor, limits, robot.position_min, robot.position_max)
 
     def solve(time_s: float, present: Joints) -> Joints:
         angle = time_s * SPEED_M_PER_S / (1e-3 * RADIUS_MM)
@@ -67,15 +68,16 @@ def _circle(
     for tick in range(round(SECONDS / TICK_S)):
         while arrival <= tick * TICK_S:
             began = perf_counter()
-            target = solve(arrival, servo.joints)
+            target = solve(arrival, executor.joints)
             solved = perf_counter()
             servo.head_for(target, limits)
             heading_us.append(1e6 * (perf_counter() - solved))
             solving_us.append(1e6 * (solved - began))
             arrival = next(arrivals, SECONDS)
         servo.step()
-        went.append(servo.joints)
-        asked.append(solve((tick + 1) * TICK_S, servo.joints))
+        executor.step()
+        went.append(executor.joints)
+        asked.append(solve((tick + 1) * TICK_S, executor.joints))
     behind = np.subtract(asked, went)[len(went) // 10 :]
     velocity = np.gradient(np.array(asked), TICK_S, axis=0)[len(went) // 10 :]
     return float((behind * velocity).sum() / (velocity * velocity).sum()), solving_us, heading_us

@@ -31,7 +31,7 @@ class Hunt:
         self.robot = SteppedRobot(name, self._one_of(TICKS_S))
         self._how = self._one_of(HOW)
         self._starts: list[Joints] = []  # of the moves that were accepted
-        self._version = 0  # of the plan that was looked at last
+        self._seen: Chain | None = None  # the plan that was looked at last
         self.plans = np.zeros(3)
         """The largest velocity, acceleration and jerk in any plan, over their limits."""
         self.plans_seen = 0
@@ -83,12 +83,12 @@ class Hunt:
             self._step(ticks)
 
     def _step(self, ticks: int) -> None:
-        drive = self.robot.controller._core.motions.drive
+        executor = self.robot.controller._core.motions._executor
         for _ in range(ticks):
             self.robot.step()
-            if drive._chain is not None and drive._chain.version != self._version:
-                self._version = drive._chain.version
-                self._look_at(drive._chain)
+            if executor._chain is not None and executor._chain is not self._seen:
+                self._seen = executor._chain
+                self._look_at(executor._chain)
 
     def _look_at(self, plan: Chain) -> None:
         self.plans_seen += 1

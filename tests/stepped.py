@@ -31,6 +31,8 @@ STIFF = {Mode.DIRECT, Mode.TRAJECTORY}
 TOLERANCE = 1.01  # of planned acceleration
 VELOCITY_TOLERANCE, JERK_TOLERANCE = 1.005, 1.05
 ROUNDING = 1e-9
+CHANGE_S = 0.4
+"""A change of the override takes no longer."""
 
 
 def strong(name: str) -> RobotDescription:
@@ -71,7 +73,8 @@ class SteppedRobot:
         self.under_way = [0]
         """The number of the move that runs, as the controller says it, after each tick."""
         self._mode = self.controller.mode
-        self._stop_ticks = 0  # in which the robot may still be stopping
+        self._override = self.controller.override
+        self._stop_ticks = 0  # in which the robot may still be stopping, or changing to an override
         self._direct_ticks = 0  # in which the limits of direct mode may still be needed
 
     def step(self, ticks: int = 1) -> None:
@@ -98,7 +101,7 @@ class SteppedRobot:
 
     def may_stop(self) -> None:
         """From now on the limits of a stop are those that count, for as long as one may take."""
-        self._stop_ticks = self._longest_stop
+        self._stop_ticks = max(self._stop_ticks, self._longest_stop)
 
     def clears_queue(self, running: int) -> bool:
         """Whether the move that runs goes on to its target."""
@@ -123,10 +126,13 @@ class SteppedRobot:
         return round(0.1 / self.tick_s)
 
     def notice_mode(self) -> None:
-        """To be called between two changes of mode in one tick."""
+        """To be called between two changes of mode, or of the override, in one tick."""
         mode = self.controller.mode
+        if self.controller.override != self._override:
+            self._override = self.controller.override
+            self._stop_ticks = round(CHANGE_S / self.tick_s)
         if mode is not self._mode and self._mode is not Mode.UNKNOWN:
-            self._stop_ticks = self._longest_stop
+            self.may_stop()
         if not STIFF.isdisjoint((mode, self._mode)):
             self._direct_ticks = self._longest_stop
         self._mode = mode

@@ -82,7 +82,7 @@ class WideHunt(Hunt):
         finally:
             robot.notice_mode()
         self._starts.append(end)
-        waiting = controller._core.motions.drive._waiting
+        waiting = controller._core.motions._executor._waiting
         if request.kind is Kind.LIN and waiting.any and waiting.last.number == controller.accepted:
             self._look_at_line(waiting.last.path)
         return True
@@ -236,9 +236,8 @@ class WideHunt(Hunt):
     def _look_at(self, plan: Chain) -> None:
         super()._look_at(plan)
         before, self._plan = self._plan, plan
-        now_s = self.robot.controller._core.motions.drive._time.time_s
-        follows = before is not None and plan.version == before.version + 1
-        if before is not None and follows and 0.0 < now_s < plan.front_s:
+        now_s = self.robot.controller._core.motions._executor.time.time_s
+        if before is not None and 0.0 < now_s < plan.front_s:
             kept = np.arange(now_s, min(plan.front_s, plan.rest_s, before.rest_s), STEP_S)
             if len(kept):
                 off = np.abs(plan.joints_along(kept) - before.joints_along(kept)).max()

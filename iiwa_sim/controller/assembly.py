@@ -6,17 +6,15 @@ from iiwa_sim.controller.motions import Motions
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import Compliance
-from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.nominal import Nominal
-from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Pushes
+from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import Inverse
@@ -39,11 +37,7 @@ def motions_of(
     description = model.description
     low, high = description.position_min, description.position_max
     stop = description.stop_acceleration, description.stop_jerk
-    override = Override(tick_s, limits)
-
-    def time() -> PlannedTime:
-        return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
-
+    time = TimeScaling(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
     bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
     kinematics = Kinematics(model, Inverse(model), tool_in_flange)
     follower = Follower(
@@ -53,6 +47,5 @@ def motions_of(
         JointSprings(kinematics, bounds, tick_s, pushes, feeling),
         Braking(bounds, tick_s, *stop),
     )
-    drive = Drive(start, time(), np.array(low), np.array(high))
-    nominal = Nominal(drive, Servo(start, time(), limits, low, high), override)
-    return Motions(nominal, follower, override)
+    executor = Executor(start, time, np.array(low), np.array(high))
+    return Motions(executor, Servo(executor, limits, low, high), follower)

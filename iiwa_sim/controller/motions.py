@@ -1,70 +1,96 @@
 """What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
 
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
-from iiwa_sim.controller.yielding import Yielding
-from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.even_kernel import EvenMotions
+from iiwa_sim.motion.compliance_kernel import CartesianImpedance
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.nominal import Nominal
-from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.servo import Pursuit, Servo
 from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
+from iiwa_sim.robot.feeling_kernel import Reached
 
 
-class Motions(EvenMotions):
+class Motions:
     """The motions of one robot, and what waits to become one.
 
-    A nominal motion is made by the drive, in which normal moves queue, or by the servo, which heads for
-    targets and follows joint trajectories. Stiff, the robot is where that is; else the follower says where it
-    gives way to. Of what replaces the motion before, targets, trajectories, stiffness moves and holds, the
-    newest waits here until that has come to rest after a `stop`.
+    The executor makes the nominal motion: it runs queued moves, and what the servo heads for. Stiff, the
+    robot is where that is; else the follower says where it gives way to. Of what replaces the motion before,
+    targets, trajectories, stiffness moves and holds, the newest waits here until the robot rests after a
+    `stop`.
     """
 
-    def __init__(self, nominal: Nominal, follower: Follower, override: Override) -> None:
-        """All at rest in the same place, at the rate of this override."""
-        self.joints = nominal.active.joints
-        self._override: Override = override
-        self._nominal: Nominal = nominal
-        self.drive: Drive = nominal.drive
-        self._servo = nominal.servo
-        self._follower: Follower = follower
-        self._yielding = Yielding(nominal, follower)
+    def __init__(self, executor: Executor, servo: Servo, follower: Follower) -> None:
+        """All at rest in the same place."""
+        self.joints = executor.joints
+        """Joint positions (rad)."""
+        self.tracking = False
+        """Whether a trajectory is followed, and has not been stopped."""
+        self._executor = executor
+        self._servo = servo
+        self._pursuit = Pursuit(executor, servo)
+        self._follower = follower
+        self._impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
-        self._following = False  # the servo is active for targets, and has not been stopped
-        self.tracking = False
-        """Whether the servo is active for a trajectory, and has not been stopped."""
+        self._following = False  # the servo heads for targets, and has not been stopped
 
-    def moves_otherwise(self) -> bool:
-        """Whether anything moves, is being stopped, or waits, with no chain in the drive."""
-        return self.drive.moving or self._next is not None or self._nominal.moving or self._follower.moving
+    @property
+    def moving(self) -> bool:
+        """Whether anything moves, is being stopped, or waits."""
+        return (
+            self._executor.trajectory is not None
+            or self._nominal_moves
+            or self._next is not None
+            or self._follower.moving
+        )
+
+    @property
+    def _nominal_moves(self) -> bool:
+        """Whether the nominal motion is not at rest, or has yet to begin."""
+        return self._executor.moving or self._servo.asks_again or self._pursuit.waits
+
+    @property
+    def ends_by_itself(self) -> bool:
+        """Whether anything moves and stops without a command: not in a pause, nor in a hold or before one."""
+        return self.moving and not (self._executor.time.pausing or self.holding)
 
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
-        return not self.moving and self._override.settled and not self._follower.yielding
+        return not self.moving and not self._follower.yielding
+
+    @property
+    def under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        return 0 if self._follower.active else self._executor.under_way
+
+    @property
+    def tcp_contact(self) -> Reached | None:
+        """Where the TCP has come to in the last tick, and what it touches there, if that is known."""
+        return self._follower.tcp_contact
+
+    @property
+    def coming(self) -> Joints | None:
+        """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
+        return None if self._follower.active else self._executor.coming
 
     @property
     def override(self) -> float:
         """The rate that was asked for, 0..1."""
-        return self._override.value
+        return self._executor.time.override
 
     def set_override(self, value: float) -> None:
         """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
-        if self.moving:
-            self._override.go_to(value)
-        else:
-            self._override.be(value)
+        self._executor.set_override(value)
 
     @property
     def pausing(self) -> bool:
         """Whether what moves has come to a standstill by an override of 0."""
-        return self.moving and self._override.pausing
+        return self.moving and self._executor.time.pausing
 
     @property
     def compliance(self) -> int:
@@ -76,36 +102,40 @@ class Motions(EvenMotions):
     @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
-        return self._follower.holding or self.holds_next
+        return self._follower.holding or isinstance(self._next, Hold)
 
     @property
-    def holds_next(self) -> bool:
-        """Whether a gravity hold begins when the robot is at rest."""
-        return isinstance(self._next, Hold)
+    def waiting(self) -> int:
+        """Number of normal moves that have not begun."""
+        return self._executor.waiting
 
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
         if isinstance(self._next, StiffnessMove | Hold):
             return int(self._being_stopped)
-        return self.drive.waiting if self._queue_waits else self.drive.behind
+        return self._executor.waiting if self._follower.braking else self._executor.behind
 
     @property
     def rest(self) -> Joints:
         """Where the next normal move begins (rad): where all that waits ends, or a stop."""
-        drive, active = self.drive, self._nominal.active
-        return drive.rest if active is drive or drive.moving else active.rest
+        return self._executor.rest
 
     @property
     def yielding_from(self) -> Joints:
         """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
-        return self._yielding.begins if self._follower.yielding else self._nominal.active.rest
+        executor, follower = self._executor, self._follower
+        if not follower.yielding:
+            return executor.rest
+        if follower.holding:
+            return follower.joints
+        return executor.rest_after_stop() if executor.stopping else executor.joints
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
         if self._follower.off_plan:
             return self._follower.rest_after_stop()
-        return self._nominal.active.rest_after_stop()
+        return self._executor.rest_after_stop()
 
     @property
     def present(self) -> Joints:
@@ -115,10 +145,10 @@ class Motions(EvenMotions):
     @property
     def tracked(self) -> Followed | None:
         """The joint trajectory that is followed and has not been stopped; None while there is none."""
-        servo = self._servo
+        way = self._executor.trajectory
         return (
-            Followed(servo.course, servo.time_s)
-            if self.tracking and isinstance(servo.course, TrackingPlan)
+            Followed(way, self._executor.time.time_s)
+            if self.tracking and isinstance(way, TrackingPlan)
             else None
         )
 
@@ -127,7 +157,7 @@ class Motions(EvenMotions):
         `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
-        state = self._servo.state if self.tracked else (here, still, still)
+        state = self._executor.state if self.tracked else (here, still, still)
         return tracking_plan(reference, state, limits, self._servo.courses)
 
     @property
@@ -140,12 +170,10 @@ class Motions(EvenMotions):
             return self._follower.centre
         if self._follower.braking:
             return self.rest_after_stop()
-        if not self._nominal.moving:
-            if self._next is not None and not isinstance(self._next, Hold):
-                return self._next.end
-            if self.drive.moving:
-                return self.drive.goal
-        return self._nominal.goal
+        if self._next is not None and not isinstance(self._next, Hold) and not self._nominal_moves:
+            return self._next.end
+        pursued = self._pursuit.move
+        return self._executor.goal if pursued is None else pursued.path.end
 
     @property
     def planned(self) -> list[Planned]:
@@ -155,21 +183,20 @@ class Motions(EvenMotions):
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
-            active = self._nominal.active
-            return [Planned(self._newest, active.goal, 0.0)] if active.moving else []
-        return [planned_of(move) for move in self._nominal.moves]
+            return [Planned(self._newest, self._executor.goal, 0.0)] if self._nominal_moves else []
+        if self._pursuit.move is not None:
+            return [planned_of(self._pursuit.move)] if self._nominal_moves else []
+        return [planned_of(move) for move in self._executor.moves]
 
     def is_pending(self, number: int) -> bool:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
-            return self._next is not None or self._follower.holding or self._nominal.moving
-        return not self._follower.yielding and self.drive.is_pending(number)
+            return self._next is not None or self._follower.holding or self._nominal_moves
+        return not self._follower.yielding and self._executor.is_pending(number)
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
-        if self._nominal.active is not self.drive and not self.drive.moving:
-            self.drive.start_from(self._nominal.active.rest)
-        self.drive.append(move)
+        self._executor.append(move)
 
     def head_for(self, target: Target) -> None:
         """Head for a target, at once or from rest. Other motions must have been stopped."""
@@ -183,7 +210,7 @@ class Motions(EvenMotions):
         """Follow a trajectory by a way planned since the last tick: at once, or when the robot has come to
         rest. Other motions must have been stopped."""
         if self.tracked:
-            self._servo.follow(wanted.way)
+            self._executor.follow(wanted.way)
         else:
             self._next, self.tracking = wanted, False
         self._newest = wanted.number
@@ -193,31 +220,43 @@ class Motions(EvenMotions):
         if isinstance(self._next, Tracked):
             self._next = self._newest = None
         elif self.tracked:
-            self._servo.stop()
+            self._executor.stop()
             self.tracking, self._newest = False, None
 
     def yield_around(self, wanted: StiffnessMove) -> None:
         """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
         mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
         self._newest = wanted.move.number
-        replaced = self._follower.yielding and self._yielding.replace(wanted)
-        self._next = None if replaced else wanted
+        follower = self._follower
+        if follower.holding:
+            follower.let_go()
+            self._executor.rest_at(follower.joints)
+            self._pursuit.begin_stream()
+        if follower.yielding and self._pursuit.replace(wanted.move):
+            self._next, self._impedance = None, wanted.impedance
+        else:
+            self._next, self._impedance = wanted, None
 
     def hold(self, wanted: Hold) -> None:
         """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
         self._newest = wanted.number
-        held = self._follower.yielding and self._yielding.hold(wanted)
-        self._next = None if held else wanted
+        self._next = wanted
+        if self._follower.holding:
+            self._follower.hold(wanted.stiffness_nm_per_rad)
+            self._next = None
+        elif self._follower.yielding and self._nominal_moves:
+            self._stop_nominal()
 
     def stop(self) -> None:
         """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
-        self._yielding.stop()
-        self._nominal.stop()
-        self._next = self._newest = None
-        self._following = self.tracking = False
+        if self._follower.off_plan:
+            self._executor.rest_at(self._follower.rest_after_stop())
+        self._follower.stop()
+        self._stop_nominal()
+        self._next = self._newest = self._impedance = None
 
     def cancel(self) -> None:
-        """End what runs, or begins in the next tick: a move as `Drive.cancel` does, a trajectory, a target.
+        """End what runs, or begins in the next tick: a move, a trajectory, a target.
 
         A robot that yields goes on to do so. While it is being stopped, and in a hold, nothing changes.
         """
@@ -226,68 +265,78 @@ class Motions(EvenMotions):
         if self._next is not None:
             self._next = self._newest = None
         elif self._following or self.tracking or self._follower.yielding:
-            if self._nominal.moving:
-                self._nominal.stop()
-                self._following = self.tracking = False
+            if self._nominal_moves:
+                self._stop_nominal()
             self._newest = None
         else:
-            self.drive.cancel()
+            self._executor.cancel()
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
         if isinstance(self._next, StiffnessMove | Hold):
             if self._being_stopped:
                 self._next = self._newest = None
-        elif self._queue_waits:
-            self.drive.stop()  # all of them wait
-        elif not self._follower.yielding:
-            self.drive.clear()
+        elif self._follower.braking:
+            self._executor.stop()  # all of them wait
+        elif not (self._follower.yielding or self._following or self.tracking):
+            self._executor.clear()
 
-    def make_step(self) -> None:
-        """A tick of any kind."""
-        follower, active = self._follower, self._nominal.active
-        if not self._override.level:
-            self._override.step(None if follower.active or active is not self.drive else self.drive)
+    def step(self) -> None:
+        """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
+        follower, executor = self._follower, self._executor
+        if not follower.active and executor.step_quietly():
+            self.joints = executor.joints
+            return
         try:
-            if not follower.active and not active.moving:
-                active = self._hand_over()
-            if not follower.active:
-                active.step()
-                self.joints = active.joints
+            if follower.braking:
+                follower.brake()
             else:
-                if follower.braking:
-                    follower.brake()
-                elif self._yielding.step(self._next):
-                    self._next = None
-                self.joints = follower.joints
+                if self._next is not None and not self._nominal_moves:
+                    self._begin(self._next)
+                if not follower.holding:
+                    if follower.yielding:
+                        self._pursuit.step(self._nominal_moves)
+                    self._servo.step()
+                    executor.step()
+                if follower.active:
+                    if self._impedance is not None and not executor.waiting:
+                        follower.impedance, self._impedance = self._impedance, None
+                    follower.step(executor.joints)
+            self.joints = follower.joints if follower.active else executor.joints
         except Exception:
             self.stop()
             raise
 
     @property
     def _being_stopped(self) -> bool:
-        return self._nominal.active.stopping or self._follower.braking
+        return self._executor.stopping or self._follower.braking
 
-    @property
-    def _queue_waits(self) -> bool:
-        """Whether all normal moves wait until something else has come to rest."""
-        active = self._nominal.active
-        return self._follower.braking or (active is not self.drive and active.moving)
+    def _stop_nominal(self) -> None:
+        self._executor.stop()
+        self._servo.asks_again = False
+        self._pursuit.move = None
+        self._following = self.tracking = False
 
-    def _hand_over(self) -> Drive | Servo:
-        """Begin what waits, as nothing moves any more; gives what makes the nominal motion."""
-        nominal = self._nominal
-        match self._next:
-            case Target() as target:
-                self._next = None
-                nominal.activate_servo().head_for(target.end, target.limits)
+    def _begin(self, wanted: Target | Tracked | StiffnessMove | Hold) -> None:
+        """Begin what has waited until nothing moves any more."""
+        executor, follower = self._executor, self._follower
+        self._next = None
+        match wanted:
+            case Target():
+                self._servo.head_for(wanted.end, wanted.limits)
                 self._following = True
-            case Tracked(way=way):
-                self._next = None
-                nominal.activate_servo().follow(way)
+                return
+            case Tracked():
+                executor.follow(wanted.way)
                 self.tracking = True
-            case StiffnessMove() | Hold():
-                self._yielding.start()
-            case None if self.drive.moving:
-                nominal.active = self.drive
-        return nominal.active
+                return
+        if not follower.yielding:
+            follower.start(executor.joints)
+            self._pursuit.begin_stream()
+        match wanted:
+            case Hold():
+                follower.hold(wanted.stiffness_nm_per_rad)
+            case StiffnessMove():
+                executor.rest_at(executor.joints)
+                executor.append(wanted.move)
+                self._impedance = wanted.impedance

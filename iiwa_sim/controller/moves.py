@@ -106,7 +106,7 @@ class Moves:
         core = self._core
         self._check_error()
         self.check_hold()
-        if core.motions.drive.waiting >= LONGEST_QUEUE:
+        if core.motions.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
             )

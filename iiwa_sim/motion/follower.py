@@ -2,10 +2,10 @@
 
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance, Compliance
-from iiwa_sim.motion.even_kernel import GivesWay
 from iiwa_sim.motion.joint_bounds_kernel import largest_way
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.feeling_kernel import Reached
 
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
@@ -17,7 +17,7 @@ NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
 """Impedance before the first move, whose own replaces it when that begins."""
 
 
-class Follower(GivesWay):
+class Follower:
     """Joint positions (rad) over ticks, while the robot yields, or brakes because it did.
 
     It yields at the TCP around the nominal motion, as a stiffness move has asked for, or in every joint
@@ -32,13 +32,15 @@ class Follower(GivesWay):
         self.joints = joints
         """Where the robot has come to (rad), while this is active."""
         self.active = False
+        """Whether the robot yields or brakes, and is not where the nominal motion is but elsewhere."""
         self.yielding = False
         """Whether the robot gives way to forces."""
         self.holding = False
         """Whether it does so around where a hold has begun, and not around the nominal motion."""
         self.impedance = NO_SPRINGS
         """How the TCP gives way around the nominal motion."""
-        self.tcp_contact = None
+        self.tcp_contact: Reached | None = None
+        """Where the last tick has brought the TCP, and what it touches there; None if that is not known."""
         self._tick_s = tick_s
         self._compliance = compliance
         self._springs = springs

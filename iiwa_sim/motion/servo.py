@@ -1,179 +1,182 @@
-"""The servo: goes along one course at a time, each of which may take over from the one before in mid-motion.
+"""The servo: heads for the newest target in mid-motion; and the pursuit of moves that replace each other."""
 
-Smart and direct mode have it head for the newest target, joint trajectories have it follow theirs.
-"""
+from math import inf
 
-from typing import Protocol
+import numpy as np
 
-from iiwa_sim.motion.courses import Courses, State
+from iiwa_sim.motion.courses import Courses
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.queue.move import Move
 
-LEAST_PART = 0.01
-"""Smallest part of the speed for planning a course while the override decreases; for less, the robot stays
-on its course, which slows down with the override."""
+REPLAN_S = 0.008
+"""Time after which a pursuit heads for another point of its path."""
+AHEAD = 1.5
+"""The point headed for is so many braking times ahead, so that the robot does not brake before the end."""
+STEPS = 16
+"""Steps in which that point is looked for, over the distance to it."""
 
-
-class Timed(Protocol):
-    """Where joints are over time (s), from 0 on; they rest at its end."""
-
-    @property
-    def end(self) -> Joints:
-        """Where they rest (rad)."""
-
-    @property
-    def end_s(self) -> float:
-        """When they rest."""
-
-    def joints(self, time_s: float) -> Joints:
-        """Joint positions (rad)."""
-
-    def state(self, time_s: float) -> State:
-        """Joint positions, velocities and accelerations."""
+LONGEST_PERIOD_S = 0.12
+"""Moves that come so soon one after the other are a stream."""
+PERIODS = 2.0
+"""A move of a stream takes so many of its periods at the least: then the next one comes before it brakes, and
+the robot goes on evenly, a period behind its commands. With fewer it would stop and go."""
+LEAST_SPEED = 1e-3
+"""A joint with hardly any distance keeps this part of its velocity limit for corrections; and at least what
+it reaches at its acceleration limit in ..."""
+LEAST_S = 3e-4
+"""... this time: after it has passed its path it has to come back."""
 
 
 class Servo:
-    """Joint positions (rad) over ticks. Time on a course passes at the rate of the override, and a stop lets
-    it come to a halt, so both leave the robot on its course.
+    """Heads for targets, each of which takes over from the motion before.
 
     To a target each joint goes as fast as its limits allow, and would rest there; it does not wait for the
     others. A joint that is faster than a new velocity limit brakes first, and one that is too fast to rest at
     a new target passes it and comes back.
 
-    It passes no position limit, which Ruckig does not know of: a joint that brakes at once comes to rest no
-    farther out than it would have, or at its target; so from a good course every new one is good, unless
-    the limits of acceleration or jerk become lower on the way. A course that Ruckig does not find, or that
-    would pass a position limit after all, is not taken: the robot stays on the one it is on, which ends at
-    rest within the limits, and asks again in the next tick.
+    It passes no position limit, which Ruckig does not know of. Where Ruckig finds no course, or one that
+    passes such a limit, the robot stays on its present one, which ends at rest within the limits, and the
+    servo asks again in the next tick. It also waits while the override falls: a course at full speed would be
+    faster than requested.
     """
 
     def __init__(
-        self,
-        joints: Joints,
-        time: PlannedTime,
-        limits: JointLimits,
-        position_min: Joints,
-        position_max: Joints,
+        self, executor: Executor, limits: JointLimits, position_min: Joints, position_max: Joints
     ) -> None:
-        """The robot rests at `joints` (rad), within `position_min` and `position_max` (rad)."""
-        self.joints = joints
-        self.rest = joints
-        """Where the robot comes to rest at the end, or after the stop in progress (rad)."""
+        """The robot rests within `position_min` and `position_max` (rad)."""
         self.courses = Courses(position_min, position_max)
-        self.course: Timed | None = None
-        """What it goes along; None at rest."""
-        self._time = time
+        self._executor = executor
         self._limits = limits
-        self._asks_again = False
-        self._taken_over: tuple[Joints, Joints] | None = None  # velocity and acceleration
-
-    @property
-    def moving(self) -> bool:
-        """Whether the robot moves, or is being stopped."""
-        return self.course is not None or self._asks_again
-
-    @property
-    def stopping(self) -> bool:
-        """Whether the robot is being stopped."""
-        return self.course is not None and self._time.stopping
-
-    @property
-    def coming(self) -> Joints:
-        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
-        return self.joints if self.course is None else self.course.joints(self._time.coming_s)
-
-    @property
-    def goal(self) -> Joints:
-        """The target, or the end of a trajectory or a stop (rad); the present position at rest."""
-        return self.rest
-
-    @property
-    def time_s(self) -> float:
-        """Time on the course, at the rate of the override."""
-        return self._time.time_s
-
-    @property
-    def state(self) -> State:
-        """Where the robot is, and its derivatives by planned time."""
-        if self.course is not None:
-            return self.course.state(self._time.time_s)
-        still = (0.0,) * len(self.joints)
-        return (self.joints, *(self._taken_over or (still, still)))
+        self.asks_again = False
+        """Whether the robot is still on its way to an earlier target than the newest."""
 
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
 
         Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
-        course is found from rest.
+        course is found from rest, or from a motion that is not the servo's.
         """
-        if self.course is None and self._taken_over is None:
-            self._time.begin()
-        part, still = self._time.override.part_to_keep, (0.0,) * len(target)
-        # While the override decreases, a course at full speed would be faster than requested.
-        held = limits._replace(velocity=part * limits.velocity)
-        enough = part >= LEAST_PART
-        course = self.courses.find(self.state, (target, still, still), held) if enough else None
+        executor, still = self._executor, (0.0,) * len(target)
+        course = None
+        if not executor.time.falling:
+            course = self.courses.find(executor.state, (target, still, still), limits)
         if course is not None:
-            self.course, self._taken_over = course, None
-            self._time.start(0.0)
-        elif self.course is None:
-            raise ArithmeticError(f"Ruckig: no way from {self.joints} to {target} within {limits}")
-        self._asks_again = course is None or part < 1.0
-        self.rest, self._limits = target, limits
-
-    def follow(self, course: Timed) -> None:
-        """Go along a course that was planned since the last tick, from where the robot is."""
-        if self.course is None:
-            self._time.begin()
-        self.course = course
-        self._time.start(0.0)
-        self.rest = course.end
-
-    def rest_after_stop(self) -> Joints:
-        """Where the robot would come to rest after a stop now (rad)."""
-        return self.joints if self.course is None else self.course.joints(self._time.rest_s())
+            executor.follow(course)
+        elif executor.trajectory is None or executor.runs_queue:
+            raise ArithmeticError(f"Ruckig: no way from {executor.joints} to {target} within {limits}")
+        self.asks_again = course is None
+        executor.rest, self._limits = target, limits
 
     def stop(self) -> None:
-        """Stop on the course, and forget where it goes."""
-        self._time.stop()
-        self._asks_again = False
-        self.rest = self.rest_after_stop()
-
-    def start_from(
-        self,
-        joints: Joints,
-        velocity: Joints | None = None,
-        acceleration: Joints | None = None,
-    ) -> None:
-        """Start from other joint positions (rad): another motion has moved the robot, or will have.
-
-        At rest, or with a velocity and an acceleration by planned time (rad/s, rad/s^2): then a target has to
-        follow before the next tick.
-        """
-        self.joints = self.rest = joints
-        self.course, self._asks_again, self._taken_over = None, False, None
-        if velocity is not None and acceleration is not None:
-            self._taken_over = velocity, acceleration
+        """Forget the target."""
+        self.asks_again = False
 
     def step(self) -> None:
-        """Make one tick.
+        """Ask again for what was not found; to be called before each tick.
 
         If no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
         """
-        if self._asks_again and (self.course is None or self._time.override.part_to_keep == 1.0):
-            self._ask_again()
-        if self.course is None:
-            return
-        self._time.step()
-        self.joints = self.course.joints(self._time.time_s)
-        if self._time.stopped or self._time.time_s >= self.course.end_s:
-            self.course = None
+        if self.asks_again:
+            try:
+                self.head_for(self._executor.rest, self._limits)
+            except ArithmeticError:
+                self.asks_again = False
+                self._executor.rest = self._executor.joints
+                raise
 
-    def _ask_again(self) -> None:
+
+class Pursuit:
+    """Moves of a robot that yields, each of which replaces the one before without a stop between.
+
+    The servo takes over from the queue with the position, velocity and acceleration there are, and heads for
+    one point of the path after the other, each a little ahead of where the robot is. Moves that come in a
+    stream are so slow that each still runs when the next one comes.
+    """
+
+    def __init__(self, executor: Executor, servo: Servo) -> None:
+        self.move: Move | None = None
+        """The move that is pursued."""
+        self._executor = executor
+        self._servo = servo
+        self._has_begun = False
+        self._since_s = self._period_s = inf  # of planned time, since the newest move has come, and before it
+
+    @property
+    def waits(self) -> bool:
+        """Whether the servo has found no way yet from the motion of the queue."""
+        return self.move is not None and not self._has_begun
+
+    def begin_stream(self) -> None:
+        """The move that begins next comes long after any other that it replaces."""
+        self._since_s, self._period_s = 0.0, inf
+
+    def replace(self, move: Move) -> bool:
+        """Pursue a move in place of the one that runs; return False if none runs, or it is being stopped."""
+        executor = self._executor
+        # Of several moves between two ticks only the first counts.
+        if self._since_s > 0.0:
+            self._period_s, self._since_s = self._since_s, 0.0
+        self.move = None
+        if not executor.runs and not self._servo.asks_again:
+            if not executor.stopping:
+                executor.rest_at(executor.joints)  # forget a move that has not set out
+            return False
+        self.move, self._has_begun = move, False
+        self._limits = self._limits_of(move)
+        velocity, acceleration, jerk = self._limits
+        braking_s = float((velocity / acceleration + acceleration / jerk).max()) / 2.0
+        self._ahead_s = AHEAD * braking_s
+        self._velocity: list[float] = velocity.tolist()
+        self._step_s = self._ahead_s / (STEPS * move.length_s) if move.length_s else 1.0
+        self._s = 0.0  # of the point last given; at 1 that is the end of the path
+        self._replan_ticks = self._ticks = max(round(REPLAN_S / executor.time.tick_s), 1)
+        return True
+
+    def step(self, moving: bool) -> None:
+        """Head for the next point if it is time to and the robot is `moving`; to be called before each tick.
+
+        While the servo finds no way from the queue's motion, that goes on, and each tick asks again. Raises
+        `ArithmeticError` where it finds none from its own.
+        """
+        executor, move = self._executor, self.move
+        self._since_s += executor.time.advance_s
+        if not moving:
+            self.move = None
+        if move is None or not moving or (self._s >= 1.0 and self._has_begun):
+            return
+        self._ticks += 1
+        if self._ticks < self._replan_ticks:
+            return
         try:
-            self.head_for(self.rest, self._limits)
+            self._servo.head_for(self._point_ahead(move), self._limits)
         except ArithmeticError:
-            self._asks_again = False
-            self.rest = self.joints
-            raise
+            if self._has_begun:
+                raise
+            return
+        self._has_begun = True
+        self._ticks = 0
+
+    def _point_ahead(self, move: Move) -> Joints:
+        """Joint positions (rad) on the path, ahead of where the robot is; they never go back."""
+        here = self._executor.joints
+        point = move.path.joints(self._s)
+        while self._s < 1.0 and max(map(_time_s, point, here, self._velocity)) < self._ahead_s:
+            self._s = min(self._s + self._step_s, 1.0)
+            point = move.path.joints(self._s)
+        return move.path.end if self._s >= 1.0 else point
+
+    def _limits_of(self, move: Move) -> JointLimits:
+        """Limits of a move from where the robot is: in a stream so low that it still runs when the next one
+        comes."""
+        if self._period_s > LONGEST_PERIOD_S:
+            return move.limits
+        distance = np.abs(np.subtract(move.path.end, self._executor.joints))
+        least = np.maximum(LEAST_SPEED * move.limits.velocity, LEAST_S * move.limits.acceleration)
+        slow = np.maximum(distance / (PERIODS * self._period_s), least)
+        return move.limits._replace(velocity=np.minimum(move.limits.velocity, slow))
+
+
+def _time_s(there: float, here: float, velocity: float) -> float:
+    return abs(there - here) / velocity

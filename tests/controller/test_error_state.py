@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EMERGENCY_STOP, EXECUTION, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import (
     direct_cartesian_move,
@@ -48,15 +48,15 @@ def times_out(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
 
 
 def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
-    def broken(_: Drive) -> None:
+    def broken(_: Executor) -> None:
         raise ZeroDivisionError
 
     robot.controller.move(joint_move(AWAY, FULL))
     robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     with patch.context() as broken_for_a_tick:
-        robot.controller._core.motions.drive._ahead.clear()
-        broken_for_a_tick.setattr(Drive, "_advance", broken)
+        robot.controller._core.motions._executor._ahead.clear()
+        broken_for_a_tick.setattr(Executor, "_advance", broken)
         with pytest.raises(ZeroDivisionError):
             robot.controller.step()
     return EXECUTION

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.description import load_robot
 from tests.stepped import ARMS, ROBOTS, ROUNDING, TOLERANCE
 
@@ -52,8 +52,9 @@ class Followed:
         self.low, self.high = np.array(d.position_min), np.array(d.position_max)
         self.home, self.other_side = d.home, tuple(-0.4 * q for q in d.home)
         self.tick_s = tick_s
-        time = PlannedTime(Override(tick_s, self.limits), d.stop_rate_per_s, d.stop_rate_change_per_s2)
-        self.servo = Servo(start, time, self.limits, d.position_min, d.position_max)
+        time = TimeScaling(tick_s, d.stop_rate_per_s, d.stop_rate_change_per_s2)
+        self.executor = Executor(start, time, self.low, self.high)
+        self.servo = Servo(self.executor, self.limits, d.position_min, d.position_max)
         self.passed = [start]
 
     def heads_for(self, target: Sequence[float] | Array, speed_rel: float | Sequence[float] = 1.0) -> None:
@@ -62,11 +63,12 @@ class Followed:
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             self.servo.step()
-            self.passed.append(self.servo.joints)
+            self.executor.step()
+            self.passed.append(self.executor.joints)
 
     def runs_until_at_rest(self, limit_s: float = 60.0) -> int:
         ticks = 0
-        while self.servo.moving:
+        while self.executor.moving or self.servo.asks_again:
             self.step()
             ticks += 1
             assert ticks * self.tick_s < limit_s, "still moving"
@@ -95,7 +97,7 @@ class Followed:
             while waiting and waiting[-1] <= tick * self.tick_s:
                 self.heads_for(curve(waiting.pop()))
             self.step()
-            behind.append(curve((tick + 1) * self.tick_s) - self.servo.joints)
+            behind.append(curve((tick + 1) * self.tick_s) - self.executor.joints)
         return np.array(behind)
 
     def lag_s(self, speed: Array, longest_wait_s: float) -> Array:
@@ -150,7 +152,7 @@ ANYWHERE, CORNER, NEARBY, HERE, AHEAD, LIMIT_AHEAD = range(6)
 
 
 def target(kind: int, robot: Followed, rng: np.random.Generator) -> Array:
-    here = np.array(robot.servo.joints)
+    here = np.array(robot.executor.joints)
     velocity = (here - robot.passed[-2]) / robot.tick_s if len(robot.passed) > 1 else np.zeros_like(here)
     to = {
         ANYWHERE: rng.uniform(robot.low, robot.high),
@@ -188,7 +190,7 @@ def test_no_limit_is_passed_wherever_it_is_sent(
         robot.step(max(round(wait_s * rate_hz), 1))
     robot.heads_for(to)
     robot.runs_until_at_rest()
-    assert robot.servo.joints == tuple(to.tolist()) == robot.servo.rest
+    assert robot.executor.joints == tuple(to.tolist()) == robot.executor.rest
     robot.assert_within_limits()
 
 
@@ -245,7 +247,7 @@ def test_from_rest_it_starts_at_once_and_each_joint_arrives_as_soon_as_can_be(
     to = home + share * (rng.uniform(robot.low, robot.high) - home)
     robot.heads_for(to, speeds_rel.tolist())
     robot.step()
-    assert all(np.sign(robot.servo.joints - home) == np.sign(to - home))
+    assert all(np.sign(robot.executor.joints - home) == np.sign(to - home))
     robot.runs_until_at_rest()
     velocity, acceleration, jerk = robot.limits.at_speed(speeds_rel.tolist())
     q = np.array(robot.passed)
@@ -276,7 +278,7 @@ def test_under_way_a_new_target_counts_from_the_next_tick(
     turned.heads_for(start)
     turned.step(ticks)
     on.step(ticks)
-    behind = np.subtract(on.servo.joints, turned.servo.joints)
+    behind = np.subtract(on.executor.joints, turned.executor.joints)
     np.testing.assert_allclose(behind, on.limits.jerk * (ticks * on.tick_s) ** 3 / 6.0, rtol=1e-5)
 
 
@@ -286,13 +288,13 @@ def test_sent_where_it_is_it_stays_or_comes_back(name: str) -> None:
     robot.heads_for(robot.home)
     robot.step(5)
     assert set(robot.passed) == {robot.home}
-    assert not robot.servo.moving
+    assert not robot.executor.moving
     robot.heads_for(robot.other_side)
     robot.step(150)
-    here = robot.servo.joints
+    here = robot.executor.joints
     robot.heads_for(here)
     robot.runs_until_at_rest()
-    assert robot.servo.joints == here
+    assert robot.executor.joints == here
     robot.assert_within_limits()
 
 
@@ -316,7 +318,7 @@ def test_a_ragged_stream_is_followed_with_bounded_lag_and_never_overtaken(
     assert (behind <= speed * lag_s).all()
     robot.runs_until_at_rest()
     assert (np.diff(robot.passed, axis=0) >= -1e-9).all(), "went back, or past a target"
-    np.testing.assert_array_equal(robot.servo.joints, curve(times[-1]))
+    np.testing.assert_array_equal(robot.executor.joints, curve(times[-1]))
     robot.assert_within_limits()
 
 
@@ -353,7 +355,7 @@ def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
     steps = np.array(robot.home) + rng.uniform(-0.5, 0.5, (6, len(robot.home)))
     robot.follows(lambda t: steps[min(int(t / 0.3), 5)], arrivals(period_s, 1.8, seed), 1.8)
     robot.runs_until_at_rest()
-    np.testing.assert_array_equal(robot.servo.joints, steps[5])
+    np.testing.assert_array_equal(robot.executor.joints, steps[5])
     robot.assert_within_limits()
 
 
@@ -374,11 +376,11 @@ def test_a_stop_takes_100_ms_at_most_and_stays_on_the_course(
             robot.heads_for(to)
             robot.step(max(round(wait_s / robot.tick_s), 1))
     before = len(stopped.passed) - 1
-    foreseen = stopped.servo.rest_after_stop()
-    stopped.servo.stop()
-    assert stopped.servo.rest == foreseen
+    foreseen = stopped.executor.rest_after_stop()
+    stopped.executor.stop()
+    assert stopped.executor.rest == foreseen
     assert stopped.runs_until_at_rest() * stopped.tick_s <= 0.1
-    assert stopped.servo.joints == stopped.servo.rest == foreseen
+    assert stopped.executor.joints == stopped.executor.rest == foreseen
     stopped.step(3)
     stopped.assert_within_limits(stopped.stop_limits)
     # Each place was passed by the other one as well, between two ticks: less than half a tick's way from one.
@@ -396,7 +398,7 @@ def test_a_way_on_which_ruckig_fails_is_run() -> None:
     robot = Followed()
     robot.heads_for(HOME + 0.016 * robot.limits.velocity)
     robot.runs_until_at_rest()
-    np.testing.assert_array_equal(robot.servo.joints, HOME + 0.016 * robot.limits.velocity)
+    np.testing.assert_array_equal(robot.executor.joints, HOME + 0.016 * robot.limits.velocity)
     robot.assert_within_limits()
 
 
@@ -412,7 +414,7 @@ def test_limits_that_become_lower_on_the_way_to_a_position_limit_do_not_lead_bey
     )
     robot.servo.head_for(tuple(robot.high.tolist()), limits)
     robot.runs_until_at_rest()
-    assert robot.servo.joints == tuple(robot.high.tolist())
+    assert robot.executor.joints == tuple(robot.high.tolist())
     robot.assert_within_limits()
 
 
@@ -425,13 +427,13 @@ def test_where_there_is_no_course_at_all_it_comes_to_rest_and_takes_new_targets(
         robot.heads_for(2.0 * robot.high)
         with pytest.raises(ArithmeticError):
             robot.runs_until_at_rest()
-        assert robot.servo.joints == robot.servo.rest == OTHER_SIDE
+        assert robot.executor.joints == robot.executor.rest == OTHER_SIDE
     else:
         with pytest.raises(ArithmeticError):
             robot.heads_for(2.0 * robot.high)
-        assert robot.servo.joints == robot.servo.rest == HOME
-    assert not robot.servo.moving
+        assert robot.executor.joints == robot.executor.rest == HOME
+    assert not robot.executor.moving
     robot.heads_for(robot.low)
     robot.runs_until_at_rest()
-    assert robot.servo.joints == tuple(robot.low.tolist())
+    assert robot.executor.joints == tuple(robot.low.tolist())
     robot.assert_within_limits()

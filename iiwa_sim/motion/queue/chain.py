@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iiwa_sim.motion.courses import State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.profile_kernel import UNIT_S
@@ -82,8 +83,6 @@ class Chain:
         self.course = course
         self.controls = controls
         self.clock = clock
-        self.version = 0
-        """Number of this chain among those that its owner has had under way, one after the other."""
         self.rough = rough
         """Whether it was planned quickly, and may be made faster."""
         k = len(times) - 1
@@ -99,6 +98,11 @@ class Chain:
     @property
     def moves(self) -> Sequence[Move]:
         return self.course.moves
+
+    @property
+    def end_s(self) -> float:
+        """When it rests (s)."""
+        return self.rest_s
 
     @property
     def end(self) -> Joints:
@@ -127,13 +131,10 @@ class Chain:
         self._motion.along(times, found, limits)
         return found, limits
 
-    def jerks(self, times: Array) -> tuple[Array, Array]:
-        """The least and the largest jerks over planned time (m - 1, n) from each of rising times (m,) to the
-        next."""
-        least = np.empty((len(times) - 1, self.course.joint_count))
-        largest = np.empty_like(least)
-        self._motion.jerks(times, least, largest)
-        return least, largest
+    def state(self, time_s: float) -> State:
+        """Joint positions, velocities and accelerations at a time."""
+        q, velocity, acceleration, _ = self.along(np.array([time_s]))[0][0].tolist()
+        return tuple(q), tuple(velocity), tuple(acceleration)
 
     def x(self, time_s: float) -> float:
         """The place on its course at a time (s)."""

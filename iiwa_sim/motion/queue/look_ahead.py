@@ -13,8 +13,8 @@ from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import FREE_S, begun, planned, planned_on
 from iiwa_sim.motion.queue.setting_out import MOST_AT_FIRST, SHORT_S, SettingOut, are_short
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.slices import Slices
+from iiwa_sim.motion.time_scaling import TimeScaling
 
 HORIZON_S = 1.0
 """A chain is planned on into moves that wait once less than this lies ahead."""
@@ -37,7 +37,6 @@ MOST_SLICES = 2
 SLICES = 7
 """A plan of few cells takes about so many slices. What the robot does until then is not changed by it."""
 LEAST_MARGIN_S = 0.01
-CHANGING_S = 0.15
 CELL_S = 0.01
 CELLS_OF_MOVE = 10
 """About how many cells a short move has."""
@@ -60,7 +59,7 @@ class LookAhead:
     """Makes a chain as fast as it can be while it runs, and extends it into moves that wait where it may
     blend into them."""
 
-    def __init__(self, time: PlannedTime, lowest: Array, highest: Array) -> None:
+    def __init__(self, time: TimeScaling, lowest: Array, highest: Array) -> None:
         """`lowest` and `highest` are the position limits (n,), in rad."""
         self._time = time
         self._slices = min(ceil(time.tick_s / SLICE_S - ROUNDING), MOST_SLICES)
@@ -138,14 +137,9 @@ class LookAhead:
             self._waits_s = min(WORTH_WAITING * gain_s, MOST_WAIT_S)
         return self._setting_out
 
-    @property
-    def kept_s(self) -> float:
-        """The time (s) from now in which the plan must not change: as far as a changing override looks."""
-        return CHANGING_S if self._time.override.changing else 0.0
-
     def _in_time(self, planned: Chain) -> bool:
         """Whether the front of a chain is still ahead, so that it can replace the one under way."""
-        return planned.front_s > self._time.time_s + self.kept_s
+        return planned.front_s > self._time.time_s
 
     def _next(self, chain: Chain, waiting: deque[Move]) -> Slices[Ahead | None] | None:
         if chain.rest_s - self._time.time_s < HORIZON_S and self._may_go_on(chain, waiting):
@@ -158,12 +152,6 @@ class LookAhead:
     def _may_go_on(self, chain: Chain, waiting: deque[Move]) -> bool:
         """Whether a chain may be planned on into what waits."""
         return bool(waiting) and waiting[0].number != self._refused and may_blend(chain.moves[-1], waiting[0])
-
-    @property
-    def _soonest_s(self) -> float:
-        """The least time (s) from now that the plan is kept: until another one is computed, and then as
-        long as it must not change."""
-        return self._margin_s + self.kept_s
 
     def _faster(self, chain: Chain) -> Slices[Ahead | None]:
         now_s = self._time.time_s
@@ -188,7 +176,7 @@ class LookAhead:
         cells = ahead + sum(CELLS_OF_MOVE + min(move.length_s, LONG_S) / CELL_S for move in moves)
         slices = SLICES + cells / CELLS_IN_SLICE
         needed_s = (slices / self._slices + 1.0) * self._time.tick_s
-        return max(self._soonest_s, min(needed_s, 0.5 * (chain.rest_s - now_s), LONGEST_S))
+        return max(self._margin_s, min(needed_s, 0.5 * (chain.rest_s - now_s), LONGEST_S))
 
     def _corners(self, moves: Sequence[Move], pace: float, enough_s: float) -> Slices[list[Corner]]:
         """Corners between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
@@ -247,5 +235,5 @@ class LookAhead:
             return chain.rest_s
         yield
         now_s = self._time.time_s
-        faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
+        faster = yield from planned_on(chain, now_s, now_s + self._margin_s, [], [])
         return min(faster.rest_s, chain.rest_s) if faster else chain.rest_s

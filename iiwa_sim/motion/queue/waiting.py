@@ -25,8 +25,6 @@ class Waiting:
         self.planned: deque[Move] = deque()
         self.again: deque[Move] = deque()
         """Behind those: to be planned again, as they may begin elsewhere."""
-        self.apart = 0
-        """The number of the first move that has come while the override came down; 0 for none."""
 
     def __iter__(self) -> Iterator[Move]:
         yield from self.planned
@@ -49,13 +47,6 @@ class Waiting:
     def last(self) -> Move:
         """The move behind all others; one must wait."""
         return (self.again or self.planned)[-1]
-
-    def to_look_at(self) -> deque[Move]:
-        """What may go on with the chain under way while the override comes down: not what has come since, as
-        it would set out faster than was asked for."""
-        if not self.apart:
-            return self.planned
-        return deque(move for move in self.planned if move.number < self.apart)
 
     def drop_first(self) -> None:
         """Forget the move that begins next, if one waits."""

@@ -69,7 +69,7 @@ class TrajectoryHunt(WideHunt):
     def _sends(self, points: list[TrajectoryPoint]) -> bool:
         """Send points, slower and slower until the robot takes them; whether it did."""
         rng, robot, controller = self._rng, self.robot, self.robot.controller
-        names, servo = robot.description.joints, robot.controller._core.motions._servo
+        names, executor = robot.description.joints, robot.controller._core.motions._executor
         more: dict[str, Any] = {"delay_s": self._one_of((0.0, 0.0, 0.0, 0.2, -0.02))}
         more["may_end_fast"] = any(points[-1].velocities)
         if rng.random() < 0.1:
@@ -90,7 +90,7 @@ class TrajectoryHunt(WideHunt):
         robot.notice_mode()
         before = controller.end_of_queue
         followed = controller._core.motions.tracked
-        state = servo.state if followed else None
+        state = executor.state if followed else None
         for _ in range(ATTEMPTS):
             try:
                 number, _ = controller.follow(TrajectoryRequest(names, points, **more), ended)
@@ -114,7 +114,7 @@ class TrajectoryHunt(WideHunt):
         self._numbers.append(number)
         self.accepted += 1
         following = controller._core.motions._next
-        way = servo.course if following is None else following.way
+        way = executor.trajectory if following is None else following.way
         if state is None:
             here = controller._core.motions.rest_after_stop()
             state = here, (0.0,) * len(here), (0.0,) * len(here)

@@ -1,16 +1,15 @@
-"""The drive: moves follow each other without a gap, and a path that fails ends them."""
+"""The executor: moves follow each other without a gap, and a path that fails ends them."""
 
 import numpy as np
 import pytest
 
-from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import begun
-from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.time_scaling import TimeScaling
 
 TICK_S = 0.01
 LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))
@@ -21,9 +20,8 @@ def broken() -> Polynomial:
     return Polynomial((0.0, 1.0), [np.full((3, 1), np.nan)], (0.0,), (1.0,))
 
 
-def drive() -> Drive:
-    time = PlannedTime(Override(TICK_S, LIMITS), 15.0, 600.0)
-    return Drive((0.0,), time, np.array([-10.0]), np.array([10.0]))
+def executor() -> Executor:
+    return Executor((0.0,), TimeScaling(TICK_S, 15.0, 600.0), np.array([-10.0]), np.array([10.0]))
 
 
 def move(number: int, path: Polynomial) -> Move:
@@ -33,13 +31,13 @@ def move(number: int, path: Polynomial) -> Move:
     return Move(number, path, LIMITS, length_s, None, lambda _: None)
 
 
-def steps(d: Drive, ticks: int) -> None:
+def steps(d: Executor, ticks: int) -> None:
     for _ in range(ticks):
         d.step()
 
 
 def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
-    d = drive()
+    d = executor()
     alone = begun(move(1, ptp((0.0,), (1.073,))))
     assert (2.0 * alone.rest_s) % TICK_S > 1e-3
     d.append(move(1, ptp((0.0,), (1.073,))))
@@ -53,7 +51,7 @@ def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
 
 
 def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
-    d = drive()
+    d = executor()
     d.append(move(1, broken()))
     d.append(move(2, ptp((1.0,), (2.0,))))
     with pytest.raises(ArithmeticError):
@@ -69,7 +67,7 @@ def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
 
 
 def test_moves_of_hardly_any_way_take_a_tick_each() -> None:
-    d = drive()
+    d = executor()
     for k in range(10):
         d.append(move(k + 1, ptp((1e-9 * k,), (1e-9 * (k + 1),))))
     passed = [d.joints[0]]

@@ -1,0 +1,340 @@
+"""The executor: runs queued moves, blended where they may be, or the course of a servo; stops on the path."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from iiwa_sim.motion.courses import State
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.queue.chain import Ahead, Chain
+from iiwa_sim.motion.queue.look_ahead import LookAhead
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.planning import ending
+from iiwa_sim.motion.queue.waiting import Waiting, among
+from iiwa_sim.motion.time_scaling import TimeScaling
+
+AHEAD = 128
+"""Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
+
+
+class Timed(Protocol):
+    """Joint positions over planned time, from 0 on."""
+
+    @property
+    def end(self) -> Joints:
+        """Joint positions at the end (rad)."""
+
+    @property
+    def end_s(self) -> float:
+        """Time at which the joints come to rest there."""
+
+    def joints(self, time_s: float) -> Joints:
+        """Return joint positions (rad); those of the end behind it."""
+
+    def state(self, time_s: float) -> State:
+        """Return joint positions, velocities and accelerations."""
+
+
+class Executor:
+    """Joint positions (rad) over ticks, along one trajectory at a time.
+
+    A move starts in the tick after it is appended, or when the motion before it has ended, also within a
+    tick. Moves that wait when a move is cancelled are planned again from where the robot will come to rest,
+    one in each tick, as far as their start differs. If one of them is impossible from there, it is dropped
+    together with those behind it.
+    """
+
+    def __init__(self, joints: Joints, time: TimeScaling, lowest: Array, highest: Array) -> None:
+        """The robot rests at `joints` (rad), with the limits of positions (n,)."""
+        self.joints = joints
+        self.rest = joints
+        """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""
+        self.time = time
+        self.trajectory: Timed | None = None
+        """What the robot goes along; None at rest."""
+        self._chain: Chain | None = None  # the trajectory, if it is of queued moves
+        self._waiting = Waiting()
+        self._look_ahead = LookAhead(time, lowest, highest)
+        self._ahead: list[Joints] = []  # joint positions of coming ticks, the last one first
+        self._quiet_until_s = 0.0  # until this planned time ticks only go on to joint positions known ahead
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion runs, is being stopped, or waits."""
+        return self.trajectory is not None or bool(self._waiting.planned) or bool(self._waiting.again)
+
+    @property
+    def runs(self) -> bool:
+        """Whether a motion runs and is not being stopped."""
+        return self.trajectory is not None and not self.time.stopping
+
+    @property
+    def runs_queue(self) -> bool:
+        """Whether a queued move runs, or is being stopped."""
+        return self._chain is not None
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a motion is being stopped."""
+        return self.trajectory is not None and self.time.stopping
+
+    @property
+    def waiting(self) -> int:
+        """Number of moves that have not begun."""
+        waiting = len(self._waiting.planned) + len(self._waiting.again)
+        if self._chain is None or self.time.stopping:
+            return waiting
+        return waiting + self._chain.waiting(self.time.time_s)
+
+    @property
+    def behind(self) -> int:
+        """Number of moves behind the one that runs, or begins in the next tick."""
+        waiting = self.waiting
+        return waiting - 1 if waiting and self.trajectory is None else waiting
+
+    @property
+    def under_way(self) -> int:
+        """The number of the move that runs and is not being stopped, 0 where there is none."""
+        if self._chain is None or self.time.stopping:
+            return 0
+        return self._chain.move_at(self.time.time_s).number
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        """The move that runs, unless it is being stopped, and those behind it, in their order."""
+        chain, begun = self._chain, list[Move]()
+        if chain is not None and not self.time.stopping:
+            begun = list(chain.moves[-1 - chain.waiting(self.time.time_s) :])
+        return [*begun, *self._waiting]
+
+    @property
+    def goal(self) -> Joints:
+        """End of the running move, of the first waiting move, or of a stop (rad); the present position at
+        rest."""
+        if self.trajectory is None:
+            return self._waiting.first.path.end if self._waiting.any else self.joints
+        if self.time.stopping:
+            return self.rest_after_stop()
+        return self.rest if self._chain is None else self._chain.move_at(self.time.time_s).path.end
+
+    @property
+    def state(self) -> State:
+        """Where the robot is, and its derivatives by planned time."""
+        if self.trajectory is not None:
+            return self.trajectory.state(self.time.time_s)
+        still = (0.0,) * len(self.joints)
+        return self.joints, still, still
+
+    @property
+    def coming(self) -> Joints:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        if self._ahead:
+            return self._ahead[-1]
+        return self.joints if self.trajectory is None else self.trajectory.joints(self.time.coming_s)
+
+    def is_pending(self, number: int) -> bool:
+        """Whether a move runs, and is not being stopped, or waits."""
+        under_way = self.under_way
+        if under_way and self._chain is not None:
+            if number <= under_way:
+                return number == under_way
+            if among(self._chain.moves, number):
+                return True
+        return self._waiting.any and number in self._waiting
+
+    def set_override(self, value: float) -> None:
+        """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
+        self._forget_ahead()
+        self.time.set_override(value)
+        if self.trajectory is None:
+            self.time.end()
+
+    def rest_at(self, joints: Joints) -> None:
+        """Be at rest at joint positions (rad), with nothing that waits."""
+        self._end()
+        self._waiting.clear()
+        self.joints = self.rest = joints
+
+    def append(self, move: Move) -> None:
+        """Queue a move that begins at `rest`."""
+        self.rest = move.path.end
+        (self._waiting.again or self._waiting.planned).append(move)
+        self._quiet_until_s = 0.0
+
+    def follow(self, trajectory: Timed) -> None:
+        """Go along a trajectory that begins with the robot's state, in place of what runs or waits."""
+        if self.trajectory is None:
+            self.time.begin()
+        else:
+            self.time.restart()
+        self.trajectory, self._chain = trajectory, None
+        self._waiting.clear()
+        self._forget_ahead()
+        self.rest = trajectory.end
+
+    def rest_after_stop(self) -> Joints:
+        """Where the robot would come to rest after a stop now (rad)."""
+        return self.joints if self.trajectory is None else self.trajectory.joints(self.time.rest_s())
+
+    def stop(self) -> None:
+        """Stop on the path, and drop the waiting moves."""
+        self._waiting.clear()
+        self._slow_down()
+        self.rest = self.rest_after_stop()
+
+    def cancel(self) -> None:
+        """End the move that runs, or begins in the next tick: stop on its path, and go on with the next move
+        from there.
+
+        Moves that it was blended into are done if the robot passes their targets while it brakes. During a
+        stop no move runs, and nothing changes.
+        """
+        chain = self._chain
+        if self.stopping:
+            return
+        if chain is None:
+            self._waiting.drop_first()
+        else:
+            cancelled = self.under_way
+            self._slow_down()
+            resumed = max(chain.move_at(self.time.rest_s()).number, cancelled + 1)
+            self._waiting.put_back([move for move in chain.moves if move.number >= resumed])
+        self._waiting.plan_all_again()
+        self._look_ahead.forget()
+        self.rest = self._waiting.last.path.end if self._waiting.any else self._planned_end()
+
+    def clear(self) -> None:
+        """Drop the moves behind the one that runs, or begins in the next tick, which ends at its target.
+
+        If it has begun to blend into the next move, or is too fast to rest at its target, the robot stops on
+        its path.
+        """
+        chain, kept = self._chain, list[Move]()
+        if self.trajectory is None:
+            kept = [self._waiting.first] if self._waiting.any else []
+        elif chain is not None and not self.time.stopping:
+            if chain.moves[-1].number > self.under_way:
+                now_s = self.time.time_s
+                shorter = ending(chain, now_s, now_s)
+                if shorter is None:
+                    self._slow_down()
+                else:
+                    self._go_along(shorter)
+            self._forget_ahead()
+            self._look_ahead.forget()
+        self._waiting.clear()
+        self._waiting.again.extend(kept)
+        self.rest = kept[0].path.end if kept else self._planned_end()
+
+    def step_quietly(self) -> bool:
+        """Make one tick if all it takes is to go on to joint positions known ahead; else return False."""
+        time = self.time
+        if not self._ahead or time.time_s >= self._quiet_until_s:
+            return False
+        time.time_s += time.advance_s
+        self.joints = self._ahead.pop()
+        return True
+
+    def step(self) -> None:
+        """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
+        the path's exception is raised."""
+        if self.step_quietly():
+            return
+        try:
+            self._advance()
+        except Exception:
+            self.rest_at(self.joints)
+            raise
+
+    def _advance(self) -> None:
+        waiting, time = self._waiting.planned, self.time
+        if self._waiting.again:
+            self.rest = self._waiting.plan_next_again(self._planned_end)
+            self._quiet_until_s = 0.0
+        if self.trajectory is None:
+            if not waiting:
+                return
+            if waiting[0].length_s == 0.0:
+                # One impossible move in each tick: the time of several might add up to a late tick.
+                self.joints = waiting.popleft().path.end
+                return
+            if not self._begin(0.0):  # it costs as much as a look ahead, so it waits for the next tick
+                return
+        elif (chain := self._chain) is not None and self._may_look_ahead():
+            self._take(self._look_ahead.step(chain, waiting))
+            self._quiet_until_s = self._look_ahead.quiet_until_s
+        changes = time.changing
+        time.step()
+        while (trajectory := self.trajectory) is not None and time.time_s >= trajectory.end_s:
+            self.joints = trajectory.end
+            left_s = 0.0 if changes else time.time_s - trajectory.end_s
+            self._end()
+            if not waiting or waiting[0].length_s == 0.0 or not self._begin(left_s):
+                return
+        assert trajectory is not None
+        if changes or self._chain is None:
+            self.joints = trajectory.joints(time.time_s)
+            if time.stopped:
+                self._end()
+        elif not time.pausing:
+            if not self._ahead:
+                times = time.ticks(AHEAD)
+                joints = self._chain.joints_along(times[times < self._chain.rest_s])
+                self._ahead = list(map(tuple, joints[::-1].tolist()))
+            self.joints = self._ahead.pop()
+
+    def _begin(self, time_s: float) -> bool:
+        """Begin the next move so long ago, at full rate; return False while it is being planned."""
+        begins = self._look_ahead.begin(self._waiting.planned)
+        if begins is None:
+            return False
+        self._go_along(*begins)
+        self._forget_ahead()
+        self._look_ahead.forget()
+        self.time.begin(time_s)
+        return True
+
+    def _go_along(self, chain: Chain, moves: int = 0) -> None:
+        """Run a chain, with so many of the moves that waited: they do not wait any more."""
+        for _ in range(moves):
+            self._waiting.planned.popleft()
+        self.trajectory = self._chain = chain
+        self._quiet_until_s = 0.0
+
+    def _may_look_ahead(self) -> bool:
+        """Whether this tick has time for it: it does not compute joint positions ahead.
+
+        While the override falls, what waits is left alone: it would set out faster than requested.
+        """
+        time = self.time
+        if time.stopping or time.falling:
+            return False
+        return bool(self._ahead) or time.changing or time.pausing
+
+    def _take(self, ahead: Ahead | None) -> None:
+        """Run a chain that was planned on, with moves that do not wait any more; None for the present one."""
+        if ahead is not None:
+            self._go_along(*ahead)
+            del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.chain.front_s), 0)]
+
+    def _slow_down(self) -> None:
+        if self.trajectory is not None:
+            self._forget_ahead()
+            self.time.stop()
+
+    def _end(self) -> None:
+        self.trajectory = self._chain = None
+        self._forget_ahead()
+        self.time.end()
+
+    def _forget_ahead(self) -> None:
+        self._ahead.clear()
+        self._quiet_until_s = 0.0
+
+    def _planned_end(self) -> Joints:
+        """End of the last move that need not be planned again (rad)."""
+        if self._waiting.planned:
+            return self._waiting.planned[-1].path.end
+        if self._chain is None or self.time.stopping:
+            return self.rest_after_stop()
+        return self._chain.end
