@@ -151,14 +151,14 @@ def _message(line: str) -> str:
     """The name of a KRC4 message; the line where it is none of the table."""
     if is_short(line):
         number = from_short(line).values.get("I1", "")
-        known = load_krc4_table().commands.get(int(number)) if number.isdecimal() else None
+        known = load_krc4_table().get(int(number)) if number.isdecimal() else None
         if known is not None:
             return known.tag
     return line
 
 
 def _names() -> set[str]:
-    messages = load_krc4_table().commands.values()
+    messages = load_krc4_table().values()
     return {*load_table("iiwa").commands, *(each.tag.lower() for each in messages)}
 
 

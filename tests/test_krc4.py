@@ -140,13 +140,13 @@ def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
 
 def test_the_table_holds_appendix_c() -> None:
     table = load_krc4_table()
-    assert {command.tag: command.id for command in table.commands.values()} == IDS
+    assert {command.tag: command.id for command in table.values()} == IDS
     frame = ["R0", "R1", "R2", "R3", "R4", "R5"]
-    takes = {command.tag: list(command.inputs) for command in table.commands.values() if command.inputs}
+    takes = {command.tag: list(command.inputs) for command in table.values() if command.inputs}
     assert takes == {"LIN": frame, "PTP": frame, "SIO": ["I2", "I3"], "GIO": ["I2"]}
-    gives = {command.tag: list(command.outputs) for command in table.commands.values() if command.outputs}
+    gives = {command.tag: list(command.outputs) for command in table.values() if command.outputs}
     assert gives == {"FIN": ["I2"], "GIO": ["I3"], "DIS": ["R0"], "GOP": frame}
-    joints = {command.tag: command.joints for command in table.commands.values() if command.joints}
+    joints = {command.tag: command.joints for command in table.values() if command.joints}
     assert joints == {"LIA": "input", "PTA": "input", "GOA": "output"}
     used = {EXECUTION, TARGET_NOT_REACHABLE, OUT_OF_REACH, ROBOT_CONFIGURATION, JOINT_LIMIT}
     used |= {
@@ -158,4 +158,4 @@ def test_the_table_holds_appendix_c() -> None:
         STOP_TRIGGERED,
     }
     assert used | {COMPONENT_NOT_READY} == set(load_error_codes())
-    assert all(command.requirements and command.summary for command in table.commands.values())
+    assert all(command.requirements and command.summary for command in table.values())

@@ -88,7 +88,7 @@ def _quantities(quantities: Iterable[Quantity]) -> str:
 
 def _messages() -> str:
     text = "# KRC4 messages\n"
-    for each in load_krc4_table().commands.values():
+    for each in load_krc4_table().values():
         rows = [(*row, "request") for row in each.inputs.items()] + [
             (*row, "reply") for row in each.outputs.items()
         ]

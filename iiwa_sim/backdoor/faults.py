@@ -112,7 +112,8 @@ class Faults(Base):
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault of `iiwa_sim.protocols.faults` to replies, after faults set before."""
         if type(fault) not in FAULTS:
-            shown = fault.__name__ if isinstance(fault, type) else repr(fault)
+            given: object = fault
+            shown = given.__name__ if isinstance(given, type) else repr(given)
             kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())
             raise Refused(EXECUTION, f"fault {harmless(shortened(shown, 40))}: expected one of {kinds}")
         if replies < 0:

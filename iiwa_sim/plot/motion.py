@@ -107,7 +107,7 @@ def named(line: str) -> tuple[str, float]:
             command = understand(from_short(line)).command
         except ValueError:
             return "", 0.0
-        known = load_krc4_table().commands.get(command)
+        known = load_krc4_table().get(command)
         return (_KRC4_KINDS[known.tag].value if known is not None and known.tag in _KRC4_KINDS else ""), 0.0
     request = load_table(IIWA).parse(line.encode())
     if not isinstance(request, Request):

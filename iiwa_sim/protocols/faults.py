@@ -1,7 +1,9 @@
-"""Canned replies of the iiwa's protocol: what a test has answered in place of the robot.
+"""Wire faults and canned replies for tests.
 
-The command is not carried out. Replies that are set for one command take its lines in the order in which they
-were set, each as many as it is for; then the robot answers again.
+A wire fault delays, splits, garbles or drops a reply, or ends the connection. It is set for a connection and
+for a number of replies. The fault that was set first applies to each reply until it has had its number of
+replies; then the next one applies: let two replies pass, then drop one. A fault turns a reply into steps,
+which the server carries out in order, and so replies keep their order.
 """
 
 import re
@@ -13,78 +15,24 @@ from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
+from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.wording import harmless, shortened
 
+EVERY = 0
+"""Stands for all connections, present and future."""
+NEXT = -1
+"""Stands for the next connection that will be opened."""
 UNTIL_CLEARED = 0
-"""Given in place of a number of lines: until it is cleared."""
-_PROTOCOL = "iiwa"
-
-
-@dataclass
-class _Reply:
-    text: str
-    left: int | None  # lines; None for any number
-
-
-class CannedReplies:
-    """Replies that a test has laid down for one robot, for all its clients together."""
-
-    def __init__(self) -> None:
-        self.heard = True
-        """Whether the robot speaks the iiwa's protocol."""
-        self._replies: dict[str, deque[_Reply]] = {}
-        self.any = False
-        """Whether one is set: asked for at each line."""
-
-    def set(self, command: str, reply: str, times: int = 1) -> None:
-        """Have the next `times` lines of a command answered by `reply`, 0 for all until `clear`.
-
-        Raises ValueError for a command there is not, a reply that is not one line of printable ASCII, a
-        number below 0, and where the iiwa's protocol is not spoken: KRC4 messages cannot be canned.
-        """
-        if not self.heard:
-            raise ValueError(f"reply to {_quoted(command)}: expected a robot that speaks {_PROTOCOL}")
-        table = load_table(_PROTOCOL)
-        known = table.find(command.encode("ascii", "backslashreplace"))
-        if known is None:
-            meant = table.meant(command.encode("ascii", "backslashreplace"))
-            hint = f"; did you mean {meant}" if meant else ""
-            raise ValueError(f"command {_quoted(command)}: expected a command of the robot's port{hint}")
-        if not (reply.isascii() and reply.isprintable()):
-            raise ValueError(f"reply {_quoted(reply)}: expected one line of printable ASCII")
-        if times < 0:
-            raise ValueError(f"times={times}: expected 0 or more")
-        waiting = self._replies.setdefault(known.name, deque())
-        waiting.append(_Reply(reply, times or None))
-        self.any = True
-
-    def take(self, command: str) -> str | None:
-        """The reply to the next line of a command, by its name in the table; None where the robot answers."""
-        waiting = self._replies.get(command)
-        if waiting is None:
-            return None
-        first = waiting[0]
-        if first.left is not None:
-            first.left -= 1
-            if first.left == 0:
-                waiting.popleft()
-                if not waiting:
-                    del self._replies[command]
-                    self.any = bool(self._replies)
-        return first.text
-
-    def clear(self) -> None:
-        """None any more."""
-        self._replies.clear()
-        self.any = False
-
-
-def _quoted(text: str) -> str:
-    return f"'{shortened(harmless(text), 60)}'"
-
+"""Stands for any number of replies."""
+LONGEST_WAIT_S = 3600.0
 
 _LONGEST_TOLD = 80  # characters of a reply shown in the log
+_PRINTABLE = range(33, 127)
+# A reply of the iiwa's protocol (a WONT_TIMING_MARK is none), or of KRC4.
+_REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
+# The bytes that frame a reply, which a garbled reply keeps.
+_FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
 
 
 class Send(NamedTuple):
@@ -110,47 +58,8 @@ class Reset:
 Step = Send | Wait | Close | Reset
 
 
-def text_of(step: Step, reply: bytes) -> str:
-    """A step as text for people."""
-    match step:
-        case Send(data):
-            text = data.decode("ascii", "backslashreplace")
-            text = text.replace("\r", "\\r").replace("\n", "\\n")
-            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
-        case Wait(seconds):
-            return f"{seconds:g} s of silence"
-        case Close():
-            return "the end (FIN)"
-        case Reset():
-            return "the end (RST)"
-
-
-EVERY = 0
-"""Stands for all connections, present and future."""
-NEXT = -1
-"""Stands for the next connection that will be opened."""
-LONGEST_WAIT_S = 3600.0
-
-# A reply of the iiwa's protocol (a WONT_TIMING_MARK is none), or of KRC4.
-_REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
-# The bytes that frame a reply, which a garbled reply keeps.
-_FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
-_PRINTABLE = range(33, 127)
-
-
-class Fault(Protocol):
-    """What is done to one reply."""
-
-    def steps(self, reply: bytes, random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-
-
 class Pass(NamedTuple):
     """The reply is sent unchanged."""
-
-    def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Send(reply)]
 
 
 class Delay(NamedTuple):
@@ -158,83 +67,39 @@ class Delay(NamedTuple):
 
     seconds: float
 
-    def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Wait(self.seconds), Send(reply)]
-
 
 class Split(NamedTuple):
-    """The first bytes of the reply are sent, and the rest after a pause. A reply that is too short is sent
-    whole."""
+    """The first bytes of the reply are sent, and the rest after a pause. A shorter reply is sent whole."""
 
     byte: int
     pause_s: float
-
-    def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        if self.byte >= len(reply):
-            return [Send(reply)]
-        return [Send(reply[: self.byte]), Wait(self.pause_s), Send(reply[self.byte :])]
 
 
 class Drop(NamedTuple):
     """The reply is not sent."""
 
-    def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return []
-
 
 class Garble(NamedTuple):
-    """Each byte of the reply is replaced by another printable one, except for its line end or the tags
-    round it."""
-
-    def steps(self, reply: bytes, random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        begin, text, end = _framed(reply)
-        noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
-        return [Send(begin + noise + end)]
-
-
-def _framed(reply: bytes) -> tuple[bytes, bytes, bytes]:
-    found = _FRAMED.fullmatch(reply)
-    assert found is not None  # anything matches
-    begin, text, end = found.groups()
-    return begin, text, end
+    """Each byte of the reply is replaced by another printable one, except for its line end or its tags."""
 
 
 class CloseBefore(NamedTuple):
     """The connection is closed instead of sending the reply."""
 
-    def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Close()]
-
 
 class CloseAfter(NamedTuple):
     """The connection is closed after the reply."""
-
-    def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Send(reply), Close()]
 
 
 class ResetBefore(NamedTuple):
     """The connection is reset instead of sending the reply."""
 
-    def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Reset()]
-
 
 class Silence(NamedTuple):
     """Lines are neither answered nor carried out; they wait until the fault is cleared."""
 
-    def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
-        return [Send(reply)]  # replies of lines that were carried out before
 
-
+Fault = Pass | Delay | Split | Drop | Garble | CloseBefore | CloseAfter | ResetBefore | Silence
 FAULTS: dict[type, tuple[str, ...]] = {
     kind: kind._fields
     for kind in (Pass, Delay, Split, Drop, Garble, CloseBefore, CloseAfter, ResetBefore, Silence)
@@ -246,7 +111,7 @@ class Peer(Protocol):
     """A connection as its server has it."""
 
     faulted: bool
-    """Whether a fault is set for it: looked at with each of its lines, so it is told when that changes."""
+    """True if a fault is set for it: looked at with each of its lines."""
 
     def go_on(self) -> None:
         """Answer waiting lines, now that no fault holds them back."""
@@ -262,11 +127,73 @@ class _Rule:
     left: int | None  # replies left; None for any number
 
 
+@dataclass
+class _Canned:
+    text: str
+    left: int | None  # lines; None for any number
+
+
+class CannedReplies:
+    """Replies of the iiwa's protocol that a test has set for one robot, for all its clients together.
+
+    The command is not carried out. Replies for one command take its lines in the order in which they were
+    set, each as many as it is for; then the robot answers again.
+    """
+
+    def __init__(self) -> None:
+        self.heard = True
+        """True if the robot speaks the iiwa's protocol."""
+        self.any = False
+        """True if one is set: asked for at each line."""
+        self._replies: dict[str, deque[_Canned]] = {}
+
+    def set(self, command: str, reply: str, times: int = 1) -> None:
+        """Answer the next `times` lines of a command by `reply`, 0 for all until `clear`.
+
+        Raises ValueError for an unknown command, a reply that is not one line of printable ASCII, a number
+        below 0, and if the robot does not speak the iiwa's protocol: KRC4 messages cannot be canned.
+        """
+        if not self.heard:
+            raise ValueError(f"reply to {_quoted(command)}: expected a robot that speaks {IIWA}")
+        table, spelling = load_table(IIWA), command.encode("ascii", "backslashreplace")
+        known = table.find(spelling)
+        if known is None:
+            meant = table.meant(spelling)
+            hint = f"; did you mean {meant}" if meant else ""
+            raise ValueError(f"command {_quoted(command)}: expected a command of the robot's port{hint}")
+        if not (reply.isascii() and reply.isprintable()):
+            raise ValueError(f"reply {_quoted(reply)}: expected one line of printable ASCII")
+        if times < 0:
+            raise ValueError(f"times={times}: expected 0 or more")
+        self._replies.setdefault(known.name, deque()).append(_Canned(reply, times or None))
+        self.any = True
+
+    def take(self, command: str) -> str | None:
+        """Return the reply to the next line of a command, by its name; None if the robot answers."""
+        waiting = self._replies.get(command)
+        if waiting is None:
+            return None
+        first = waiting[0]
+        if first.left is not None:
+            first.left -= 1
+            if first.left == 0:
+                waiting.popleft()
+                if not waiting:
+                    del self._replies[command]
+                    self.any = bool(self._replies)
+        return first.text
+
+    def clear(self) -> None:
+        """Remove all."""
+        self._replies.clear()
+        self.any = False
+
+
 class WireFaults:
-    """The wire faults of one robot's servers, and their connections, numbered from 1 as they come."""
+    """Wire faults of one robot's servers, and their connections, numbered from 1 as they come."""
 
     def __init__(self, tell: Callable[[str, str], None] = lambda _name, _what: None) -> None:
-        """`tell` is called with the name of a connection and what goes over its wire instead of a reply."""
+        """`tell` is called with the name of a connection and the text of what replaces a reply."""
         self._tell = tell
         self._rules: list[_Rule] = []  # in the order in which they were set
         self._peers: dict[int, tuple[Peer, str, str]] = {}
@@ -297,14 +224,14 @@ class WireFaults:
         self._rules = [rule for rule in self._rules if rule.connection != connection]
 
     def connections(self) -> dict[int, str]:
-        """The connections: numbers, and names with the protocol where there are several."""
+        """Return the names of the connections by number, with the protocol if there are several."""
         return {
             number: f"{name} ({protocol})" if protocol else name
             for number, (_, name, protocol) in self._peers.items()
         }
 
     def peers(self) -> list[tuple[str, str]]:
-        """Who is connected: names, and the protocol of each where there are several."""
+        """Return the names of the connections, each with its protocol if there are several."""
         return [(name, protocol) for _, name, protocol in self._peers.values()]
 
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
@@ -321,7 +248,7 @@ class WireFaults:
         """End a connection, after replies that are delayed. Raises `Refused` if there is no such
         connection."""
         for peer, name, _ in self._peers_of(connection):
-            self._tell(name, text_of(step, b""))
+            self._tell(name, _text_of(step, b""))
             peer.take([step])
 
     def clear(self) -> None:
@@ -334,7 +261,7 @@ class WireFaults:
             peer.go_on()
 
     def silences(self, connection: int) -> bool:
-        """Whether the next line of a connection, which is there, has to wait."""
+        """Return True if the next line of a connection has to wait."""
         rule = self._first(connection)
         silent = rule is not None and isinstance(rule.fault, Silence)
         if silent and connection not in self._silent:
@@ -343,7 +270,7 @@ class WireFaults:
         return silent
 
     def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
-        """The steps for replies, up to where the connection ends."""
+        """Yield the steps for replies, up to where the connection ends."""
         for reply in _REPLIES.findall(replies):
             rule = None if reply == WONT_TIMING_MARK else self._first(connection)
             if rule is None:
@@ -354,9 +281,9 @@ class WireFaults:
                 if rule.left == 0:
                     self._rules.remove(rule)
                     self._tell_peers()
-            made = rule.fault.steps(reply, self._random)
+            made = _steps(rule.fault, reply, self._random)
             if made != [Send(reply)]:
-                told = ", ".join(text_of(step, reply) for step in made) or "nothing"
+                told = ", ".join(_text_of(step, reply) for step in made) or "nothing"
                 self._tell(self._peers[connection][1], told)
             for step in made:
                 yield step
@@ -380,3 +307,45 @@ class WireFaults:
             there_are = f"there are {', '.join(map(str, self._peers))}" if self._peers else "there are none"
             raise Refused(EXECUTION, f"no connection {connection}: {there_are}")
         return [self._peers[connection]]
+
+
+def _steps(fault: Fault, reply: bytes, random: Random) -> list[Step]:
+    """Return the steps that replace sending a reply."""
+    match fault:
+        case Delay(seconds):
+            return [Wait(seconds), Send(reply)]
+        case Split(byte, pause_s) if byte < len(reply):
+            return [Send(reply[:byte]), Wait(pause_s), Send(reply[byte:])]
+        case Drop():
+            return []
+        case Garble():
+            framed = _FRAMED.fullmatch(reply)
+            assert framed is not None  # anything matches
+            begin, text, end = framed.groups()
+            noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
+            return [Send(begin + noise + end)]
+        case CloseBefore():
+            return [Close()]
+        case CloseAfter():
+            return [Send(reply), Close()]
+        case ResetBefore():
+            return [Reset()]
+    return [Send(reply)]  # also in silence: replies of lines that were carried out before
+
+
+def _text_of(step: Step, reply: bytes) -> str:
+    """Return a step as text for people."""
+    match step:
+        case Send(data):
+            text = data.decode("ascii", "backslashreplace").replace("\r", "\\r").replace("\n", "\\n")
+            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
+        case Wait(seconds):
+            return f"{seconds:g} s of silence"
+        case Close():
+            return "the end (FIN)"
+        case Reset():
+            return "the end (RST)"
+
+
+def _quoted(text: str) -> str:
+    return f"'{shortened(harmless(text), 60)}'"

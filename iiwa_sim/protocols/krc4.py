@@ -141,7 +141,6 @@ class Krc4Session:
         self._name = name
         self._dialogue = dialogue or Dialogue(lambda: controller.tick)
         self._dialogue.event(name, "connected", KRC4)
-        self._table = load_krc4_table()
         self._stream = XmlStream()
         self.waiting: Element | Broken | None = None
         """What is answered next, of the messages that wait."""
@@ -246,7 +245,7 @@ class Krc4Session:
         return reply(integers, ())
 
     def _carry_out(self, message: Message) -> Answer:
-        command = self._table.commands.get(message.command)
+        command = load_krc4_table().get(message.command)
         if message.fault or command is None:
             reason = message.fault or f"no command has the id {message.command}"
             raise Refused(COMMUNICATION_FAILURE, reason)

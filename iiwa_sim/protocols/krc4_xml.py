@@ -1,7 +1,7 @@
 """Bytes in, XML messages out, however the bytes are split into packets.
 
-Messages follow each other without prefix or separator: a message ends where its root element does; blanks,
-line ends and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of the
+Messages follow each other without prefix or separator: a message ends where its root element does. Blanks,
+line ends, NUL and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of the
 root is the end of the fed bytes. A DTD, and with it every custom entity, is refused before it takes effect.
 
 Bytes that are no XML give no way to find the next message, so the stream is broken from there on. A message
@@ -19,13 +19,9 @@ from xml.parsers import expat
 import msgspec
 
 from iiwa_sim.protocols.decimals import NotANumberError, format_decimals, parse_decimal, quoted, readable
-from iiwa_sim.protocols.table import TableError
 
 MAX_MESSAGE_BYTES = 16384
 """EKI's receive buffer: a longer message breaks the stream."""
-MAX_DEPTH = 8
-"""Deepest nesting of elements; a deeper message breaks the stream. A valid message has two levels."""
-
 MAX_ENDS = 100
 """Most `>` in a message; one with more breaks the stream. A message with all twenty values has 42. Each
 `>` costs a scan of the open elements: without a bound 16 KiB would delay the robot by 0.2 s."""
@@ -34,7 +30,7 @@ XML_BLANKS = " \t\r\n"
 """Characters that XML takes for blanks; no-break spaces and the like are text."""
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
-_NOTHING = re.compile(rb"(?:[ \t\r\n]+|%b)*" % _BYTE_ORDER_MARK)
+_NOTHING = re.compile(rb"(?:[ \t\r\n\0]+|%b)*" % _BYTE_ORDER_MARK)  # C programs send the \0 of a string, too
 _ENCODINGS = ("utf-8", "us-ascii")
 
 
@@ -82,13 +78,6 @@ class XmlStream:
         For what broke the stream, enough bytes to break another one; none if its length or its end broke it.
         """
         return b"".join(self._pieces)
-
-    @property
-    def unread(self) -> bytes:
-        """Bytes that belong to no message yet, without leading blanks."""
-        if self._message is not None:
-            return self.wire + self._data[self._place :]
-        return self._data[self._behind_blanks() :]
 
     def next(self) -> Element | Broken | None:
         """The next message; None if it is incomplete, and after the stream has broken."""
@@ -193,8 +182,6 @@ class _Message:
             self._name = name
             self._values = dict(attributes)
             return
-        if self._depth > MAX_DEPTH:
-            raise _BrokenStream(f"more than {MAX_DEPTH} elements within each other")
         if self._depth > 2:
             self._spoil(f"an element within {self._child}")
         elif attributes:
@@ -252,64 +239,31 @@ class Message(NamedTuple):
         return self.integers[1]
 
 
-class Command(NamedTuple):
+class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One row of the table."""
 
-    tag: str
-    id: int
-    summary: str
-    requirements: tuple[str, ...]
-    inputs: Mapping[str, str]
-    """Meaning and unit of what it takes, by register."""
-    outputs: Mapping[str, str]
-    """Meaning and unit of what it answers, by register."""
-    joints: Literal["", "input", "output"]
-    """Whether it takes or answers joint positions (deg) in the reals, from R0 on."""
-
-
-class Krc4Table(NamedTuple):
-    commands: Mapping[int, Command]
-    """Commands by their ids."""
-
-
-class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
     id: int
     summary: str
     requirements: tuple[str, ...]
     inputs: dict[str, str] = {}
+    """Meaning and unit of each parameter, by register."""
     outputs: dict[str, str] = {}
+    """Meaning and unit of each value of the reply, by register."""
     joints: Literal["", "input", "output"] = ""
+    """Tells if the reals from R0 on are joint positions (deg) of the request or of the reply."""
+    tag: str = ""
 
 
-class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
-    title: str
-    source: str
-    command: dict[str, _CommandRow]
+class _Rows(msgspec.Struct):
+    command: dict[str, Command]
 
 
 @cache
-def load_krc4_table() -> Krc4Table:
-    """The table; raises TableError where it is wrong."""
-    return read_krc4_table(files("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes())
-
-
-def read_krc4_table(text: bytes) -> Krc4Table:
-    """The table from its TOML text."""
-    try:
-        rows = msgspec.toml.decode(text, type=_TableRows)
-    except msgspec.DecodeError as fault:
-        raise TableError(f"krc4.toml: {fault}") from None
-    commands: dict[int, Command] = {}
-    for tag, row in rows.command.items():
-        for register in (*row.inputs, *row.outputs):
-            if register not in _PLACES or register in _INTEGERS[:2]:
-                raise TableError(f"krc4.toml: command.{tag}: {register}: expected I2 to I9 or R0 to R9")
-        if row.id in commands or row.id <= 0:
-            raise TableError(f"krc4.toml: command.{tag}.id = {row.id}: expected a number of its own above 0")
-        commands[row.id] = Command(
-            tag, row.id, row.summary, row.requirements, row.inputs, row.outputs, row.joints
-        )
-    return Krc4Table(commands)
+def load_krc4_table() -> Mapping[int, Command]:
+    """Return the commands of protocol/krc4.toml by their ids."""
+    text = files("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes()
+    rows = msgspec.toml.decode(text, type=_Rows)
+    return {row.id: msgspec.structs.replace(row, tag=tag) for tag, row in rows.command.items()}
 
 
 def understand(element: Element, root: str = REQUEST) -> Message:

@@ -36,7 +36,7 @@ LONGEST_MESSAGE = 400
 _PLACEHOLDER = re.compile(
     r"\{(?P<topic>[a-z ]+?|[A-Z]{3})(?: (?P<place>\d+|[IR]\d))?\s*(?:\+(?P<more>[^{}]*))?\}"
 )
-_TAGS = {command.id: command.tag for command in load_krc4_table().commands.values()}
+_TAGS = {command.id: command.tag for command in load_krc4_table().values()}
 _FIN = next(number for number, name in _TAGS.items() if name == "FIN")
 
 
@@ -103,7 +103,7 @@ def understood(text: str, root: str) -> Message:
 
 def answers_reals(reply: str) -> bool:
     """Return True if a reply in short form answers a message that asks for reals."""
-    command = load_krc4_table().commands.get(understood(reply, REPLY).command)
+    command = load_krc4_table().get(understood(reply, REPLY).command)
     return command is not None and (
         command.joints == "output" or any(register.startswith("R") for register in command.outputs)
     )

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.krc4_xml import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
+from iiwa_sim.protocols.krc4_xml import MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
 
 NAMES = st.sampled_from(["I0", "I1", "I2", "I9", "R0", "R5", "R9", "X"])
 TEXTS = st.text("019.eE+-  <>&;'\"]aZ\u00e9\u20ac\U0001f916", max_size=12)
@@ -42,7 +42,7 @@ def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
     for name, text in children.items():
         ET.SubElement(root, name).text = text
     wire = ET.tostring(root, encoding="utf-8", xml_declaration=draw(st.booleans()))
-    return wire + draw(st.sampled_from([b"", b" ", b"\r\n", b"\n\t"])), {**attributes, **children}
+    return wire + draw(st.sampled_from([b"", b" ", b"\r\n", b"\n\t", b"\0"])), {**attributes, **children}
 
 
 @given(st.lists(messages(), max_size=4), st.lists(st.integers(1, 40), max_size=20))
@@ -71,16 +71,12 @@ def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
         stream.receive(packet)
         while stream.next() is not None:
             told.append(stream.wire)
-    assert told == [one.strip() for one, _ in sent]
-    assert stream.unread == b""
-    stream.receive(b"\r\n <Cmd><I0>1</I0> <")
-    assert stream.next() is None
-    assert stream.unread == b"<Cmd><I0>1</I0> <"
+    assert told == [one.strip(b" \r\n\t\0") for one, _ in sent]
 
 
 @given(messages())
 def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes, dict[str, str]]) -> None:
-    wire = sent[0].rstrip()
+    wire = sent[0].rstrip(b" \r\n\t\0")
     stream = XmlStream()
     for byte in wire[:-1]:
         stream.receive(bytes([byte]))
@@ -120,7 +116,6 @@ BROKEN = {
     b"<?xml version='1.0' encoding='iso-8859-1'?><Cmd/>": "expected UTF-8",
     b"<!DOCTYPE Cmd><Cmd/>": "expected no DTD",
     b"<!DOCTYPE a [<!ENTITY b 'c'><!ENTITY d '&b;&b;'>]><Cmd><I0>&d;</I0></Cmd>": "expected no DTD",
-    b"<a>" * (MAX_DEPTH + 1): f"more than {MAX_DEPTH} elements within each other",
     b"<Cmd><I0>1</I0>": "the stream ends within a message",
     b"<!-- never": "the stream ends within a message",
     b"<" + b"a" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
