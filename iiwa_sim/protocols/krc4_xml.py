@@ -1,8 +1,8 @@
 """Bytes in, XML messages out, however the bytes are split into packets.
 
 Messages follow each other without prefix or separator: a message ends where its root element does. Blanks,
-line ends, NUL and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of the
-root is the end of the fed bytes. A DTD, and with it every custom entity, is refused before it takes effect.
+line ends, NUL and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of
+the root is the end of the fed bytes. A DTD, and with it every custom entity, is refused in time.
 
 Bytes that are no XML give no way to find the next message, so the stream is broken from there on. A message
 that is valid XML but has unexpected content carries a fault instead.

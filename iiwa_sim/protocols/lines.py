@@ -4,8 +4,8 @@ r"""Bytes in, lines out: what a line is, whichever way the bytes are cut into pa
   ends, and so are `\n\r\n` (`\n\r`, then `\n`) and `\n\n`. A `\r` at the end of a packet ends its line at
   once; a `\n` that opens the next packet still belongs to it.
 - Telnet's commands are dropped: IAC WILL/WONT/DO/DONT x, IAC SB ... IAC SE, IAC IAC, and any other IAC x.
-  Where x is a line end, only the IAC goes, so that a stray 255 costs nobody a reply. NUL goes too: telnet
-  sends `\r\0` for a bare return (RFC 854).
+  Where x is a line end, only the IAC goes, so that a stray 255 costs nobody a reply. NUL at the beginning of
+  a line goes too: telnet sends `\r\0` for a bare return (RFC 854), C programs the end of a string.
 - But IAC DO TIMING-MARK yields TIMING_MARK where it stands, within a line before that line: a telnet program
   sends it at Ctrl-C, and shows nothing more until it is answered (RFC 860).
 - A subnegotiation, IAC SB ... IAC SE, also ends before a line end and after MAX_SUBNEGOTIATION bytes, a pair
@@ -63,8 +63,6 @@ class LineSplitter:
         return lines
 
     def _feed(self, data: bytes) -> list[bytes]:
-        if b"\0" in data:
-            data = data.replace(b"\0", b"")
         if not data:
             return []
         if self._partner:
@@ -78,6 +76,8 @@ class LineSplitter:
         lines = _split(data)
         if self._rest:
             lines[0] = self._rest + lines[0]
+        if b"\0" in data or self._rest.startswith(b"\0"):
+            lines = [line.lstrip(b"\0") for line in lines]
         self._rest = lines.pop()
         if self._skipping:
             self._skip(lines)

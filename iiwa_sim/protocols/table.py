@@ -7,6 +7,7 @@ carries out the request ignores or refuses them. Parameters behind a command tha
 Phrases, such as a name, are in UTF-8; all else is ASCII.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -182,6 +183,8 @@ def _rests(word: str) -> Iterator[str]:
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
 
+_HELP = "help"
+_ASKS_HELP = re.compile(rb"[ \t]*(?:help(?=[ \t?])|\?)[ \t?]*:?", re.IGNORECASE)  # `help lin move`, `?`
 _CACHED_LINES = 1024
 _LONGEST_ARM_M = 3.0
 _IN_RAD = "angles are in rad, not in degrees"
@@ -256,6 +259,8 @@ class Table:
         spelling, colon, rest = line.partition(b":")
         command = self.find(spelling)
         if command is None:
+            if _HELP in self.commands and (asked := _ASKS_HELP.match(line)):
+                return Request(self.commands[_HELP], (), _phrase(_split(line[asked.end() :])))
             return _unknown(self._why_unknown(line))
         if colon and b":" in rest:
             return _unknown("more than one ':'")

@@ -336,6 +336,20 @@ def test_a_value_that_is_not_finite_is_a_fault_and_never_sent():
     assert len(talk.journal.faults) == 1
 
 
+@pytest.mark.parametrize("line", ["help lin move", "? lin move", "Help? lin move", "help? : lin move"])
+def test_help_is_understood_without_a_colon(line):
+    talk = Conversation()
+    assert talk.ask(line) == talk.ask("help : lin move")
+    assert talk.ask("?") == talk.ask("help?") == talk.ask("help")
+    assert talk.ask("helping") == "unknown command"
+
+
+def test_utf_16_is_no_text():
+    talk = Conversation()
+    talk.session.receive("hello\n".encode("utf-16-le"))
+    assert talk.hear().startswith(b"unknown command\r\n")
+
+
 @given(st.binary(max_size=50).filter(lambda line: not set(line) & set(b"\r\n\xff\0")))
 def test_what_the_log_hears_is_printable(line):
     journal = Journal(commands=True)

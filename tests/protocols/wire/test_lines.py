@@ -41,14 +41,14 @@ def lines_of(packets: list[bytes]) -> list[bytes]:
 def without_telnet(stream: bytes) -> bytes:
     """The stream as RFC 854 reads it, one byte at a time, but for subnegotiations that are broken off.
 
-    A timing mark leaves a NUL in its place.
+    A timing mark leaves a byte of 1 in its place.
     """
     kept, state, subnegotiated, negotiation = bytearray(), "text", 0, 0
     for byte in stream:
         if state == "text":
             if byte == IAC[0]:
                 state = "command"
-            elif byte != 0:
+            else:
                 kept.append(byte)
         elif state == "command":
             if byte in b"\r\n":
@@ -57,7 +57,7 @@ def without_telnet(stream: bytes) -> bytes:
             state = "option" if WILL[0] <= byte <= DONT[0] else "within" if byte == SB[0] else "text"
         elif state == "option":
             if bytes([negotiation, byte]) == DO + b"\x06":
-                kept.append(0)
+                kept.append(1)
             state = "text"
         else:
             if byte in b"\r\n":
@@ -80,9 +80,9 @@ def read_by_the_book(stream: bytes) -> list[bytes]:
     lines, line, partner = [], b"", b""
     for byte in without_telnet(stream):
         this = bytes([byte])
-        if this == b"\0":
+        if this == b"\1":
             lines.append(TIMING_MARK)
-        elif this == partner:
+        elif (this == b"\0" and not line) or this == partner:
             partner = b""
         elif this in (b"\r", b"\n"):
             if len(line) <= MAX_LINE_BYTES:
