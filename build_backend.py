@@ -20,9 +20,7 @@ def get_requires_for_build_wheel(config_settings=None):
         sys.exit("iiwa-sim: pin (Pinocchio) has no wheels for Windows: use WSL 2 or the container image")
     on_arm_linux = sys.platform == "linux" and platform.machine() in ("aarch64", "arm64")
     if on_arm_linux and not (os.environ.get("CXX") or any(map(shutil.which, ("c++", "g++", "clang++")))):
-        sys.exit(
-            "iiwa-sim: ruckig has no wheels for ARM Linux: install a C++ compiler, such as g++"
-        )
+        sys.exit("iiwa-sim: ruckig has no wheels for ARM Linux: install a C++ compiler, such as g++")
     return [*build_meta.get_requires_for_build_wheel(config_settings), *(["ziglang"] if _ZIG else [])]
 
 

@@ -86,7 +86,7 @@ def _random_corner(
     lengths, turns = rng.uniform(*LENGTHS_MM, 2), rng.uniform(-TURN_RAD, TURN_RAD, (2, 3))
     try:
         controller = Controller(description, TICK_S)
-        controller.injected.place(start)
+        controller.place(start)
         target = controller.tool_frame()
         moves = []
         for kind, way, length, turn, speed, radius in zip(
@@ -115,10 +115,10 @@ def recorded(description: RobotDescription, corner: Corner) -> Recorded:
     runs = []
     for blending in (True, False):
         controller = Controller(description, TICK_S)
-        controller.injected.place(corner.start)
+        controller.place(corner.start)
         runs.append(run(controller, corner.moves, blending=blending))
     alone = Controller(description, TICK_S)
-    alone.injected.place(corner.start)
+    alone.place(corner.start)
     at_corner = run(alone, corner.moves[:1])[-1]
     return Recorded(runs[0], runs[1], tuple(at_corner.tolist()), tuple(runs[1][-1].tolist()))
 

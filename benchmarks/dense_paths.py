@@ -77,7 +77,7 @@ def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, lis
     """A controller at the beginning of a path, and the moves along it."""
     corners, blending_mm, speed_rel = paths()[path]
     controller = Controller(load_robot(robot), tick_s)
-    controller.injected.place(STARTS[robot])
+    controller.place(STARTS[robot])
     middle = controller.tool_frame()
 
     def at(corner: Points) -> Frame:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )
     from iiwa_sim.clock.errands import StillMoving
     from iiwa_sim.controller.errors import Refused
-    from iiwa_sim.controller.snapshot import Snapshot
+    from iiwa_sim.controller.state import Snapshot
     from iiwa_sim.frames import Frame
     from iiwa_sim.options.model import Settings
     from iiwa_sim.options.sources import SettingError
@@ -99,7 +99,7 @@ _HOMES = {
     "client": ("CommandError", "Iiwa", "Krc4", "Krc4Error", "ReplyError", "UnknownCommandError"),
     "clock.errands": ("StillMoving",),
     "controller.errors": ("Refused",),
-    "controller.snapshot": ("Snapshot",),
+    "controller.state": ("Snapshot",),
     "protocols.faults": (
         *("EVERY", "NEXT", "UNTIL_CLEARED"),
         *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),

@@ -20,7 +20,7 @@ import pytest
 from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
-    from iiwa_sim.controller.snapshot import Snapshot
+    from iiwa_sim.controller.state import Snapshot
     from iiwa_sim.options.sources import Given
     from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator

@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass, field
 
-from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.dialogue import DialogueLine, Direction
 

@@ -6,7 +6,7 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import Pace, pace
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.snapshot import Snapshot, snapshot
+from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.loop_or_thread import LoopOrThread
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.remembered import RememberedDialogue

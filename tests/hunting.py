@@ -83,7 +83,7 @@ class Hunt:
             self._step(ticks)
 
     def _step(self, ticks: int) -> None:
-        executor = self.robot.controller._core.motions._executor
+        executor = self.robot.controller.motions._executor
         for _ in range(ticks):
             self.robot.step()
             if executor._chain is not None and executor._chain is not self._seen:

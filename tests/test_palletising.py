@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from iiwa_sim import Iiwa, Simulator
-from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.controller.state import Snapshot
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "palletising.py"
 

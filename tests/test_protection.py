@@ -13,7 +13,7 @@ import pytest
 from websockets.sync.client import connect
 
 from iiwa_sim import Iiwa, Simulator
-from iiwa_sim.controller.snapshot import ErrorState
+from iiwa_sim.controller.state import ErrorState
 from iiwa_sim.transcript.lines import Said, Transcript, Wait, read, shipped
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.view.readout import figures

@@ -149,7 +149,7 @@ async def test_a_robot_that_fails_is_still_seen(
     def fails() -> None:
         raise ZeroDivisionError("a fault of ours")
 
-    monkeypatch.setattr(simulator.controller._core.motions, "step", fails)
+    monkeypatch.setattr(simulator.controller.motions, "step", fails)
     for _ in range(5):
         seen = await next_state(reader)
     assert seen["tick"] > before["tick"]

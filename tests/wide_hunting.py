@@ -82,7 +82,7 @@ class WideHunt(Hunt):
         finally:
             robot.notice_mode()
         self._starts.append(end)
-        waiting = controller._core.motions._executor._waiting
+        waiting = controller.motions._executor._waiting
         if request.kind is Kind.LIN and waiting.any and waiting.last.number == controller.accepted:
             self._look_at_line(waiting.last.path)
         return True
@@ -225,7 +225,7 @@ class WideHunt(Hunt):
         controller.set_override(float(rng.uniform(0.3, 1.0)))
 
     def _wait(self, ticks: int) -> None:
-        if ticks == UNTIL_STOPPED and self.robot.controller._core.motions.holding:
+        if ticks == UNTIL_STOPPED and self.robot.controller.motions.holding:
             self.robot.stop()
         super()._wait(ticks)
 
@@ -236,7 +236,7 @@ class WideHunt(Hunt):
     def _look_at(self, plan: Chain) -> None:
         super()._look_at(plan)
         before, self._plan = self._plan, plan
-        now_s = self.robot.controller._core.motions._executor.time.time_s
+        now_s = self.robot.controller.motions._executor.time.time_s
         if before is not None and 0.0 < now_s < plan.front_s:
             kept = np.arange(now_s, min(plan.front_s, plan.rest_s, before.rest_s), STEP_S)
             if len(kept):

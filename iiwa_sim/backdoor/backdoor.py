@@ -21,7 +21,7 @@ from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.clock.errands import StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, Refused
-from iiwa_sim.controller.snapshot import Snapshot, snapshot
+from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
@@ -144,7 +144,7 @@ class Backdoor(Faults):
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
         surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
-        controller.injected.set_tool(tool)
+        controller.set_tool(tool)
 
     @called
     def tool(self) -> Frame:
@@ -193,13 +193,13 @@ class Backdoor(Faults):
     @acts
     def protective_stop(self) -> None:
         """Stop the robot with an error that has to be reset."""
-        self._controller.injected.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
+        self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
     @acts
     def switch_drives(self, on: bool) -> None:
         """Switch the drives. Switching off stops the robot with an error, which can be reset when they are
         on again."""
-        self._controller.injected.switch_drives(on)
+        self._controller.switch_drives(on)
 
     @acts
     def reset_error(self) -> None:
@@ -223,10 +223,10 @@ class Backdoor(Faults):
         Refused while anything moves or waits, outside the limits, and with the TCP within a surface.
         """
         controller = self._controller
-        controller.injected.check_place(joints)
+        controller.check_place(joints)
         tcp = controller.tcp(tuple(joints))
         surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
-        controller.injected.place(joints)
+        controller.place(joints)
 
     @called
     def robot(self) -> DescribedRobot:

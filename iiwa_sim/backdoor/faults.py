@@ -31,19 +31,19 @@ class Faults(Base):
     @acts
     def refuse_next_move(self, code: int) -> None:
         """Refuse the next move that comes outside the error state, whatever it asks for."""
-        self._controller.injected.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
+        self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
 
     @acts
     def fail_move(self, code: int) -> None:
         """Make the running move fail: the robot stops on its path with an error. Refused if nothing moves."""
         if not self._controller.moving:
             raise Refused(EXECUTION, "nothing moves that could fail")
-        self._controller.injected.fail(_checked(code), ON_PURPOSE)
+        self._controller.fail(_checked(code), ON_PURPOSE)
 
     @acts
     def time_out_servo(self) -> None:
         """End smart or direct mode as a servo timeout does. Refused in other modes."""
-        self._controller.injected.time_out_servo()
+        self._controller.time_out_servo()
 
     @acts
     def following_error(self, joint: int) -> None:
@@ -51,7 +51,7 @@ class Faults(Base):
         names = self._controller.description.joints
         if not 1 <= joint <= len(names):
             raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
-        self._controller.injected.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
+        self._controller.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
 
     # The gripper
 
@@ -160,7 +160,7 @@ class Faults(Base):
     @acts
     def clear_faults(self) -> None:
         """Remove all faults of the wire and of the next move, and canned replies; accept connections."""
-        self._controller.injected.refuse_next_move(None)
+        self._controller.refuse_next_move(None)
         self._wire.clear()
         for each in self._entrances:
             each.accept()

@@ -67,12 +67,12 @@ class States:
             raise Refused(EXECUTION, harmless(f"no state {name!r}: there are {there_are}"))
         state, controller = self._kept[name], self._controller
         world = controller.load.world
-        controller.injected.place(state.joints)
+        controller.place(state.joints)
         for there in world.surfaces:
             world.remove(there)
         for surface in state.surfaces:
             world.put(surface)
-        controller.injected.set_tool(state.tool_in_flange)
+        controller.set_tool(state.tool_in_flange)
         controller.set_override(state.override)
         for number, on in enumerate(state.inputs, 1):
             controller.io.wire(number, on)
@@ -83,9 +83,9 @@ class States:
         if controller.handling is not None and state.handled is not None:
             controller.handling.restore(state.handled)
         controller.load.feel_again(state.felt, state.joints)
-        controller.injected.allow_what_is()
+        controller.allow_excess()
         controller.release_emergency_stop()
-        controller.injected.switch_drives(on=True)
+        controller.switch_drives(on=True)
         controller.reset_error()
 
     def _present(self) -> State:

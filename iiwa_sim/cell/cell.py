@@ -18,7 +18,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
-from iiwa_sim.controller.protection import NOTHING_MORE, Safety
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model

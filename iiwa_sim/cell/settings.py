@@ -26,7 +26,7 @@ from iiwa_sim.cell.surfaces import (
 from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
-from iiwa_sim.controller.protection import GREATEST, Safety
+from iiwa_sim.controller.limits_watch import GREATEST, Safety
 from iiwa_sim.frames import Vector
 from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.robot.description import DEFAULT_ROBOT, LENGTH, ToolSettings

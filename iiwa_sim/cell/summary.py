@@ -5,7 +5,7 @@ from math import degrees
 
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.cell.handled import CLOSE_M
-from iiwa_sim.controller.protection import Safety
+from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless

@@ -138,6 +138,11 @@ class ExternalLoad(Acting):
         touches = self._at_world.known or not self.world.empty
         return bool(touches) or self._noise is not None or self._motion is not None
 
+    @property
+    def needs_poses(self) -> bool:
+        """Whether ticks need poses of the TCP: for an unknown load at the flange, or for bodies."""
+        return self._motion is not None or self.bodies is not None
+
     @cython.ccall
     @cython.exceptval(-1, check=True)
     def is_idle(self, tick: cython.long) -> cython.bint:

@@ -1,30 +1,44 @@
-"""The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
+"""The emulated controller of one robot: it takes commands between ticks and moves the robot in ticks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import dist
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
-from iiwa_sim.controller.core import Core
-from iiwa_sim.controller.error_state import PRESSED
-from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
-from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.endings import Endings
+from iiwa_sim.controller.errors import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    DRIVES_OFF,
+    EMERGENCY_STOP,
+    EXECUTION,
+    PRESSED,
+    STOP_TRIGGERED,
+    SUCCESS,
+    ErrorRecord,
+    Refused,
+    RobotErrors,
+)
+from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling, HandlingSetup
-from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
-from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
+from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
+from iiwa_sim.controller.motions import Motions, motions_of
 from iiwa_sim.controller.moves import Moves
-from iiwa_sim.controller.protection import NOTHING_MORE, Protection, Safety
-from iiwa_sim.controller.reading import Reader
-from iiwa_sim.controller.status import RobotStatus, status_of
+from iiwa_sim.controller.planner import Planner
+from iiwa_sim.controller.state import RobotStatus, robot_status
+from iiwa_sim.controller.targets import Targets
 from iiwa_sim.controller.trajectories import Progress, Trajectories
 from iiwa_sim.controller.wanted import Planned
-from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.surroundings import STIFF
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
+from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
 """The least override other than 0: less is no motion that anybody could see, and no number to divide by."""
@@ -58,242 +72,433 @@ class Controller:
         on_contact: Callable[[Contact], None] | None = None,
         on_touch: Callable[[str], None] | None = None,
     ) -> None:
-        """The robot rests at `start` (rad, within the limits), None for home.
+        """Put the robot at rest at `start`.
 
-        The TCP is at `tool_in_flange`, None for the robot's own.
+        Args:
+            description: The arm and its limits.
+            tick_s: Simulated time of a tick.
+            start: Joint positions (rad) within the limits; None for home.
+            tool_in_flange: The pose of the TCP; None for the robot's own.
+            world: Surfaces that TCP and links touch.
+            noise: Noise of the readings of forces and torques.
+            io: Inputs and outputs; None for 16 of each.
+            safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
+            tool: The load at the flange, which the controller knows; None for nothing.
+            handled: Gripper and parts of the cell.
+            servo_timeout_s: The robot stops when a servo mode hears of no command for so long; None for
+                never.
+            on_fault: Takes code and reason of an error between commands.
+            on_contact: Takes the force that has ended a move.
+            on_touch: Takes a line about a link that begins to touch a surface or another link.
 
-        TCP and links touch the surfaces of `world`; the robot goes where it is sent, until the torque on a
-        joint passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
-        `tool`, None for nothing, and the controller knows that; `handled` is what it works with, if anything.
-        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
-        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
-        None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
-        `on_contact` which force has ended a move, `on_touch` which link begins to touch a surface or another
-        link. Raises `RobotFault` where the robot's folder does not fit together, and ValueError for a timeout
-        out of range.
+        Raises:
+            RobotFault: The robot's folder does not fit together.
+            ValueError: The timeout is out of range.
         """
-        self.description = description
-        self.tool = tool
-        """What is fixed to its flange, None for nothing: not what it believes to carry."""
-        self.tick_s = tick_s
-        self.io = Io() if io is None else io
+        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
+            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
+            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
         start = description.home if start is None else start
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
-        model = Model(description)
-        self.load = ExternalLoad(model, tcp, start, world, noise, () if tool is None else tool.capsules)
-        """What pushes the robot from outside, and what it touches."""
-        protection = Protection(description.joints, description.torque, safety)
-        self._core = Core(
-            model,
-            tick_s,
-            start,
-            tcp,
-            self.load,
-            Carrying(tool, self.load),
-            None
-            if handled is None
-            else Handling(handled, self.io, self.load, description, tool, start, tick_s),
-            protection,
-            servo_timeout_s,
-            on_fault,
-            on_contact,
-            on_touch,
-        )
-        self._moves = Moves(self._core)
-        self._trajectories = Trajectories(self._core, self._moves)
-        self.move = self._moves.take
-        """Take a `MoveRequest`; gives its number. Raises `Refused`; more is said in `Moves.take`."""
-        self.check = self._moves.check
-        """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
-        self.follow = self._trajectories.take
-        """Take a joint trajectory in place of what runs; gives its number, and a remark where one is due.
-        Raises `Refused`; more is said in `Trajectories.take`."""
-        self.cancel_trajectory = self._trajectories.cancel
-        """Stop the trajectory of this number on its way; gives whether it was followed or waited."""
-        self.cancel_move = self._moves.cancel
-        """End the move that runs: see `Moves.cancel`."""
-        self.clear_queue = self._moves.clear
-        """Forget the moves that wait: see `Moves.clear`."""
-        self.handling = self._core.handling
-        """The gripper, if there is one."""
-        self.injected = Injected(self._core)
-        """What a test bench does to the robot."""
-        self.endings = self._core.endings
+        self.description = description
+        self.tool = tool
+        """The load at the flange; the controller may believe in another one, see `tool_load`."""
+        self.tick_s = tick_s
+        self.tick = 0
+        """The number of ticks so far."""
+        self.mode = Mode.UNKNOWN
+        """Mode of the last command: it changes with the command, also where the robot has to stop first."""
+        self.accepted = 0
+        """Moves accepted since the start: the number of the newest one."""
+        self.tool_in_flange = tcp
+        """The pose of the TCP in the flange."""
+        self.io = Io() if io is None else io
+        self.model = Model(description)
+        self.tcp_of_arm = self.model.tcp(tcp)
+        """The TCP, as a frame fixed to the flange."""
+        self.load = ExternalLoad(self.model, tcp, start, world, noise, () if tool is None else tool.capsules)
+        """The contacts and other forces from outside."""
+        self.carrying = Carrying(tool, self.load)
+        self.handling = None
+        """The gripper and the parts of the cell; None without both."""
+        if handled is not None:
+            self.handling = Handling(handled, self.io, self.load, description, tool, start, tick_s)
+        self.planner = Planner(self.model)
+        self.targets = Targets(self.planner, description)
+        self.motions = self._motions_from(start)
+        self.joints_before = start
+        """Joint positions (rad) at the end of the tick before the last one."""
+        self.endings = Endings(self.is_pending)
         """Tells its listeners how each move ended."""
-        self.is_pending = self._core.is_pending
-        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
-        self.record_error = self._core.error_state.record
-        """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
-        self.reset_error = self._core.error_state.reset
-        """End the error state, and forget the last refusal; raises `Refused` while the emergency stop is
-        pressed."""
-        self.release_emergency_stop = self._core.error_state.release_emergency_stop
-        """The error remains, to be reset."""
-        self.set_collision_detection = protection.set_collision_detection
-        """Stop, in error, when the force (N) or the torque (Nm) from outside at the TCP is greater; 0 where
-        that is not watched. Raises `Refused` for numbers out of range."""
-        self.cartesian_force = self._core.cartesian_force
-        """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
-        self.joint_velocity = self._core.joint_velocity
-        """Joint velocities (rad/s) in the last tick."""
-        self.step = self._core.step
-        """One tick."""
-        self.skip = self._core.skip
-        """Make up for `ticks` ticks at once, while `resting`: bit for bit what they would have led to."""
+        self.errors = RobotErrors()
+        self.protection = Protection(description.joints, description.torque, safety)
+        self.servo_heard = 0
+        """The tick in which a servo mode has heard of its newest command."""
+        self.watch_trajectory: Callable[[], None] | None = None
+        """Called after each tick in which a trajectory is followed, or has just ended."""
+        self._servo_timeout_s = servo_timeout_s
+        self._on_fault = on_fault
+        self._on_contact = on_contact
+        self._link_watch = None if on_touch is None else LinkWatch(self.load, tick_s, on_touch)
+
+        self._moves = Moves(self)
+        self.move = self._moves.take
+        self.check = self._moves.check
+        self.cancel_move = self._moves.cancel
+        self.clear_queue = self._moves.clear
+        self._trajectories = Trajectories(self, self._moves)
+        self.follow = self._trajectories.take
+        self.cancel_trajectory = self._trajectories.cancel
+        self.record_error = self.errors.record
+        self.reset_error = self.errors.reset
+        self.release_emergency_stop = self.errors.release_emergency_stop
+        self.set_collision_detection = self.protection.set_collision_detection
+
+    # Ticks
+
+    def step(self) -> None:
+        """Make one tick: the robot moves, then feels the forces where it is now, then compares with limits.
+
+        A stop that a force asks for so begins in the tick after the one in which its threshold is passed. An
+        internal error in a tick stops the robot, sets the error state, and is raised.
+        """
+        # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
+        if self._servo_timeout_s is not None:
+            self._watch_servo(self._servo_timeout_s)
+        self.tick = tick = self.tick + 1
+        motions, load, protection, pending = self.motions, self.load, self.protection, self.endings.pending
+        self.joints_before = motions.joints
+        try:
+            motions.step()
+        except Exception as fault:
+            self._fail_in_tick(fault)
+            raise
+        if motions.tracking and self.watch_trajectory is not None:
+            self.watch_trajectory()
+        if pending and pending[0].number != motions.under_way:
+            self.endings.after_tick()
+        acts = False
+        if self.handling is not None or not load.is_idle(tick):
+            self._feel()
+            acts = load.acts
+        pending = self.endings.pending
+        if pending and pending[0].guard is not None:
+            self._watch_forces(pending[0].guard)
+        if protection.looks_always or (acts and not protection.tolerates(load)):
+            self._protect()
+        links = self._link_watch
+        if links is not None and (
+            tick % links.every == 0 or (acts and (links.touching or load.link_contacts))
+        ):
+            links.after_tick(tick, motions.joints != self.joints_before)
+
+    def _feel(self) -> None:
+        """Find the forces where a tick has brought the robot."""
+        motions, load = self.motions, self.load
+        joints, contact = motions.joints, motions.tcp_contact
+        tcp = coming = next_joints = None
+        if load.needs_poses:
+            tcp = load.tcp(joints)  # found a tick ago
+            next_joints = motions.coming
+            coming = None if next_joints is None else load.coming_tcp(next_joints)
+        if self.handling is not None:
+            stiffness = motions.compliance if next_joints is None and load.bodies is not None else STIFF
+            self.handling.step(joints, next_joints, tcp, coming, stiffness)
+        load.step(joints, self.tick, self.tick_s, contact, coming)
+
+    def _watch_forces(self, guard: ForceGuard) -> None:
+        """End a force move that has met a force."""
+        if guard.move != self.motions.under_way:
+            return
+        contact = guard.contact(self.cartesian_force(), self.tool_frame)
+        if contact is not None:
+            with self.endings.because(SUCCESS, str(contact)):
+                self.motions.cancel()
+            if self._on_contact is not None:
+                self._on_contact(contact)
+
+    def _protect(self) -> None:
+        """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
+        why = self._passed_limit(self.errors.standing is not None)
+        if why is not None:
+            self.fail(STOP_TRIGGERED, f"protective stop: {why}")
+
+    def _passed_limit(self, standing: bool) -> str | None:
+        """Return why the robot has to stop for a force or for the last tick; None if it need not.
+
+        `standing` says that an error has stopped it before: then the excess is allowed from now on.
+        """
+        joints, protection = self.motions.joints, self.protection
+        why = protection.overload(self.load, joints, standing)
+        if protection.watches_tcp:
+            before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
+            why = protection.trespass(before, now, self.tick_s, standing) or why
+        return why
+
+    def _watch_servo(self, timeout_s: float) -> None:
+        if self.mode in SERVO_MODES and (self.tick - self.servo_heard) * self.tick_s >= timeout_s:
+            self._end_servo(f"no {self.mode.value} command for {timeout_s:g} s: the robot stops")
+
+    def _end_servo(self, reason: str) -> None:
+        self.stop_for(Event.SERVO_TIMEOUT, COMMUNICATION_FAILURE, reason)
+        self.errors.fail(COMMUNICATION_FAILURE, reason)
+        self.tell(COMMUNICATION_FAILURE, reason)
+
+    def _fail_in_tick(self, fault: Exception) -> None:
+        """Stop after an internal error in a tick."""
+        reason = f"internal error: {type(fault).__name__}, see the log"
+        self.errors.fail(EXECUTION, reason)
+        self.endings.lost(0, EXECUTION, reason)
+        self.stop()
 
     @property
     def resting(self) -> bool:
-        """Whether ticks change nothing but their number and the noise, until something is asked for."""
-        return self._core.resting
+        """Whether ticks change nothing but their number and the noise, until something is asked for.
 
-    @property
-    def trajectory(self) -> Progress | None:
-        """Where the trajectory that is followed stands; None while there is none."""
-        return self._trajectories.progress
+        A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
+        motion, in which the velocity becomes 0.
+        """
+        return not (
+            self.joints_before != self.motions.joints
+            or self.endings.pending
+            or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
+            or not self.protection.knows(self.load)
+        ) and (
+            self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
+        )
+
+    def skip(self, ticks: int) -> None:
+        """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""
+        self.tick += ticks
+        self.load.skip(ticks)
+
+    # Stops and errors
 
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
-        self._core.halt(STOP_TRIGGERED, "stopped")
+        self.stop_for(Event.STOP, STOP_TRIGGERED, "stopped")
+
+    def stop_for(self, event: Event, code: int, reason: str) -> None:
+        """Stop for an event and change the mode; moves that run or wait end with this code and reason."""
+        with self.endings.because(code, reason, discards=True):
+            self.motions.stop()
+        self.mode = TRANSITIONS[self.mode, event].mode
+
+    def fail(self, code: int, reason: str) -> None:
+        """Stop the robot, and take no moves until the error is reset."""
+        self.errors.fail(code, reason)
+        self.stop_for(Event.STOP, code, reason)
+        self.tell(code, reason)
+
+    def tell(self, code: int, reason: str) -> None:
+        """Report an error that occurred between commands."""
+        if self._on_fault is not None:
+            self._on_fault(code, reason)
+
+    def emergency_stop(self) -> None:
+        """Stop as `stop` does, and take no moves until it is released and the error reset."""
+        self.errors.press_emergency_stop()
+        self.fail(EMERGENCY_STOP, PRESSED)
+
+    def status(self) -> RobotStatus:
+        """Return the state of the robot, as ROS-Industrial puts it."""
+        return robot_status(self.errors, in_motion=self.moving and not self.motions.pausing)
+
+    @property
+    def last_error(self) -> ErrorRecord | None:
+        """The error that stopped the robot and was not reset, else the last refusal since a reset."""
+        return self.errors.last
+
+    # Settings
 
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.
 
-        What moves stays on its path and keeps the planned limits; so it takes some time: 0.3 s, or what
-        the slowest joint needs to stop; longer in servo modes and in impedance. At rest the override is there
-        at once. Raises `Refused` for a number out of range.
+        A robot in motion stays on its path and keeps the planned limits; so it takes some time: 0.3 s, or
+        what the slowest joint needs to stop; longer in servo modes and in impedance. At rest the override is
+        there at once. Raises `Refused` for a number out of range.
         """
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
-        self._core.motions.set_override(override)
-
-    @property
-    def collision_detection(self) -> tuple[float, float]:
-        """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
-        safety = self._core.protection.safety
-        return safety.force_n or 0.0, safety.torque_nm or 0.0
-
-    def set_tool_load(self, load: ToolLoad) -> None:
-        """What the controller takes its arm to carry from now on.
-
-        The difference to what is there acts from outside. Raises `Refused` for numbers out of range.
-        """
-        self._core.carrying.believe(load, self.joints)
-
-    @property
-    def tool_load(self) -> ToolLoad:
-        """What the controller takes its arm to carry."""
-        return self._core.carrying.believed
-
-    def emergency_stop(self) -> None:
-        """Stop as `stop` does, and take no moves until it is released and the error reset."""
-        self._core.error_state.press_emergency_stop()
-        self._core.fail(EMERGENCY_STOP, PRESSED)
-
-    @property
-    def tick(self) -> int:
-        """How many there have been."""
-        return self._core.tick
-
-    @property
-    def mode(self) -> Mode:
-        """Mode of the last command: it changes with the command, also where the robot has to stop first."""
-        return self._core.mode
-
-    @property
-    def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
-        return self._core.motions.moving
-
-    @property
-    def joints(self) -> Joints:
-        """Joint positions (rad)."""
-        return self._core.motions.joints
-
-    def reader(self) -> Reader:
-        """What reads all that the state follows from, for who wants it in each tick."""
-        return Reader(self._core, self.io)
+        self.motions.set_override(override)
 
     @property
     def override(self) -> float:
         """The part of their planned speed at which all motions run or will run, 0..1."""
-        return self._core.motions.override
-
-    def tool_frame(self) -> Frame:
-        """The TCP in the base."""
-        return self.tcp_frame_at(self.joints)
-
-    def tcp_frame_at(self, joints: Joints) -> Frame:
-        """The TCP in the base at joint positions (rad)."""
-        return Frame.from_transform(self._core.tcp(joints))
-
-    def status(self) -> RobotStatus:
-        """The state of the robot, as ROS-Industrial puts it."""
-        return status_of(self._core.error_state, in_motion=self.moving and not self._core.motions.pausing)
+        return self.motions.override
 
     @property
-    def last_error(self) -> ErrorRecord | None:
-        """What has stopped the robot and was not reset, else the last refused command since a reset."""
-        return self._core.error_state.last
+    def collision_detection(self) -> tuple[float, float]:
+        """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
+        safety = self.protection.safety
+        return safety.force_n or 0.0, safety.torque_nm or 0.0
+
+    def set_tool_load(self, load: ToolLoad) -> None:
+        """Believe in this load at the flange from now on.
+
+        The difference to the real load acts from outside. Raises `Refused` for numbers out of range.
+        """
+        self.carrying.believe(load, self.joints)
+
+    @property
+    def tool_load(self) -> ToolLoad:
+        """The load at the flange that the controller believes in."""
+        return self.carrying.believed
+
+    # State
+
+    @property
+    def moving(self) -> bool:
+        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
+        return self.motions.moving
 
     @property
     def under_way(self) -> bool:
         """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
         nor in a gravity hold; or whether its gripper does."""
-        return self._core.under_way
+        handling = self.handling
+        return bool(self.motions.ends_by_itself or (handling is not None and handling.under_way))
 
     @property
-    def accepted(self) -> int:
-        """Moves accepted since the start: the number of the newest one."""
-        return self._core.accepted
+    def joints(self) -> Joints:
+        """Joint positions (rad)."""
+        return self.motions.joints
 
-    @property
-    def queue(self) -> int:
-        """How many moves wait behind the one that runs, or begins in the next tick."""
-        return self._core.motions.behind
+    def joint_velocity(self) -> Joints:
+        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
+        last = zip(self.motions.joints, self.joints_before, strict=True)
+        return tuple((now - before) / self.tick_s for now, before in last)
 
-    @property
-    def planned(self) -> list[Planned]:
-        """What runs and what waits, in the order in which it is done; see `Motions.planned`."""
-        return self._core.motions.planned
+    def tcp(self, joints: Joints | None = None) -> Transform:
+        """Return the pose of the TCP in the base at joint positions (rad), None for the present ones."""
+        return compose(self.model.flange(self.joints if joints is None else joints), self.tool_in_flange)
 
-    @property
-    def move_under_way(self) -> int:
-        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        return self._core.motions.under_way
+    def tcp_frame_at(self, joints: Joints) -> Frame:
+        """Return the TCP in the base at joint positions (rad)."""
+        return Frame.from_transform(self.tcp(joints))
+
+    def tool_frame(self) -> Frame:
+        """Return the TCP in the base."""
+        return self.tcp_frame_at(self.joints)
 
     def flange_frame(self) -> Frame:
-        """The flange in the base."""
-        return Frame.from_transform(self._core.model.flange(self.joints))
+        """Return the flange in the base."""
+        return Frame.from_transform(self.model.flange(self.joints))
 
     @property
     def goal_joints(self) -> Joints:
         """Joint positions (rad) at the end of the move under way, of a servo's target or of a stop; at rest
         the present ones."""
-        return self._core.motions.goal
+        return self.motions.goal
 
     def goal_frame(self) -> Frame:
-        """The TCP in the base at `goal_joints`."""
+        """Return the TCP in the base at `goal_joints`."""
         return self.tcp_frame_at(self.goal_joints)
 
     def distance_to_goal_mm(self) -> float:
-        """How far the TCP is from there, in a straight line (mm)."""
-        here, goal = self._core.tcp(self.joints), self._core.tcp(self.goal_joints)
-        return 1e3 * dist(here.translation, goal.translation)
+        """Return how far the TCP is from its goal, in a straight line (mm)."""
+        return 1e3 * dist(self.tcp().translation, self.tcp(self.goal_joints).translation)
+
+    def cartesian_force(self) -> Wrench:
+        """Return the wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
+        wrench: Wrench = self.load.cartesian_force()
+        return wrench
 
     def joint_torque(self) -> tuple[float, ...]:
-        """The external torque on each joint (Nm)."""
+        """Return the external torque on each joint (Nm)."""
         return self.load.joint_torques(self.joints)
 
-    def tcp(self, joints: Joints | None = None) -> Transform:
-        """The pose of the TCP in the base at joint positions (rad), None for the present ones."""
-        return self._core.tcp(self.joints if joints is None else joints)
+    # Moves
+
+    def is_pending(self, move: int) -> bool:
+        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
+        return self.motions.is_pending(move)
 
     @property
-    def tool_in_flange(self) -> Transform:
-        """The pose of the TCP in the flange."""
-        return self._core.tool_in_flange
+    def move_under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        return self.motions.under_way
+
+    @property
+    def queue(self) -> int:
+        """How many moves wait behind the one that runs, or begins in the next tick."""
+        return self.motions.behind
+
+    @property
+    def planned(self) -> list[Planned]:
+        """The running and the waiting moves, in their order; see `Motions.planned`."""
+        return self.motions.planned
 
     @property
     def end_of_queue(self) -> Joints:
         """Joint positions (rad) at which the next normal move begins."""
-        return self._moves.end_of_queue()
+        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
+        return self.motions.rest_after_stop() if stops else self.motions.rest
+
+    @property
+    def trajectory(self) -> Progress | None:
+        """The state of the trajectory that is followed; None while there is none."""
+        return self._trajectories.progress
+
+    # For tests, by the backdoor: no driver can do this. It takes effect at once.
+
+    def switch_drives(self, on: bool) -> None:
+        """Off: stop as `stop` does, and take no moves until they are on and the error reset."""
+        self.errors.switch_drives(on)
+        if not on:
+            self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
+
+    def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
+        """Refuse the next move outside of the error state, whatever it asks for; None takes that back."""
+        self.errors.next_refusal = refusal
+
+    def time_out_servo(self) -> None:
+        """Stop as if a servo mode had received no command for too long; raises `Refused` in other modes."""
+        if self.mode not in SERVO_MODES:
+            modes = " or ".join(mode.value for mode in SERVO_MODES)
+            raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
+        self._end_servo(f"no {self.mode.value} command in time: the robot stops")
+
+    def check_place(self, joints: Sequence[float]) -> Joints:
+        """Return the checked joint positions; raises `Refused` where `place` would; changes nothing."""
+        self._check_rest()
+        return self.planner.checked_joints(joints)
+
+    def place(self, joints: Sequence[float]) -> None:
+        """Put the robot at rest at joint positions (rad), in no mode.
+
+        Raises `Refused` outside the limits, and while anything moves or waits.
+        """
+        self._begin_anew(self.check_place(joints), self.tool_in_flange)
+        self.joints_before = self.joints
+
+    def set_tool(self, tool_in_flange: Transform) -> None:
+        """Have the TCP there from now on, in no mode; raises `Refused` while anything moves or waits."""
+        self._check_rest()
+        self._begin_anew(self.joints, tool_in_flange)
+
+    def allow_excess(self) -> None:
+        """Allow a present excess over limits, but no greater one, as after the reset of a protective stop."""
+        self._passed_limit(standing=True)
+
+    def _check_rest(self) -> None:
+        if self.moving:
+            raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
+
+    def _begin_anew(self, joints: Joints, tool_in_flange: Transform) -> None:
+        """Put the robot at rest at joint positions (rad), with its TCP there, in no mode."""
+        override = self.override
+        self.mode = Mode.UNKNOWN
+        self.tool_in_flange = tool_in_flange
+        self.tcp_of_arm = self.model.tcp(tool_in_flange)
+        self.motions = self._motions_from(joints)
+        self.motions.set_override(override)
+        self.load.place(joints, tool_in_flange)
+        if self.handling is not None:
+            self.handling.tcp_is(joints, self.load.tcp(joints))
+
+    def _motions_from(self, joints: Joints) -> Motions:
+        limits, load = self.targets.limits[Mode.SMART], self.load
+        return motions_of(
+            self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world
+        )

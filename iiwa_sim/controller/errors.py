@@ -1,6 +1,7 @@
-"""Why a command is refused, or the robot stops of itself. Codes are robot_movement_interface's results.
+"""Why a command is refused, or the robot stops by itself, and the error state that lasts until a reset.
 
-More of them, those of unreachable targets, are in `iiwa_sim.robot.nearest`.
+Codes are robot_movement_interface's results. More of them, those of unreachable targets, are in
+`iiwa_sim.robot.nearest`.
 """
 
 from typing import NamedTuple
@@ -17,6 +18,10 @@ COMMUNICATION_FAILURE = 3040
 STOP_TRIGGERED = 3060
 """A stop that nobody asked for, and a move that was stopped, cancelled or replaced before its end."""
 
+PRESSED = "emergency stop"
+DRIVES_OFF = "the drives are off"
+REPLACED = "replaced by a newer move, of a servo or in another mode"
+
 
 class Refused(Exception):
     """A command that is not carried out; nothing has changed.
@@ -31,7 +36,75 @@ class Refused(Exception):
 
 
 class ErrorRecord(NamedTuple):
-    """What went wrong last: a refusal, or a fault the robot met with on its own."""
+    """An error: a refusal, or a fault the robot met with on its own."""
 
     code: int
     reason: str
+
+
+class RobotErrors:
+    """The errors of one controller, and whether its drives are powered.
+
+    A refused command only leaves its record. An emergency stop, a servo timeout or an internal error in a
+    tick sets the error state, which lasts until `reset`.
+    """
+
+    def __init__(self) -> None:
+        self.standing: ErrorRecord | None = None
+        """The cause of the error state; None where the robot is in none."""
+        self.e_stopped = False
+        """Whether the emergency stop is pressed."""
+        self.drives_powered = True
+        """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
+        self.next_refusal: ErrorRecord | None = None
+        """The refusal of the next move, whatever it asks for; None for none."""
+        self._switched_off = False
+        self._refusal: ErrorRecord | None = None
+
+    @property
+    def last(self) -> ErrorRecord | None:
+        """The cause of the error state, else the last refusal since the last reset."""
+        return self.standing or self._refusal
+
+    def record(self, code: int, reason: str) -> None:
+        """Record why a command was refused."""
+        self._refusal = ErrorRecord(code, reason)
+
+    def fail(self, code: int, reason: str) -> None:
+        """Begin the error state; in it the first cause is kept."""
+        if self.standing is None:
+            self.standing = ErrorRecord(code, reason)
+
+    def press_emergency_stop(self) -> None:
+        """Cut the drives off, in place of any other cause of error: no reset works before the release."""
+        self.e_stopped, self.drives_powered = True, False
+        self.standing = ErrorRecord(EMERGENCY_STOP, PRESSED)
+
+    def release_emergency_stop(self) -> None:
+        """Release the emergency stop; the error state lasts until it is reset."""
+        self.e_stopped = False
+
+    def switch_drives(self, on: bool) -> None:
+        """Switch the drives: off, they are a cause of error, to be reset when they are on again."""
+        self._switched_off = not on
+        if not on:
+            self.drives_powered = False
+            self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
+
+    def check(self) -> None:
+        """Raises `Refused` in the error state, or if the next move is to be refused."""
+        if self.standing is not None:
+            code, reason = self.standing
+            raise Refused(code, f"no move before reset error: {reason}")
+        if self.next_refusal is not None:
+            refusal, self.next_refusal = self.next_refusal, None
+            raise Refused(*refusal)
+
+    def reset(self) -> None:
+        """End the error state and forget the last refusal; raises `Refused` while its cause lasts."""
+        if self.e_stopped:
+            raise Refused(EMERGENCY_STOP, "the emergency stop has to be released first")
+        if self._switched_off:
+            raise Refused(COMPONENT_NOT_READY, "the drives have to be switched on first")
+        self.standing = self._refusal = None
+        self.drives_powered = True

@@ -1,17 +1,27 @@
 """What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
 
+import numpy as np
+
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
-from iiwa_sim.motion.compliance_kernel import CartesianImpedance
+from iiwa_sim.frames import Transform
+from iiwa_sim.motion.braking import Braking
+from iiwa_sim.motion.compliance_kernel import CartesianImpedance, Compliance
 from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.follower import Follower
+from iiwa_sim.motion.joint_bounds_kernel import JointBounds
+from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Pursuit, Servo
-from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
+from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Pushes
+from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
-from iiwa_sim.robot.feeling_kernel import Reached
+from iiwa_sim.robot.arm_kernel import Kinematics
+from iiwa_sim.robot.feeling_kernel import Feeling, Reached
+from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.model import Model
 
 
 class Motions:
@@ -340,3 +350,34 @@ class Motions:
                 executor.rest_at(executor.joints)
                 executor.append(wanted.move)
                 self._impedance = wanted.impedance
+
+
+def motions_of(
+    model: Model,
+    tool_in_flange: Transform,
+    start: Joints,
+    tick_s: float,
+    limits: JointLimits,
+    pushes: Pushes,
+    feeling: Feeling | None,
+) -> Motions:
+    """Return the motions of a robot at rest at `start` (rad).
+
+    `limits` are those of smart mode at full speed. A compliant robot gives way to `pushes` and to the contact
+    that `feeling` finds at its TCP.
+    """
+    description = model.description
+    low, high = description.position_min, description.position_max
+    stop = description.stop_acceleration, description.stop_jerk
+    time = TimeScaling(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
+    bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
+    kinematics = Kinematics(model, Inverse(model), tool_in_flange)
+    follower = Follower(
+        start,
+        tick_s,
+        Compliance(kinematics, bounds, tick_s, pushes, feeling),
+        JointSprings(kinematics, bounds, tick_s, pushes, feeling),
+        Braking(bounds, tick_s, *stop),
+    )
+    executor = Executor(start, time, np.array(low), np.array(high))
+    return Motions(executor, Servo(executor, limits, low, high), follower)

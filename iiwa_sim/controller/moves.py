@@ -1,14 +1,12 @@
-"""The moves the controller takes: checked, planned from where the robot will be, and queued or headed for."""
+"""How the controller takes moves: checked, planned from where the robot will be, and queued or headed for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.acceleration import capped_joints
-from iiwa_sim.controller.core import REPLACED, Core
 from iiwa_sim.controller.endings import PendingMove, WhenEnded
-from iiwa_sim.controller.errors import (
-    COMPONENT_NOT_READY,
-    EXECUTION,
-    STOP_TRIGGERED,
-    Refused,
-)
+from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, REPLACED, STOP_TRIGGERED, Refused
 from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Plan
@@ -19,15 +17,19 @@ from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.queue.move import Move
 
-LONGEST_QUEUE = 1000  # moves that wait; one more is refused
+if TYPE_CHECKING:
+    from iiwa_sim.controller.controller import Controller
+
+LONGEST_QUEUE = 1000
+"""Moves that wait; one more is refused."""
 SERVO_EVENTS = {Kind.SMART: Event.SMART_MOVE, Kind.DIRECT: Event.DIRECT_MOVE}
 
 
 class Moves:
     """Takes moves of all kinds for one robot."""
 
-    def __init__(self, core: Core) -> None:
-        self._core = core
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
 
     def take(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
@@ -42,34 +44,28 @@ class Moves:
         A shift is resolved now: what becomes of the moves before does not change its target. `when_ended` is
         told how the move ended.
         """
-        core, guard = self._core, None
+        controller, endings, guard = self._controller, self._controller.endings, None
         if request.shift is not None:
             way, in_tool = request.shift
-            start = core.tcp(self.end_of_queue())
+            start = controller.tcp(controller.end_of_queue)
             request = request._replace(target=shifted(start, way, in_tool=in_tool))
         if request.kind in SERVO_EVENTS:
             number = self._head_for(request)
         elif request.kind is Kind.HOLD:
             number = self._hold(request.hold_nm_per_rad)
         elif request.compliance is not None:
-            number = self._yield(request, request.compliance)
+            number = self._give_way(request, request.compliance)
         else:
             number = self._queue(request)
             if request.thresholds is not None:
-                guard = ForceGuard(number, request.thresholds, core.cartesian_force())
-        endings = core.endings
+                guard = ForceGuard(number, request.thresholds, controller.cartesian_force())
         if guard or when_ended or endings.listeners or endings.on_discarded:
             endings.pending.append(PendingMove(number, when_ended, guard))
         return number
 
     def check(self, request: MoveRequest) -> None:
         """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
-        self._planned(request, self.end_of_queue())
-
-    def end_of_queue(self) -> Joints:
-        """Joint positions (rad) at which the next normal move begins."""
-        stops = TRANSITIONS[self._core.mode, Event.NORMAL_MOVE].stops
-        return self._core.motions.rest_after_stop() if stops else self._core.motions.rest
+        self._planned(request, self._controller.end_of_queue)
 
     def cancel(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
@@ -78,8 +74,8 @@ class Moves:
         robot is being stopped, nothing changes.
         """
         self.check_hold()
-        with self._core.endings.because(STOP_TRIGGERED, "cancelled"):
-            self._core.motions.cancel()
+        with self._controller.endings.because(STOP_TRIGGERED, "cancelled"):
+            self._controller.motions.cancel()
 
     def clear(self) -> None:
         """Forget the moves that wait; the one that runs ends at its target.
@@ -87,102 +83,96 @@ class Moves:
         Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
         robot stops on its path.
         """
-        with self._core.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
-            self._core.motions.clear()
-
-    def _check_error(self) -> None:
-        """Raises `Refused` in the error state, or if the next move is to be refused."""
-        errors = self._core.error_state
-        if errors.standing is not None or errors.next_refusal is not None:
-            errors.check()
+        with self._controller.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
+            self._controller.motions.clear()
 
     def check_hold(self) -> None:
         """Raises `Refused` while a gravity hold is on, or begins when the robot is at rest."""
-        if self._core.mode is Mode.IMPEDANCE and self._core.motions.holding:
+        if self._controller.mode is Mode.IMPEDANCE and self._controller.motions.holding:
             raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
+
+    def accept(self, event: Event) -> int:
+        """Change the mode, which may stop the robot; gives the number of the move."""
+        controller = self._controller
+        change = TRANSITIONS[controller.mode, event]
+        if change.stops:
+            controller.stop_for(event, STOP_TRIGGERED, REPLACED)
+        controller.mode = change.mode
+        controller.accepted += 1
+        return controller.accepted
 
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
-        core = self._core
-        self._check_error()
+        controller = self._controller
+        controller.errors.check()
         self.check_hold()
-        if core.motions.waiting >= LONGEST_QUEUE:
+        if controller.motions.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
             )
-        start = self.end_of_queue()
-        plan = self._planned(request, start)
+        plan = self._planned(request, controller.end_of_queue)
         if request.thresholds is not None:
             check_thresholds(request.thresholds)
         number = self.accept(Event.NORMAL_MOVE)
-        core.motions.append(self._move(number, request, plan))
+        controller.motions.append(self._move(number, request, plan))
         return number
 
-    def _yield(self, request: MoveRequest, compliance: TcpCompliance) -> int:
+    def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
-        core = self._core
+        controller, motions = self._controller, self._controller.motions
         impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)
-        self._check_error()
-        stops = TRANSITIONS[core.mode, Event.IMPEDANCE_MOVE].stops
-        start = core.motions.rest_after_stop() if stops else core.motions.yielding_from
-        plan = self._planned(request, start)
-        if core.motions.moving and not stops:
-            core.targets.check_way_back(plan.limits)
+        controller.errors.check()
+        stops = TRANSITIONS[controller.mode, Event.IMPEDANCE_MOVE].stops
+        plan = self._planned(request, motions.rest_after_stop() if stops else motions.yielding_from)
+        if motions.moving and not stops:
+            controller.targets.check_way_back(plan.limits)
         number = self.accept(Event.IMPEDANCE_MOVE)
-        with core.endings.because(STOP_TRIGGERED, REPLACED):
-            core.motions.yield_around(StiffnessMove(self._move(number, request, plan), impedance))
+        with controller.endings.because(STOP_TRIGGERED, REPLACED):
+            motions.yield_around(StiffnessMove(self._move(number, request, plan), impedance))
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
-        core = self._core
-        self._check_error()
+        controller = self._controller
+        controller.errors.check()
         check_joint_stiffness(stiffness_nm_per_rad)
         number = self.accept(Event.IMPEDANCE_MOVE)
-        with core.endings.because(STOP_TRIGGERED, REPLACED):
-            core.motions.hold(Hold(number, stiffness_nm_per_rad))
+        with controller.endings.because(STOP_TRIGGERED, REPLACED):
+            controller.motions.hold(Hold(number, stiffness_nm_per_rad))
         return number
 
     def _head_for(self, request: MoveRequest) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
-        core, event = self._core, SERVO_EVENTS[request.kind]
-        self._check_error()
+        controller, motions, event = self._controller, self._controller.motions, SERVO_EVENTS[request.kind]
+        controller.errors.check()
         self.check_hold()
-        motions, change = core.motions, TRANSITIONS[core.mode, event]
+        change = TRANSITIONS[controller.mode, event]
         here = motions.rest_after_stop() if change.stops else motions.present
-        joints, limits = core.targets.find(request, change.mode, here, motions.moving and not change.stops)
+        moving = motions.moving and not change.stops
+        joints, limits = controller.targets.find(request, change.mode, here, moving)
         if request.acceleration is not None:
             limits = capped_joints(limits, request.acceleration)
         number = self.accept(event)
-        with core.endings.because(STOP_TRIGGERED, REPLACED):
+        with controller.endings.because(STOP_TRIGGERED, REPLACED):
             motions.head_for(Target(number, joints, limits))
-        core.servo_heard = core.tick
+        controller.servo_heard = controller.tick
         return number
 
-    def accept(self, event: Event) -> int:
-        """Change the mode, which may stop the robot; gives the number of the move."""
-        core = self._core
-        change = TRANSITIONS[core.mode, event]
-        if change.stops:
-            core.stop_for(change)
-        core.mode = change.mode
-        core.accepted += 1
-        return core.accepted
-
     def _planned(self, request: MoveRequest, start: Joints) -> Plan:
-        return self._core.planner.plan(request, start, self._core.arm)
+        return self._controller.planner.plan(request, start, self._controller.tcp_of_arm)
 
     def _move(self, number: int, request: MoveRequest, plan: Plan) -> Move:
         return Move(number, *plan, lambda start: self._plan_again(number, request, start))
 
     def _plan_again(self, number: int, request: MoveRequest, start: Joints) -> Move | None:
-        """An accepted move, to begin elsewhere (rad). Where that is impossible, say so."""
+        """Return an accepted move, begun elsewhere (rad); None, with a report, where it is impossible."""
+        controller = self._controller
         try:
             plan = self._planned(request, start)
         except Refused as refused:
             lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
             reason = f"{lost}: {refused.reason}"
-            self._core.error_state.record(refused.code, reason)
-            self._core.tell(refused.code, reason)
-            self._core.endings.lost(number, refused.code, reason)
+            controller.errors.record(refused.code, reason)
+            controller.tell(refused.code, reason)
+            controller.endings.lost(number, refused.code, reason)
             return None
         return self._move(number, request, plan)

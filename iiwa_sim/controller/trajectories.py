@@ -3,13 +3,12 @@
 from collections.abc import Callable
 from enum import Enum
 from math import inf
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from iiwa_sim.controller.core import REPLACED, Core
 from iiwa_sim.controller.endings import Ending, PendingMove
-from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.errors import EXECUTION, REPLACED, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.lin_planner import ROUNDING_RAD
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.moves import Moves
@@ -26,6 +25,9 @@ from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.extremes_kernel import Outside
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
+
+if TYPE_CHECKING:
+    from iiwa_sim.controller.controller import Controller
 
 ROUNDING = 1e-6
 """Part of a limit of velocity by which a curve may pass it: rounding of who computed it."""
@@ -85,7 +87,7 @@ class Trajectories:
     """Takes joint trajectories for one robot, watches over the one that is followed, and tells how each
     ended."""
 
-    def __init__(self, core: Core, moves: Moves) -> None:
+    def __init__(self, core: "Controller", moves: Moves) -> None:
         self._core = core
         self._moves = moves
         core.watch_trajectory = self._watch
@@ -104,7 +106,7 @@ class Trajectories:
         Raises `Refused`, and then nothing has changed.
         """
         core = self._core
-        core.error_state.check()
+        core.errors.check()
         self._moves.check_hold()
         knots = knots_of(request, self._names)
         path, note = tolerances_of(request.path_tolerance, self._names)

@@ -42,7 +42,6 @@ class _Runner:
         self._controller = cell.controller(1.0 / rate_hz, on_fault=self._failed)
         self._history = History()
         self._watch = Watch(self._controller, lambda: "", self._happened)
-        self._read = self._controller.reader().read
         dialogue = Dialogue(lambda: self._controller.tick)
         dialogue.listeners.append(self._heard)
         protocol, log = protocol_for(script.protocol, cell.description), _Log()
@@ -112,7 +111,7 @@ class _Runner:
         if self._controller.tick >= LONGEST_S * self._rate_hz:
             raise self._script.fault(step, f"more than {LONGEST_S:g} s of simulated time")
         self._controller.step()
-        self._watch.ticked(self._read())
+        self._watch.ticked()
         self._look()
 
     def _look(self) -> None:

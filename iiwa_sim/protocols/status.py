@@ -6,31 +6,29 @@ field `error` of later lines tell why. There are no replies, so each line is a s
 
 from functools import cache
 
+import msgspec
+
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.controller.numbers_kernel import Numbers
-from iiwa_sim.controller.state_lines import StateLines
+from iiwa_sim.controller.state import snapshot
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.session import LINES_AT_ONCE, CommandSession, ProtocolLog, written
 from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
-from iiwa_sim.robot.model import Model
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
 
 
 class StatusLines:
-    """The state of one robot as lines, told in the order of time."""
+    """The state of one robot as lines."""
 
     def __init__(self, controller: Controller) -> None:
-        self._read = controller.reader().read
-        # With a model of our own: it remembers, and the robot's may be elsewhere.
-        flange = Model(controller.description).tcp_of_flange
-        self._lines = StateLines(Numbers(flange, rounded=False), controller.tick_s)
+        self._controller = controller
+        self._encode = msgspec.json.Encoder().encode
 
     def line(self) -> bytes:
         """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
-        return self._lines.line(self._read()) + b"\n"
+        return self._encode(snapshot(self._controller)) + b"\n"
 
 
 class StatusSession(CommandSession):

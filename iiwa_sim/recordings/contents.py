@@ -5,11 +5,10 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.controller.state_lines import StateLines
 from iiwa_sim.protocols.dialogue import DialogueLine
-from iiwa_sim.recordings.handed import Handed, Ready, Said, States
+from iiwa_sim.recordings.handed import Handed, Ready, Said
 from iiwa_sim.recordings.message import Message
-from iiwa_sim.recordings.schemas import DIALOGUE, STATE
+from iiwa_sim.recordings.schemas import DIALOGUE
 from iiwa_sim.recordings.times import Times
 from iiwa_sim.recordings.views import Views
 
@@ -17,23 +16,17 @@ from iiwa_sim.recordings.views import Views
 class Contents:
     """Makes them, of what is handed over in the order of time."""
 
-    def __init__(self, lines: StateLines, views: Views, times: Times) -> None:
-        """`lines` and `views` are of the robot that is recorded, and of nobody else."""
-        self._lines = lines
+    def __init__(self, views: Views, times: Times) -> None:
+        """`views` are of the robot that is recorded, and of nobody else."""
         self._views = views
         self._times = times
         self._encode = msgspec.json.Encoder().encode
 
     def made(self, handed: Iterable[Handed]) -> Iterator[Message]:
         """The messages that these become, in their order."""
-        line, log_ns, expand = self._lines.line, self._times.log_ns, self._views.expand
+        log_ns, expand = self._times.log_ns, self._views.expand
         for each in handed:
-            if isinstance(each, States):
-                for reading, real_ns in zip(each.readings, each.real_ns, strict=True):
-                    message = Message(STATE, line(reading), log_ns(reading.tick), real_ns)
-                    yield message
-                    yield from expand(message)
-            elif isinstance(each, Ready):
+            if isinstance(each, Ready):
                 message = Message(each.topic, each.data, log_ns(each.tick), each.real_ns)
                 yield message
                 yield from expand(message)

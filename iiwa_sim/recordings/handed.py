@@ -1,15 +1,12 @@
 """What the robot's process hands to the one that writes its recording, and how that becomes bytes.
 
-A frame is a list of what happened, in the order of time, as MessagePack behind its length. States are
-readings as they are: to encode one takes 0.5 us, and the JSON, which takes ten times as long, is made over
-there.
+A frame is a list of what happened, in the order of time, as MessagePack behind its length.
 """
 
 from collections.abc import Sequence
 
 import msgspec
 
-from iiwa_sim.controller.reading import Reading
 from iiwa_sim.protocols.dialogue import DialogueLine
 from iiwa_sim.robot.description import RobotDescription
 
@@ -28,14 +25,6 @@ class Beginning(msgspec.Struct, frozen=True):
     """Since 1970."""
     epoch_ns: int
     """The simulated time of tick 0, since 1970."""
-
-
-class States(msgspec.Struct, frozen=True, array_like=True, tag=0):
-    """States of some ticks, one after the other."""
-
-    readings: list[Reading]
-    real_ns: list[int]
-    """Real time of each reading (ns since 1970)."""
 
 
 class Said(msgspec.Struct, frozen=True, array_like=True, tag=1):
@@ -66,7 +55,7 @@ class Closed(msgspec.Struct, frozen=True, array_like=True, tag=4):
     """The recording was ended, and nothing follows."""
 
 
-Handed = States | Said | Ready | Lost | Closed
+Handed = Said | Ready | Lost | Closed
 
 _encode = msgspec.msgpack.Encoder(enc_hook=lambda number: number.item()).encode  # numpy's numbers
 _decode = msgspec.msgpack.Decoder(list[Handed]).decode
@@ -91,9 +80,7 @@ def handed_in(frame: bytes) -> list[Handed]:
 
 def messages_in(handed: Sequence[Handed]) -> int:
     """How many messages were handed over; what viewers are shown beside them does not count."""
-    return sum(
-        len(each.readings) if isinstance(each, States) else isinstance(each, Said | Ready) for each in handed
-    )
+    return sum(isinstance(each, Said | Ready) for each in handed)
 
 
 class Frames:

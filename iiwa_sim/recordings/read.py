@@ -12,7 +12,7 @@ from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
-from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.mcap_file import METADATA
 from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE

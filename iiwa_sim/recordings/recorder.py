@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
+from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +15,14 @@ from iiwa_sim.backdoor.described import described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.reading import Reading
+from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.attachments import attachments_of
 from iiwa_sim.recordings.foxglove import stamp
-from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said, States
+from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import ARM, CELL, EVENTS, LOG, SCENE
+from iiwa_sim.recordings.schemas import ARM, CELL, EVENTS, LOG, SCENE, STATE
 from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
@@ -37,6 +38,8 @@ _LEVELS = {
     watch.CONTACT: _WARNING,
     watch.SLIPS: _WARNING,
 }
+_PER_MM, _PER_UNIT, _PER_N = 1e4, 1e7, 1e4
+_FRAME = (_PER_MM,) * 3 + (_PER_UNIT,) * 3
 BLOCKS_HZ = 20
 """So often in a simulated second all is put, that of 25 ticks at 500 Hz: in 30 us, since it is little."""
 
@@ -71,7 +74,6 @@ class Recorder:
         if rate_hz is not None and not 1 <= rate_hz <= tick_rate_hz:
             raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {tick_rate_hz}, that of the ticks")
         self._controller = controller
-        self._read = controller.reader().read
         self._dialogue = dialogue
         self._cell = cell
         self._clock = clock
@@ -85,8 +87,7 @@ class Recorder:
         self._parts: list[Part] = []
         self._watch: Watch | None = None
         self._last_state = -1  # its tick
-        self._states = States([], [])  # since what was said last
-        self._waiting: list[Handed] = []  # what was before them
+        self._waiting: list[Handed] = []
         self._block_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
@@ -121,7 +122,7 @@ class Recorder:
         self._dialogue.listeners.append(self._hear)
         self._show_arm()
         self._show_scene()
-        self._add_state(self._read())
+        self._add_state()
         for session, protocol in there:
             now = self._controller.tick, time.monotonic_ns()
             self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=protocol))
@@ -131,7 +132,7 @@ class Recorder:
         if self._watch is None:
             return
         if self._last_state != self._controller.tick:
-            self._add_state(self._read())
+            self._add_state()
         self._hand_over()
         self._watch.close()
         self._watch = None
@@ -156,13 +157,12 @@ class Recorder:
         watch = self._watch
         if watch is None:
             return
-        reading = self._read()
-        watch.ticked(reading)
+        watch.ticked()
         self._due += self._rate_hz
         if self._due >= self._tick_rate_hz:
             self._due -= self._tick_rate_hz
-            self._add_state(reading)
-        if reading.tick >= self._block_due:
+            self._add_state()
+        if self._controller.tick >= self._block_due:
             self._hand_over()
             watch.look()  # the clock may have changed
 
@@ -232,16 +232,11 @@ class Recorder:
         if carried_out:
             self._hasten()
 
-    def _add_state(self, reading: Reading) -> None:
-        self._last_state = reading.tick
-        self._states.readings.append(reading)
-        self._states.real_ns.append(time.time_ns())
+    def _add_state(self) -> None:
+        self._last_state = tick = self._controller.tick
+        self._put(Ready(STATE, self._encode(_rounded(snapshot(self._controller))), tick, time.time_ns()))
 
     def _put(self, handed: Handed) -> None:
-        """Have something handed over, behind the states before it."""
-        if self._states.readings:
-            self._waiting.append(self._states)
-            self._states = States([], [])
         self._waiting.append(handed)
 
     def _hasten(self) -> None:
@@ -252,9 +247,6 @@ class Recorder:
     def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
         waiting, self._waiting = self._waiting, []
-        if self._states.readings:
-            waiting.append(self._states)
-            self._states = States([], [])
         self._out.put(waiting, can_wait=self._in_haste())
 
     def _show_arm(self) -> None:
@@ -284,3 +276,20 @@ class Recorder:
             "file": "",
             "line": 0,
         }
+
+
+def _rounded(state: Snapshot) -> dict[str, Any]:
+    """Return a state as it is recorded: without a gripper that is not there, and with numbers that follow
+    from joint positions rounded to 0.1 um, 1e-7 rad, 1e-7 rad/s, 1e-4 N and Nm: in full they are half of a
+    file."""
+    told = structs.asdict(state)
+    told["joint_velocity"] = [floor(each * _PER_UNIT + 0.5) / _PER_UNIT for each in state.joint_velocity]
+    for name in ("cartesian_force", "joint_torque"):
+        if any(told[name]):
+            told[name] = [floor(each * _PER_N + 0.5) / _PER_N for each in told[name]]
+    for name in ("flange_frame", "tool_frame", "goal_frame"):
+        frame = zip(told[name], _FRAME, strict=True)
+        told[name] = [floor(each * steps + 0.5) / steps for each, steps in frame]
+    if state.gripper is None:
+        del told["gripper"]
+    return told

@@ -6,8 +6,7 @@ from itertools import islice
 from pathlib import Path
 
 from iiwa_sim.controller.handling import PartState
-from iiwa_sim.controller.snapshot import Snapshot
-from iiwa_sim.controller.status import RobotStatus
+from iiwa_sim.controller.state import RobotStatus, Snapshot
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Happened, Recorded, Spoken
 

@@ -7,7 +7,6 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import SUCCESS
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.reading import Reading
 
 
 class Event(NamedTuple):
@@ -109,9 +108,10 @@ class Watch:
             self._pace = pace
             self._tell(Event(CLOCK, pace))
 
-    def ticked(self, reading: Reading) -> None:
-        """A tick has been made, after which the robot was read."""
-        signs = (reading.accepted, reading.under_way, reading.touching, reading.mode)
+    def ticked(self) -> None:
+        """A tick has been made."""
+        robot = self._controller
+        signs = (robot.accepted, robot.move_under_way, robot.load.touching, robot.mode)
         if signs != self._signs or self._in_error:  # which is not so in most ticks
             self._signs = signs
             self.look()

@@ -9,10 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from msgspec import UNSET
-
-from iiwa_sim.controller.numbers_kernel import Numbers
-from iiwa_sim.controller.state_lines import StateLines
 from iiwa_sim.recordings.contents import Contents
 from iiwa_sim.recordings.handed import Beginning, Closed, Frames, Lost, beginning_in, handed_in
 from iiwa_sim.recordings.mcap_file import Head, McapFile
@@ -20,7 +16,7 @@ from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
 from iiwa_sim.recordings.times import Times
 from iiwa_sim.recordings.views import Views
-from iiwa_sim.robot.model import Model, arm_model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless, shortened
 
 PERIOD_S = 0.4
@@ -68,9 +64,6 @@ class _File:
         description = beginning.description
         times = Times(beginning.tick_rate_hz, beginning.began_ns, beginning.epoch_ns)
         self._contents = Contents(
-            StateLines(
-                Numbers(Model(description).tcp_of_flange, rounded=True), 1.0 / beginning.tick_rate_hz, UNSET
-            ),
             Views(Arm(arm_model(description).links), description.joints),
             times,
         )

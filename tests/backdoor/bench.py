@@ -88,5 +88,5 @@ class Bench:
             "random": self.wire._random.getstate(),
             "door": self.door.open,
             "clock": backdoor.get_clock(),
-            "next refusal": self.controller._core.error_state.next_refusal,
+            "next refusal": self.controller.errors.next_refusal,
         }

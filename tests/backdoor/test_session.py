@@ -358,7 +358,7 @@ def test_a_fault_of_ours_costs_no_connection(monkeypatch: pytest.MonkeyPatch) ->
     def breaks(_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(bench.controller.injected, "fail", breaks)
+    monkeypatch.setattr(bench.controller, "fail", breaks)
     assert bench.tell("protective stop") == "error 3000 internal error, see the log"
     assert bench.tell("hello") == "hello"
     assert len(bench.journal.faults) == 1

@@ -8,7 +8,7 @@ import pytest
 
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.controller.protection import Safety
+from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move
 from tests.stepped import SteppedRobot

@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
-from iiwa_sim.controller.protection import Safety
+from iiwa_sim.controller.limits_watch import Safety
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
 from tests.stepped import ARMS, SteppedRobot, strong
 
@@ -62,7 +62,7 @@ def test_the_weight_of_a_tool_that_the_controller_does_not_know_at_random_poses(
     mass, centre = TOOL.load
     rng = np.random.default_rng(4)
     for q in rng.uniform(description.position_min, description.position_max, (40, len(still))):
-        controller.injected.place(q.tolist())
+        controller.place(q.tolist())
         flange = robot.model.flange(q.tolist())
         down = np.array(flange.rotation).reshape(3, 3).T @ (0.0, 0.0, -mass * GRAVITY)
         turn = np.array(description.tool_in_flange.rotation).reshape(3, 3).T

@@ -145,7 +145,7 @@ def test_a_fault_in_a_tick_ends_all_moves(
     def fails() -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(robot.controller._core.motions, "step", fails)
+    monkeypatch.setattr(robot.controller.motions, "step", fails)
     with pytest.raises(ZeroDivisionError):
         robot.controller.step()
     assert [(ending.move, ending.code) for ending in endings] == [(1, EXECUTION), (2, EXECUTION)]

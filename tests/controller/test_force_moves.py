@@ -39,7 +39,7 @@ class Wall:
         self.surface = float(np.dot(robot.tcp(robot.controller.joints).translation, self.way)) + after_m
         self.forces: list[Wrench] = []
         """At the end of each tick."""
-        robot.controller._core.cartesian_force = self.wrench  # what its guards feel
+        robot.controller.cartesian_force = self.wrench  # what its guards feel
 
     def wrench(self) -> Wrench:
         tcp = self.robot.tcp(self.robot.controller.joints)

@@ -418,7 +418,7 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
     robot = deflected(name)
     before = speeds(robot, 2)[-1]
     assert before > 0.1
-    rest = robot.controller._core.motions.rest_after_stop()
+    rest = robot.controller.motions.rest_after_stop()
     left = len(robot.joints)
     robot.controller.stop()
     robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
@@ -438,7 +438,7 @@ LEAVING = {
     "lin": lambda robot: robot.controller.move(lin_move(robot.tcp_frame(START), 0.5, 0.0)),
     "smart": lambda robot: robot.controller.move(smart_joint_move(START, FULL)),
     "direct": lambda robot: robot.controller.move(
-        direct_joint_move([q + 0.05 for q in robot.controller._core.motions.rest_after_stop()], FULL)
+        direct_joint_move([q + 0.05 for q in robot.controller.motions.rest_after_stop()], FULL)
     ),
 }
 
@@ -476,7 +476,7 @@ def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_wait
 @pytest.mark.parametrize("command", sorted(LEAVING))
 def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: str) -> None:
     robot = deflected()
-    rest = robot.controller._core.motions.rest_after_stop()
+    rest = robot.controller.motions.rest_after_stop()
     left = len(robot.joints)
     LEAVING[command](robot)
     ticks = 0

@@ -33,9 +33,9 @@ REASON = "made to fail"
 CODE = 4711
 
 STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
-    "fault": (lambda controller: controller.injected.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
+    "fault": (lambda controller: controller.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
     "drives off": (
-        lambda controller: controller.injected.switch_drives(on=False),
+        lambda controller: controller.switch_drives(on=False),
         ErrorRecord(COMPONENT_NOT_READY, "the drives are off"),
     ),
     "emergency stop": (Controller.emergency_stop, ErrorRecord(EMERGENCY_STOP, "emergency stop")),
@@ -73,11 +73,11 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
 
 def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller = SteppedRobot().controller
-    controller.injected.switch_drives(on=False)
+    controller.switch_drives(on=False)
     with pytest.raises(Refused, match="the drives have to be switched on first") as refused:
         controller.reset_error()
     assert refused.value.code == COMPONENT_NOT_READY
-    controller.injected.switch_drives(on=True)
+    controller.switch_drives(on=True)
     assert controller.status().drives_powered == 0, "not before the reset"
     controller.reset_error()
     assert controller.status().drives_powered == 1
@@ -86,8 +86,8 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
 
 def test_the_first_cause_of_an_error_is_kept() -> None:
     robot = SteppedRobot()
-    robot.controller.injected.fail(CODE, REASON)
-    robot.controller.injected.fail(CODE + 1, "another")
+    robot.controller.fail(CODE, REASON)
+    robot.controller.fail(CODE + 1, "another")
     assert robot.controller.last_error == (CODE, REASON)
     assert len(robot.faults) == 2
 
@@ -97,7 +97,7 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     controller = robot.controller
     controller.move(joint_move(AWAY, FULL))
     robot.step(20)
-    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.refuse_next_move(ErrorRecord(CODE, REASON))
     with pytest.raises(Refused, match=REASON) as refused:
         controller.move(smart_joint_move(AWAY, FULL))
     assert refused.value.code == CODE
@@ -113,7 +113,7 @@ def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
     robot = SteppedRobot(servo_timeout_s=timeout_s)
     robot.controller.move(smart_joint_move(AWAY, FULL))
     robot.step(50)
-    robot.controller.injected.time_out_servo()
+    robot.controller.time_out_servo()
     assert robot.controller.mode is Mode.UNKNOWN
     assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
     assert robot.controller.status().error_code == COMMUNICATION_FAILURE
@@ -129,7 +129,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
     elif before == "smart":
         controller.move(smart_joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL))
     robot.runs_until_stopped()
-    controller.injected.place(AWAY)
+    controller.place(AWAY)
     assert controller.joints == controller.goal_joints == tuple(AWAY)
     assert controller.joint_velocity() == (0.0,) * 7
     assert controller.mode is Mode.UNKNOWN
@@ -141,7 +141,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
         robot.runs_until_stopped()
         assert_within_limits(robot)
         assert controller.joints == pytest.approx((0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1), abs=1e-9)
-        controller.injected.place(AWAY)
+        controller.place(AWAY)
 
 
 def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
@@ -153,8 +153,8 @@ def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
     robot.step()
     tool = controller.tool_in_flange
     for change in (
-        lambda: controller.injected.place(AWAY),
-        lambda: controller.injected.set_tool(Frame(0, 0, 99, 0, 0, 0).to_transform()),
+        lambda: controller.place(AWAY),
+        lambda: controller.set_tool(Frame(0, 0, 99, 0, 0, 0).to_transform()),
     ):
         with pytest.raises(Refused, match="the robot has to be at rest, with nothing waiting"):
             change()
@@ -167,7 +167,7 @@ def test_a_place_outside_the_limits_is_refused() -> None:
     controller = SteppedRobot().controller
     home = controller.joints
     with pytest.raises(Refused, match="A4 at 3 rad is outside") as refused:
-        controller.injected.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+        controller.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
     assert refused.value.code == JOINT_LIMIT
     assert controller.joints == home
 
@@ -176,7 +176,7 @@ def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()
-    controller.injected.set_tool(tool)
+    controller.set_tool(tool)
     expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
     assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
     target = expected._replace(y_mm=expected.y_mm + 50.0)

@@ -63,13 +63,13 @@ def near(robot: SteppedRobot, target: list[float]) -> list[float]:
 
 
 def rest_after_stop(controller: Controller) -> tuple[float, ...]:
-    return controller._core.motions.rest_after_stop()
+    return controller.motions.rest_after_stop()
 
 
 def start_of_target(controller: Controller) -> tuple[float, ...]:
     """Where a direct move would start."""
     direct = controller.mode is Mode.DIRECT
-    return controller._core.motions.present if direct else rest_after_stop(controller)
+    return controller.motions.present if direct else rest_after_stop(controller)
 
 
 def near_flange(robot: SteppedRobot, target: list[float]) -> Frame:

@@ -107,7 +107,7 @@ def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
     robot.step(ticks)
     robot.controller.set_override(second)
     robot.step(more)
-    rest = robot.controller._core.motions.rest_after_stop()
+    rest = robot.controller.motions.rest_after_stop()
     robot.stop()
     assert robot.controller.goal_joints == rest
     assert robot.runs_until_stopped() * robot.tick_s <= 0.1 + 1e-9

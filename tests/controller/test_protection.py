@@ -20,7 +20,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
-from iiwa_sim.controller.protection import Protection, Safety
+from iiwa_sim.controller.limits_watch import Protection, Safety
 from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot

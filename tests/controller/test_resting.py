@@ -18,7 +18,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import (
@@ -134,15 +134,15 @@ class Program:
             lambda c: c.emergency_stop(),
             lambda c: (c.release_emergency_stop(), c.reset_error()),
             lambda c: c.reset_error(),
-            lambda c: c.injected.switch_drives(bool(number % 2)),
-            lambda c: c.injected.refuse_next_move(ErrorRecord(5, "as a test wants it")),
+            lambda c: c.switch_drives(bool(number % 2)),
+            lambda c: c.refuse_next_move(ErrorRecord(5, "as a test wants it")),
             lambda c: setattr(c.load, "wrench", (0.0, 0.0, force, 0.0, 0.0, 0.0)),
             lambda c: setattr(c.load, "joint_push", (0.0,) * len(c.joints)),
             lambda c: c.load.seed(number),
             *[floor] * 2,
             no_floor,
-            lambda c: c.injected.place(joints(c)),
-            lambda c: c.injected.set_tool(Frame(0.0, depth_mm, 100.0, 0.0, 0.0, 0.0).to_transform()),
+            lambda c: c.place(joints(c)),
+            lambda c: c.set_tool(Frame(0.0, depth_mm, 100.0, 0.0, 0.0, 0.0).to_transform()),
         ]
         return picks.choice(actions)
 

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from iiwa_sim.controller.snapshot import ErrorState, Snapshot, snapshot
+from iiwa_sim.controller.state import ErrorState, Snapshot, snapshot
 from tests.asked import joint_move
 from tests.states import SCHEMA
 from tests.stepped import SteppedRobot

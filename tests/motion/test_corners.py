@@ -57,7 +57,7 @@ def run_of(robot: str, corner: corners.Corner, tick_s: float) -> Run:
     starts = [corner.start, ends_at(robot, corner.start, corner, 1, tick_s)]
     ends = [starts[1], ends_at(robot, corner.start, corner, 2, tick_s)]
     stepped = SteppedRobot(robot, tick_s)
-    stepped.controller.injected.place(corner.start)
+    stepped.controller.place(corner.start)
     joints = run(stepped.controller, corner.moves)
     stepped.joints = list(map(tuple, joints.tolist()))
     stepped.stopping = stepped.direct = [False] * len(joints)

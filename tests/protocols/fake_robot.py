@@ -9,7 +9,7 @@ from iiwa_sim.controller.errors import SUCCESS, ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.controller.status import RobotStatus
+from iiwa_sim.controller.state import RobotStatus
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.iiwa import IiwaSession
 from tests.journal import Journal

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
-from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.controller.state import snapshot
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.status import NOTHING_ELSE, StatusLines, StatusSession

@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 
 from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
-from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
 from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.recordings.fault import RecordingFault

@@ -138,7 +138,7 @@ def test_dofs_are_heavy_again_as_soon_as_it_is_stiff() -> None:
     scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
     scene.step(10)
     assert scene.world.is_compliant
-    scene.controller.injected.fail(3060, "protective stop")
+    scene.controller.fail(3060, "protective stop")
     scene.step(2)
     assert not scene.world.is_compliant
     scene.robot.runs_until_stopped()

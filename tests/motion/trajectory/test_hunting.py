@@ -69,7 +69,7 @@ class TrajectoryHunt(WideHunt):
     def _sends(self, points: list[TrajectoryPoint]) -> bool:
         """Send points, slower and slower until the robot takes them; whether it did."""
         rng, robot, controller = self._rng, self.robot, self.robot.controller
-        names, executor = robot.description.joints, robot.controller._core.motions._executor
+        names, executor = robot.description.joints, robot.controller.motions._executor
         more: dict[str, Any] = {"delay_s": self._one_of((0.0, 0.0, 0.0, 0.2, -0.02))}
         more["may_end_fast"] = any(points[-1].velocities)
         if rng.random() < 0.1:
@@ -89,7 +89,7 @@ class TrajectoryHunt(WideHunt):
 
         robot.notice_mode()
         before = controller.end_of_queue
-        followed = controller._core.motions.tracked
+        followed = controller.motions.tracked
         state = executor.state if followed else None
         for _ in range(ATTEMPTS):
             try:
@@ -113,10 +113,10 @@ class TrajectoryHunt(WideHunt):
         self._starts.append(before)
         self._numbers.append(number)
         self.accepted += 1
-        following = controller._core.motions._next
+        following = controller.motions._next
         way = executor.trajectory if following is None else following.way
         if state is None:
-            here = controller._core.motions.rest_after_stop()
+            here = controller.motions.rest_after_stop()
             state = here, (0.0,) * len(here), (0.0,) * len(here)
         self._look_at_way(way, state)
         return True
@@ -124,8 +124,8 @@ class TrajectoryHunt(WideHunt):
     def _points(self) -> list[TrajectoryPoint]:
         """Of a trajectory from where the robot will be: some are too fast."""
         rng, controller, d = self._rng, self.robot.controller, self.robot.description
-        followed = controller._core.motions.tracked
-        here = np.array(followed.desired[0] if followed else controller._core.motions.rest_after_stop())
+        followed = controller.motions.tracked
+        here = np.array(followed.desired[0] if followed else controller.motions.rest_after_stop())
         low, high, fast = np.array(d.position_min), np.array(d.position_max), np.array(d.velocity)
         count = self._one_of((1, 2, 2, 3, 5, int(rng.integers(2, 30)), int(rng.integers(2, 200))))
         spaces = self._one_of((0.02, 0.1, 0.4, 10.0 ** float(rng.uniform(-4.0, 0.0))))

@@ -1,17 +1,17 @@
-"""A robot that protects itself: what it watches in each tick, and when it stops for that.
+"""Limits that are watched in each tick: forces from outside, the TCP's speed and place, collisions of links.
 
-A model of what such a robot does, and no safety device.
+A model of how a robot protects itself, and no safety device.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import compress
 from math import dist, hypot, inf
 from typing import NamedTuple
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.tolerance_kernel import Tolerance
 from iiwa_sim.frames import Vector
+from iiwa_sim.wording import harmless
 
 EASE = 1.02
 """What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
@@ -19,10 +19,14 @@ LEAST, GREATEST = 1e-3, 1e5
 """Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
+SELF_COLLISION_EVERY_S = 0.1
+"""Time (s, simulated) between two looks at a moving arm for links that are in each other."""
+NAMED = {"tip": "the sphere round the TCP"}
+"""Names of what is fixed to the flange, as the log has them, where that is not the own name."""
 
 
 class Safety(NamedTuple):
-    """What a robot watches besides the torques on its joints; None for what it does not."""
+    """Limits of a robot besides the torques on its joints; None for what is not watched."""
 
     force_n: float | None = None
     """Greatest force (N) from outside at the TCP."""
@@ -37,18 +41,18 @@ class Safety(NamedTuple):
 NOTHING_MORE = Safety()
 
 
-class _Watch:
-    """Whether a quantity beyond its limit stops the robot.
+class _Excess:
+    """Decides whether a quantity beyond its limit stops the robot.
 
     After a reset it may stay beyond, or nobody could lead the robot out; but it may not grow.
     """
 
     def __init__(self) -> None:
         self.allowed = 0.0
-        """How far beyond the limit the quantity may be: not at all, but for what a stop has left."""
+        """How far beyond the limit the quantity may be: 0 but for what a stop has left."""
 
     def stops(self, excess: float, standing: bool) -> bool:
-        """Whether the robot has to stop: `excess` is how far beyond the limit the quantity is, 0 within.
+        """Return True if the robot has to stop: `excess` is how far beyond the limit the quantity is.
 
         `standing` says that an error has stopped the robot before.
         """
@@ -59,43 +63,65 @@ class _Watch:
         return False
 
 
-class Protection(Tolerance):
-    """What one robot watches. All of it is exact: without the noise of the readings."""
+class Protection:
+    """The limits of one robot, compared with exact values: without the noise of the readings."""
 
     def __init__(self, joints: Sequence[str], torque_limits: Sequence[float], safety: Safety) -> None:
         """Joints by name and with their torque limits (Nm), base first."""
-        super().__init__(torque_limits)
         self._joints = tuple(joints)
-        self._watch(safety)
+        self._torque_limits = tuple(torque_limits)
+        self._least_limit = min(torque_limits)
+        self._levers_m: object = None
+        self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
+        self._torques = tuple(_Excess() for _ in joints)
+        self._force, self._moment, self._speed, self._place = (_Excess() for _ in range(4))
+        self._allows = False  # an excess that a reset has allowed
+        self._judged = False  # by the present limits
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
         self.looks_always = self.watches_tcp
-        self._torques = tuple(_Watch() for _ in joints)
-        self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(4))
+        """Whether a tick in which nothing pushes has to be looked at, too."""
+        self._watch(safety)
 
     def _watch(self, safety: Safety) -> None:
         self.safety = safety
         self._most_n, self._most_nm = safety.force_n or inf, safety.torque_nm or inf
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
-        """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
+        """Stop, in error, when the force or the torque from outside at the TCP is greater.
 
-        Raises `Refused` for what is neither 0 nor a number from 0.001 to 1e5.
+        Args:
+            force_n: 0 for not watched, or 0.001 to 1e5.
+            torque_nm: As the force (Nm).
+
+        Raises:
+            Refused: A threshold is out of range.
         """
         for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
             if value != 0.0 and not LEAST <= value <= GREATEST:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self._watch(self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None))
-        self._force, self._moment = _Watch(), _Watch()  # what was allowed was so beyond the limits before
+        self._force, self._moment = _Excess(), _Excess()  # what was allowed was beyond the limits before
         self._judged = False
 
+    def tolerates(self, load: ExternalLoad) -> bool:
+        """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
+        self._judged = True
+        if load.levers_m is not self._levers_m:
+            self._levers_m = load.levers_m
+            self._part_per_n = max(
+                lever / limit for lever, limit in zip(load.levers_m, self._torque_limits, strict=True)
+            )
+        within: bool = load.surely_within(self._part_per_n, self._least_limit, self._most_n, self._most_nm)
+        return within and not self._allows
+
     def knows(self, load: ExternalLoad) -> bool:
-        """Whether another look at what is applied now would change nothing."""
+        """Return True if another look at the present load would change nothing."""
         return (self._judged and load.judged) or not (load.acts or self._allows)
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
-        """Why the load at joint positions (rad) stops the robot; None if it does not."""
+        """Return why the load at joint positions (rad) stops the robot; None if it does not."""
         if self.tolerates(load):
             return None
         safety = self.safety
@@ -104,7 +130,7 @@ class Protection(Tolerance):
         joint = self._overloaded_joint(load.exact_torques(joints), standing)
         force = _collision(self._force, "force", hypot(x, y, z), "N", safety.force_n, standing)
         torque = _collision(self._moment, "torque", hypot(a, b, c), "Nm", safety.torque_nm, standing)
-        self._allows = any(watch.allowed for watch in (*self._torques, self._force, self._moment))
+        self._allows = any(each.allowed for each in (*self._torques, self._force, self._moment))
         # What is allowed is so only as long as it pushes: that it has ceased to has to be seen.
         self.looks_always = self.watches_tcp or self._allows
         return joint or force or torque
@@ -122,7 +148,7 @@ class Protection(Tolerance):
         )
 
     def trespass(self, before: Vector, tcp: Vector, tick_s: float, standing: bool) -> str | None:
-        """Why a tick that moved the TCP from `before` to `tcp` (m, in the base) stops the robot, or None."""
+        """Return why a tick that moved the TCP from `before` to `tcp` (m, in the base) stops the robot."""
         limit, box = self.safety.tcp_speed_m_per_s, self.safety.box
         if limit is not None:
             speed = dist(before, tcp) / tick_s
@@ -140,10 +166,43 @@ class Protection(Tolerance):
 
 
 def _collision(
-    watch: _Watch, what: str, value: float, unit: str, limit: float | None, standing: bool
+    watch: _Excess, what: str, value: float, unit: str, limit: float | None, standing: bool
 ) -> str | None:
     if limit is None or not watch.stops(max(0.0, value - limit), standing):
         return None
     return (
         f"collision: the external {what} at the TCP is {value:.1f} {unit}, its threshold is {limit:g} {unit}"
     )
+
+
+class LinkWatch:
+    """Reports links, and what is fixed to the flange, that begin to touch surfaces or each other."""
+
+    def __init__(self, load: ExternalLoad, tick_s: float, tell: Callable[[str], None]) -> None:
+        """`tell` takes one line for each contact that begins."""
+        self._load = load
+        self._tell = tell
+        self.every = max(1, round(SELF_COLLISION_EVERY_S / tick_s))
+        """Ticks between two looks at links that may touch each other."""
+        self.touching: set[tuple[str, str]] = set()
+        """Links that touch surfaces, by the names of both."""
+        self._folded: tuple[str, str] | None = None
+
+    def after_tick(self, tick: int, moved: bool) -> None:
+        """Look at contacts, and, each `every` ticks, at links of an arm that moved.
+
+        To be called after ticks in which links touch or have touched, and after each `every` of all.
+        """
+        contacts = self._load.link_contacts
+        if contacts or self.touching:
+            touching = {(contact.link, contact.surface) for contact in contacts}
+            for link, surface in sorted(touching - self.touching):
+                who = f"link {link}" if link in self._load.arm_links else NAMED.get(link, link)
+                kind = "surface" if surface in self._load.world.surfaces else "part"
+                self._tell(harmless(f"{who} touches {kind} {surface!r}"))
+            self.touching = touching
+        if moved and tick % self.every == 0:
+            folded = self._load.itself.colliding
+            if folded is not None and folded != self._folded:
+                self._tell(f"links {folded[0]} and {folded[1]} collide")
+            self._folded = folded

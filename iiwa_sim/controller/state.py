@@ -1,0 +1,151 @@
+"""The state of the robot in one tick, for status lines, recordings, the page and Python.
+
+A new field goes into `Snapshot`, into `snapshot`, and into `protocol/status.schema.json` with its unit.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import msgspec
+
+from iiwa_sim.controller.errors import ErrorRecord, RobotErrors
+from iiwa_sim.controller.handling import GripperState, PartState
+from iiwa_sim.frames import Frame, Vector, compose
+
+if TYPE_CHECKING:
+    from iiwa_sim.controller.controller import Controller
+
+AUTOMATIC = 2
+"""The mode in which a controller takes moves from a driver; it is in no other."""
+NO_ERROR = ErrorRecord(0, "none")
+
+
+class RobotStatus(NamedTuple):
+    """The state in the terms of ROS-Industrial: fields and values of industrial_msgs/RobotStatus.
+
+    A flag is 1 for true and 0 for false.
+    """
+
+    mode: int
+    e_stopped: int
+    """The emergency stop is pressed."""
+    drives_powered: int
+    motion_possible: int
+    """A move would be accepted."""
+    in_motion: int
+    """The robot moves: unlike `get status`, not in a pause."""
+    in_error: int
+    error_code: int
+    """The cause of the error state, 0 outside of it."""
+
+
+class LinkTouch(msgspec.Struct, frozen=True):
+    """A link that touches a surface."""
+
+    link: str
+    """The name of the link in the URDF."""
+    surface: str
+    point: Vector
+    """Place of the contact (mm, in the base)."""
+    force: Vector
+    """Force on the link there (N, in the base)."""
+
+
+class ErrorState(msgspec.Struct, frozen=True):
+    """The last error, as `get error` replies."""
+
+    code: int
+    reason: str
+
+
+class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a command gets the same, the field has that command's name, units and order."""
+
+    time_s: float
+    """Simulated, since the start."""
+    tick: int
+    mode: str
+    status: str
+    """moving, stopped"""
+    joint_position: tuple[float, ...]
+    """rad"""
+    joint_velocity: tuple[float, ...]
+    """rad/s, of the last tick"""
+    flange_frame: Frame
+    """The flange in the base: mm, rad."""
+    tool_frame: Frame
+    """The TCP in the base: mm, rad."""
+    cartesian_force: tuple[float, ...]
+    """External force (N) and torque (Nm) at the TCP, along its axes."""
+    joint_torque: tuple[float, ...]
+    """External torque on each joint (Nm)."""
+    goal_joint_position: tuple[float, ...]
+    """rad: the end of the move under way."""
+    goal_frame: Frame
+    """The TCP there, in the base: mm, rad."""
+    override: float
+    """0 to 1."""
+    tool_load: tuple[float, ...]
+    """The load at the flange that the controller believes in: kg, and its centre in the flange (mm)."""
+    gripper: GripperState | None = None
+    """None without one. mm"""
+    parts: tuple[PartState, ...]
+    link_touches: tuple[LinkTouch, ...]
+    """Links that touch surfaces."""
+    robot_status: RobotStatus
+    inputs: tuple[bool, ...]
+    """Digital inputs, from number 1 on."""
+    outputs: tuple[bool, ...]
+    error: ErrorState
+
+
+def robot_status(errors: RobotErrors, *, in_motion: bool) -> RobotStatus:
+    """Return the status of a robot with these errors."""
+    standing = errors.standing
+    return RobotStatus(
+        mode=AUTOMATIC,
+        e_stopped=int(errors.e_stopped),
+        drives_powered=int(errors.drives_powered),
+        motion_possible=int(standing is None),
+        in_motion=int(in_motion),
+        in_error=int(standing is not None),
+        error_code=0 if standing is None else standing.code,
+    )
+
+
+def snapshot(controller: Controller) -> Snapshot:
+    """Return the present state of `controller`'s robot."""
+    motions, load, handling = controller.motions, controller.load, controller.handling
+    joints, moving, tool = motions.joints, motions.moving, controller.tool_in_flange
+    flange = controller.model.flange(joints)
+    tcp = Frame.from_transform(compose(flange, tool))
+    goal = motions.goal if moving else joints
+    force, torques = load.readings(joints)
+    error = controller.last_error or NO_ERROR
+    return Snapshot(
+        time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
+        tick=controller.tick,
+        mode=controller.mode.value,
+        status="moving" if moving else "stopped",
+        joint_position=joints,
+        joint_velocity=controller.joint_velocity(),
+        flange_frame=Frame.from_transform(flange),
+        tool_frame=tcp,
+        cartesian_force=force,
+        joint_torque=torques,
+        goal_joint_position=goal,
+        goal_frame=tcp if goal == joints else controller.tcp_frame_at(goal),
+        override=motions.override,
+        tool_load=controller.tool_load.told(),
+        gripper=None if handling is None else handling.state,
+        parts=() if handling is None else handling.parts,
+        link_touches=tuple(
+            LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
+            for link, surface, point, force in load.link_contacts
+        ),
+        robot_status=controller.status(),
+        inputs=controller.io.inputs,
+        outputs=controller.io.outputs,
+        error=ErrorState(error.code, error.reason),
+    )
