@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         ReplyError,
         UnknownCommandError,
     )
-    from iiwa_sim.clock.errands import StillMoving
+    from iiwa_sim.clock.clock import StillMoving
     from iiwa_sim.controller.errors import Refused
     from iiwa_sim.controller.state import Snapshot
     from iiwa_sim.frames import Frame
@@ -97,7 +97,7 @@ _HOMES = {
     "cell.settings": ("CellFault",),
     "cell.surfaces": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
     "client": ("CommandError", "Iiwa", "Krc4", "Krc4Error", "ReplyError", "UnknownCommandError"),
-    "clock.errands": ("StillMoving",),
+    "clock.clock": ("StillMoving",),
     "controller.errors": ("Refused",),
     "controller.state": ("Snapshot",),
     "protocols.faults": (

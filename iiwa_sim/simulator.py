@@ -10,8 +10,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import Cell, cell_of
-from iiwa_sim.clock.observed import ObservedRobot
-from iiwa_sim.clock.stepped import Stepped
+from iiwa_sim.clock.observed import ObservedRobot, Stepped
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts

@@ -18,7 +18,7 @@ from iiwa_sim.backdoor.faults import Faults
 from iiwa_sim.backdoor.recent_dialogue import RecentLines
 from iiwa_sim.cell.placed import POSE_RANGES
 from iiwa_sim.cell.surfaces import AnySurface
-from iiwa_sim.clock.errands import StillMoving
+from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, Refused
 from iiwa_sim.controller.state import Snapshot, snapshot

@@ -1,16 +1,18 @@
 """The clock: makes ticks at a pace, inside the asyncio loop, or as many as it is told to make at once."""
 
+import asyncio
 import logging
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import ceil
+from typing import Protocol
 
-from iiwa_sim.clock.errands import Errand, StillMoving, errand
+from iiwa_sim.clock.observed import Stepped
 from iiwa_sim.clock.pace import REAL, Pace
-from iiwa_sim.clock.stepped import Stepped
-from iiwa_sim.clock.tick_faults import TickFaults
-from iiwa_sim.timer import AT_ONCE, Timer, open_timer
+from iiwa_sim.throttle import Throttle
 
 MIN_RATE_HZ = 100
 MAX_RATE_HZ = 1000
@@ -38,7 +40,70 @@ when that driver does nothing but ask the same question."""
 LONGEST_HOLD_NS = 50_000_000
 """Time does not stand still longer than this for a driver that never stops sending moves."""
 
+LONGEST_ADVANCE_S = 86400.0
+
+AT_ONCE = 1
+"""An instant that has passed: the loop gets its turn, no more."""
+
 logger = logging.getLogger(__name__)
+
+
+class StillMoving(TimeoutError):
+    """The robot has not stopped within the limit."""
+
+
+class Timer(Protocol):
+    """Calls a function once for each instant it is set to."""
+
+    def wake_at(self, instant_ns: int) -> None:
+        """Call at `instant_ns` (> 0) of `time.monotonic_ns`; an instant set before is forgotten."""
+
+    def close(self) -> None:
+        """Stop calling."""
+
+
+class LoopTimer:
+    """The timer of the running loop: up to 1 ms late."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._loop = asyncio.get_running_loop()
+        self._handle: asyncio.TimerHandle | None = None
+
+    def wake_at(self, instant_ns: int) -> None:
+        self.close()
+        self._handle = self._loop.call_at(instant_ns * 1e-9, self._wake)
+
+    def close(self) -> None:
+        if self._handle is not None:
+            self._handle.cancel()
+            self._handle = None
+
+
+@dataclass
+class _Errand:
+    """Ticks that are made at once, whatever the pace, for somebody who waits for them."""
+
+    ticks: int
+    until_stopped: bool
+    done: asyncio.Future[bool]
+    """Whether the robot has stopped."""
+    made: int = 0
+
+    def go_on(self, robot: Stepped, step: Callable[[], None], now_ns: Callable[[], int], end_ns: int) -> bool:
+        """Make ticks of the robot by `step`, until that time; returns True if the errand is over."""
+        while not self.done.done():  # or whoever asked has been cancelled
+            if not self.until_stopped and robot.resting:
+                robot.skip(self.ticks - self.made)
+                self.made = self.ticks
+            if self.made >= self.ticks or (self.until_stopped and not robot.moving):
+                self.done.set_result(not robot.moving)
+                break
+            step()
+            self.made += 1
+            if now_ns() >= end_ns:
+                return False
+        return True
 
 
 class Clock:
@@ -65,7 +130,7 @@ class Clock:
         pace: Pace = REAL,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,
-        timer: Callable[[Callable[[], None]], Timer] = open_timer,
+        timer: Callable[[Callable[[], None]], Timer] = LoopTimer,
     ) -> None:
         """`now_ns` and `timer` are the source of time; tests put their own in.
 
@@ -81,10 +146,10 @@ class Clock:
         self._timer: Timer | None = None
         self._asked_ns = self._deadline_ns = 0  # what the timer is set to; of the next tick at the pace
         self._paused = self._idles = False  # idle: no timer is set, since the robot is resting
-        self._errands: deque[Errand] = deque()
+        self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = self._accepted = 0  # what is accepted is no news
-        self._faults = TickFaults()
+        self._faults = Throttle[str](1, _log_repeated)
         self._take(pace)
 
     def start(self, robot: Stepped) -> None:
@@ -189,25 +254,30 @@ class Clock:
 
         Raises ValueError for a time out of range, and RuntimeError if the clock does not run.
         """
-        await self._run(errand(seconds, self.rate_hz, until_stopped=False))
+        await self._run(seconds, until_stopped=False)
 
     async def run_until_stopped(self, limit_s: float) -> float:
         """Make ticks until the robot has stopped, none if it does not move; gives the seconds that passed.
 
         Raises StillMoving where it has not after `limit_s` (0 to a day, simulated); otherwise as `advance`.
         """
-        ticks = errand(limit_s, self.rate_hz, until_stopped=True)
-        if not await self._run(ticks):
+        errand = await self._run(limit_s, until_stopped=True)
+        if not errand.done.result():
             raise StillMoving(f"the robot still moves after {limit_s:g} s of simulated time")
-        return ticks.made * self.tick_s
+        return errand.made * self.tick_s
 
-    async def _run(self, ticks: Errand) -> bool:
+    async def _run(self, seconds: float, *, until_stopped: bool) -> _Errand:
+        if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
+            raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
         if self._timer is None:
             raise RuntimeError("the clock does not run")
+        ticks = ceil(seconds * self.rate_hz - 1e-6)  # 0.07 * 100 is more than 7
+        errand = _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
         self._make_up_for_rest()
-        self._errands.append(ticks)
+        self._errands.append(errand)
         self._sleep()
-        return await ticks.done
+        await errand.done
+        return errand
 
     def _take(self, pace: Pace) -> None:
         self._pace = pace
@@ -296,5 +366,11 @@ class Clock:
         try:
             self._robot.step()
         except Exception as fault:
-            if self._faults.to_be_told(fault, self._now_ns()):
+            where = traceback.extract_tb(fault.__traceback__)[-1]
+            place = f"{type(fault).__name__} in {where.filename}, line {where.lineno}"
+            if self._faults.count(place, self._now_ns()) is not None:
                 logger.exception("internal error in a tick")
+
+
+def _log_repeated(place: str, untold: int) -> None:
+    logger.error("%d more internal errors in ticks within that second: %s", untold, place)

@@ -1,9 +1,33 @@
-"""A robot whose ticks others see, and which may get commands in them."""
+"""The robot that a clock steps, alone or with observers that see its ticks and may command it in them."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
-from iiwa_sim.clock.stepped import Stepped
+
+class Stepped(Protocol):
+    """What the clock drives."""
+
+    def step(self) -> None:
+        """One tick."""
+
+    @property
+    def accepted(self) -> int:
+        """How many moves the robot has accepted since its start."""
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot moves, or a move waits."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether it moves, and not so that only a command can end that."""
+
+    @property
+    def resting(self) -> bool:
+        """Whether ticks change nothing that `skip` does not, and nobody sees them."""
+
+    def skip(self, ticks: int) -> None:
+        """Make up for `ticks` ticks at once; only while it is `resting`."""
 
 
 class TickObserver(Protocol):

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim import timer
 from iiwa_sim.clock.clock import (
     CATCH_UP_WAKES,
     HOLD_NS,
@@ -18,8 +16,8 @@ from iiwa_sim.clock.clock import (
     REST_SLEEP_NS,
     SLICE_NS,
     Clock,
+    StillMoving,
 )
-from iiwa_sim.clock.errands import StillMoving
 from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
 from tests.clock.hand_time import MS_NS, SECOND_NS, HandTime
 
@@ -459,11 +457,8 @@ def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
         Clock(rate_hz)
 
 
-@pytest.mark.parametrize("kind", [timer.LoopTimer, timer.open_timer])
 @pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
-async def test_the_machines_timers_wake_the_clock(
-    kind: Callable[[Callable[[], None]], timer.Timer], pace: Pace
-) -> None:
+async def test_the_timer_of_the_loop_wakes_the_clock(pace: Pace) -> None:
     done = asyncio.Event()
 
     class Robot(CountedRobot):
@@ -474,7 +469,7 @@ async def test_the_machines_timers_wake_the_clock(
 
     robot = Robot(HandTime())
     robot.left = 10
-    clock = Clock(1000, pace, timer=kind)
+    clock = Clock(1000, pace)
     clock.start(robot)
     try:
         async with asyncio.timeout(30):
