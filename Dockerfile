@@ -9,7 +9,7 @@ RUN python -m venv /opt/iiwa-sim && ln -s "$(basename /opt/iiwa-sim/lib/python3.
 # The libraries on their own: a change of our code does not fetch them again.
 COPY pyproject.toml ./
 RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; e = p['optional-dependencies']; \
-        print(*p['dependencies'], *e['rosbridge'], *e['http'], sep='\n')" > libraries.txt \
+        print(*p['dependencies'], *e['rosbridge'], sep='\n')" > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt \
     && find /opt/iiwa-sim -type d '(' -name include -o -name cmake ')' -prune -exec rm -rf {} + \
     && find /opt/iiwa-sim -name '*.a' -delete \

@@ -2,8 +2,8 @@
 //
 //     Simulator simulator({"--clock", "fast"});  // starts iiwa-sim, which has to be in PATH, and ends it
 //     Robot robot(simulator.host(), simulator.port());
-//     Robot backdoor(simulator.host(), simulator.backdoor_port());
-//     backdoor.command("emergency stop");
+//     Backdoor backdoor(simulator.host(), simulator.backdoor_port());
+//     backdoor.call("emergency_stop");
 //
 // What goes wrong is a std::runtime_error.
 
@@ -27,30 +27,44 @@
 #include <thread>
 #include <vector>
 
+// A connected socket. Each wait for it ends after `timeout_s`.
+inline int connected(const std::string& host, const std::string& port, int timeout_s) {
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    if (const int fault = getaddrinfo(host.c_str(), port.c_str(), &hints, &found); fault != 0)
+        throw std::runtime_error(host + ": " + gai_strerror(fault));
+    int made = -1;
+    for (const addrinfo* each = found; each != nullptr && made < 0; each = each->ai_next) {
+        made = socket(each->ai_family, each->ai_socktype, each->ai_protocol);
+        if (made >= 0 && connect(made, each->ai_addr, each->ai_addrlen) != 0) {
+            close(made);
+            made = -1;
+        }
+    }
+    freeaddrinfo(found);
+    if (made < 0) throw std::runtime_error("cannot connect to " + host + ":" + port);
+    const timeval timeout{timeout_s, 0};
+    const int on = 1;
+    setsockopt(made, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
+    setsockopt(made, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
+    setsockopt(made, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+    return made;
+}
+
+inline void send_all(int socket, const std::string& data) {
+    for (size_t at = 0; at < data.size();) {
+        const ssize_t count = send(socket, data.data() + at, data.size() - at, MSG_NOSIGNAL);
+        if (count <= 0) throw std::runtime_error("the connection failed at '" + data.substr(0, data.find('\r')) + "'");
+        at += static_cast<size_t>(count);
+    }
+}
+
 // One connection. Each command is a line, and is answered by one line.
 class Robot {
 public:
-    Robot(const std::string& host, const std::string& port, int timeout_s = 5) {
-        addrinfo hints{};
-        hints.ai_socktype = SOCK_STREAM;
-        addrinfo* found = nullptr;
-        if (const int fault = getaddrinfo(host.c_str(), port.c_str(), &hints, &found); fault != 0)
-            throw std::runtime_error(host + ": " + gai_strerror(fault));
-        for (const addrinfo* each = found; each != nullptr && socket_ < 0; each = each->ai_next) {
-            socket_ = socket(each->ai_family, each->ai_socktype, each->ai_protocol);
-            if (socket_ >= 0 && connect(socket_, each->ai_addr, each->ai_addrlen) != 0) {
-                close(socket_);
-                socket_ = -1;
-            }
-        }
-        freeaddrinfo(found);
-        if (socket_ < 0) throw std::runtime_error("cannot connect to " + host + ":" + port);
-        const timeval timeout{timeout_s, 0};
-        const int on = 1;
-        setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
-        setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &timeout, sizeof timeout);
-        setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    }
+    Robot(const std::string& host, const std::string& port, int timeout_s = 5)
+        : socket_(connected(host, port, timeout_s)) {}
 
     // The robot stops if a move of this connection still runs.
     ~Robot() { close(socket_); }
@@ -60,12 +74,7 @@ public:
 
     // The reply to a line, whatever it is.
     std::string ask(const std::string& line) {
-        const std::string sent = line + "\r\n";
-        for (size_t at = 0; at < sent.size();) {
-            const ssize_t count = send(socket_, sent.data() + at, sent.size() - at, MSG_NOSIGNAL);
-            if (count <= 0) throw std::runtime_error("the connection failed at '" + line + "'");
-            at += static_cast<size_t>(count);
-        }
+        send_all(socket_, line + "\r\n");
         size_t end;
         while ((end = heard_.find("\r\n")) == std::string::npos) {
             char buffer[1024];
@@ -110,8 +119,41 @@ public:
     }
 
 private:
-    int socket_ = -1;
+    const int socket_;
     std::string heard_;
+};
+
+// What a test does to the robot and the wire, by HTTP: docs/backdoor.md lists the calls.
+class Backdoor {
+public:
+    Backdoor(const std::string& host, const std::string& port, const std::string& token = "")
+        : host_(host), port_(port), token_(token) {}
+
+    // The answer to a call with these arguments, both in JSON.
+    std::string call(const std::string& name, const std::string& arguments = "{}", int timeout_s = 60) {
+        const int socket = connected(host_, port_, timeout_s);
+        std::string answer;
+        ssize_t count = 0;
+        try {
+            send_all(socket, "POST /" + name + " HTTP/1.1\r\nHost: " + host_ + "\r\nConnection: close\r\n" +
+                                 (token_.empty() ? "" : "Authorization: Bearer " + token_ + "\r\n") +
+                                 "Content-Length: " + std::to_string(arguments.size()) + "\r\n\r\n" + arguments);
+            char buffer[4096];
+            while ((count = recv(socket, buffer, sizeof buffer, 0)) > 0) answer.append(buffer, static_cast<size_t>(count));
+        } catch (...) {
+            close(socket);
+            throw;
+        }
+        close(socket);
+        const size_t head = answer.find("\r\n\r\n");
+        if (count < 0 || head == std::string::npos) throw std::runtime_error("no answer to '" + name + "'");
+        const std::string body = answer.substr(head + 4);
+        if (answer.compare(0, 13, "HTTP/1.1 200 ") != 0) throw std::runtime_error("'" + name + "': " + body);
+        return body;
+    }
+
+private:
+    const std::string host_, port_, token_;
 };
 
 // An iiwa-sim of one's own, on free ports, with a backdoor; it ends with this object.

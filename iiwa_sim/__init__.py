@@ -5,6 +5,7 @@ What a program or a test uses is offered here, each name loaded when it is first
     from iiwa_sim import Simulator          # a robot that listens, in a thread or in an asyncio loop
     from iiwa_sim import Iiwa, Krc4         # clients of one, for the text protocol and for KRC4 messages
     from iiwa_sim import Drop, Delay        # wire faults, for `simulator.backdoor.set_fault`
+    from iiwa_sim import BackdoorClient     # its backdoor, from another process or machine
     from iiwa_sim import BoxSettings        # surfaces, for `simulator.backdoor.add_surface`
 
 The clients load nothing of the simulator. PYTEST_DONT_REWRITE keeps pytest, which loads our plugin, from a
@@ -15,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from iiwa_sim.backdoor.ports import HttpFault
+    from iiwa_sim.backdoor.client import BackdoorClient
     from iiwa_sim.cell.settings import CellFault
     from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
     from iiwa_sim.client import (
@@ -57,6 +58,7 @@ __all__ = [
     "EVERY",
     "NEXT",
     "UNTIL_CLEARED",
+    "BackdoorClient",
     "BoxSettings",
     "CellFault",
     "CloseAfter",
@@ -67,7 +69,6 @@ __all__ = [
     "Drop",
     "Frame",
     "Garble",
-    "HttpFault",
     "Iiwa",
     "Krc4",
     "Krc4Error",
@@ -93,7 +94,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "backdoor.ports": ("HttpFault",),
+    "backdoor.client": ("BackdoorClient",),
     "cell.settings": ("CellFault",),
     "cell.surfaces": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
     "client": ("CommandError", "Iiwa", "Krc4", "Krc4Error", "ReplyError", "UnknownCommandError"),

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
-from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.server.server import close_all
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.tcp import TcpServer
 
 if TYPE_CHECKING:
+    from iiwa_sim.backdoor.http import BackdoorHttp
     from iiwa_sim.ros.side import RosSide
 
 
@@ -20,7 +20,7 @@ class OpenPorts:
     """One for each protocol, in the order in which they were named."""
     _status: StatusStream | None
     _ros: "RosSide | None"
-    _backdoor_ports: BackdoorPorts
+    _backdoor_http: "BackdoorHttp | None"
 
     @property
     def host(self) -> str:
@@ -64,28 +64,18 @@ class OpenPorts:
 
     @property
     def backdoor_port(self) -> int | None:
-        """Port of the backdoor's lines, if it has one."""
-        return self._backdoor_ports.port
-
-    @property
-    def backdoor_http_port(self) -> int | None:
-        """Port of the backdoor by HTTP, if it has one."""
-        return self._backdoor_ports.http_port
-
-    @property
-    def backdoor_host(self) -> str:
-        """Address the backdoor listens on, if it does."""
-        return self._backdoor_ports.host
+        """Port of the backdoor, if it has one."""
+        return None if self._backdoor_http is None else self._backdoor_http.address[1]
 
     @property
     def _runs(self) -> bool:
         return any(server.listening for server in self._servers.values())
 
     @property
-    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
+    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorHttp]":
         """Listeners in the order of opening: who has reached the robot's own port finds all others open."""
-        others = [each for each in (self._status, self._ros) if each is not None]
-        return [*others, self._backdoor_ports, *self._servers.values()]
+        others = [each for each in (self._status, self._ros, self._backdoor_http) if each is not None]
+        return [*others, *self._servers.values()]
 
     async def _open(self, opened: AsyncExitStack) -> None:
         """Open them all; `opened` closes them again. Raises ListenFault and RosFault."""

@@ -7,7 +7,6 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import Cell, cell_of
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
@@ -27,6 +26,7 @@ from iiwa_sim.server.admission import Admission
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.tcp import TcpServer
+from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Simulator(OpenPorts, RobotInTime):
     Raises:
         SettingError: An option is unknown, has a wrong value, or does not fit to another.
         CellFault, RobotFault: Cell or robot cannot be used, or has not the axes for a protocol.
-        RosFault, HttpFault: The library for rosbridge, rospy or HTTP is not installed.
+        RosFault: The library for rosbridge or rospy is not installed.
 
     Entering the context raises ListenFault if host and ports cannot be listened on, RosFault if there can be
     no node, and TranscriptFault or RecordingFault for a file that cannot be written.
@@ -118,7 +118,16 @@ class Simulator(OpenPorts, RobotInTime):
             list(self._servers),
             on_change=lambda: self.clock.drive(self._watched()),
         )
-        self._backdoor_ports = BackdoorPorts(self.backdoor, recent, self._log, settings, budget)
+        self._backdoor_http = None
+        if settings.backdoor_port is not None:
+            from iiwa_sim.backdoor.http import BackdoorHttp
+
+            recent.listen()
+            word = word_of(settings.backdoor_token, settings.backdoor_token_file)
+            token = None if word is None else Token(word)
+            self._backdoor_http = BackdoorHttp(
+                self.backdoor, self._log, settings.backdoor_host, settings.backdoor_port, token
+            )
         self._status: StatusStream | None = None
         if settings.status_port is not None:
             self._status = StatusStream(

@@ -2,26 +2,25 @@
 
     with IiwaContainer(clock="fast") as robot:
         driver = MyDriver(robot.host, robot.port)
-        robot.backdoor("emergency-stop")
+        robot.backdoor.emergency_stop()
 
 Options of `iiwa-sim` are keywords with `_` for `-`; the container gets them as environment variables.
 """
 
-import json
 import secrets
-import urllib.request
 from typing import Any, Self
 
 from testcontainers.core.container import DockerContainer
 from testcontainers.core.wait_strategies import LogMessageWaitStrategy
 
+from iiwa_sim.backdoor.client import BackdoorClient
+
 IMAGE = "iiwa-sim"
 PORT, KRC4_PORT, BACKDOOR_PORT = 30000, 54600, 30080
 """Ports within the container."""
-STARTED = "backdoor by HTTP on "
+STARTED = "backdoor on "
 """The last line of the start, after which the container listens."""
 STARTED_WITHIN_S = 60
-ANSWERED_WITHIN_S = 30.0
 
 
 class IiwaContainer(DockerContainer):
@@ -46,7 +45,7 @@ class IiwaContainer(DockerContainer):
                 f"IIWA_SIM_{name.upper()}", str(int(value)) if isinstance(value, bool) else str(value)
             )
         self._protocols = str(options.get("protocol", "iiwa")).split(",")
-        self.with_env("IIWA_SIM_BACKDOOR_HTTP_PORT", str(BACKDOOR_PORT))
+        self.with_env("IIWA_SIM_BACKDOOR_PORT", str(BACKDOOR_PORT))
         self.with_env("IIWA_SIM_BACKDOOR_HOST", "0.0.0.0")
         self.with_env("IIWA_SIM_BACKDOOR_TOKEN", self._token)
         self.with_exposed_ports(PORT, KRC4_PORT, BACKDOOR_PORT)
@@ -67,19 +66,11 @@ class IiwaContainer(DockerContainer):
         """Port on this machine of the first protocol."""
         return int(self.get_exposed_port(KRC4_PORT if self._protocols[0] == "krc4" else PORT))
 
-    def backdoor(self, command: str, /, **values: object) -> Any:
-        """The answer to `POST /backdoor/COMMAND`, as in `backdoor("drop-replies", connection=0, replies=1)`.
-
-        Raises urllib's HTTPError if it is refused; its body tells why.
-        """
-        return self._ask(f"/backdoor/{command}", json.dumps(values).encode())["reply"]
+    @property
+    def backdoor(self) -> BackdoorClient:
+        """The backdoor of its robot."""
+        return BackdoorClient(self.host, int(self.get_exposed_port(BACKDOOR_PORT)), self._token)
 
     def state(self) -> dict[str, Any]:
         """The robot's state, as on the status port."""
-        return dict(self._ask("/state", None))
-
-    def _ask(self, path: str, body: bytes | None) -> Any:
-        address = f"http://{self.host}:{self.get_exposed_port(BACKDOOR_PORT)}{path}"
-        request = urllib.request.Request(address, body, {"Authorization": f"Bearer {self._token}"})
-        with urllib.request.urlopen(request, timeout=ANSWERED_WITHIN_S) as answer:
-            return json.load(answer)
+        return dict(self.backdoor.state())

@@ -69,12 +69,3 @@ async def client(simulator: Simulator) -> AsyncIterator[Client]:
     client = await Client.connect(simulator.port)
     yield client
     await client.leaves()
-
-
-@pytest.fixture
-async def bench(simulator: Simulator) -> AsyncIterator[Client]:
-    """Somebody at the backdoor of it, which a test has then given it."""
-    assert simulator.backdoor_port is not None
-    bench = await Client.connect(simulator.backdoor_port)
-    yield bench
-    await bench.leaves()

@@ -92,7 +92,6 @@ class Scene(NamedTuple):
     """Joint positions (rad) some way from home."""
 
     def simulator(self, **options: Any) -> Simulator:
-        options.setdefault("backdoor_port", 0)
         return Simulator(self.robot, protocol=self.protocols, **options)
 
     @property

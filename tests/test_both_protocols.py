@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import AsyncIterator
 from math import degrees
 
 import pytest
+from msgspec.structs import replace
 
+from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Krc4Driver, Scene, connect
-from tests.talking import Client, until
+from tests.talking import until
 
 
 @pytest.fixture(params=ONE_OF_EACH_PROTOCOL)
@@ -31,11 +34,6 @@ async def driver(scene: Scene, simulator: Simulator) -> AsyncIterator[Driver]:
     await driver.leaves()
 
 
-async def told(bench: Client, *lines: str) -> None:
-    for line in lines:
-        assert await bench.ask(line) == "done", line
-
-
 async def under_way(simulator: Simulator) -> None:
     home = simulator.cell.start
     await until(lambda: simulator.joints != home)
@@ -45,29 +43,32 @@ def numbers(values: tuple[float, ...]) -> str:
     return " ".join(map(repr, values))
 
 
-async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator, bench: Client) -> None:
+async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator) -> None:
     count = len(simulator.joints)
     torques = tuple(float(number) for number in range(1, count + 1))
-    await told(bench, f"push joints : {numbers(torques)}")
+    simulator.backdoor.push_joints(torques)
     assert simulator.state().joint_torque == torques
-    await told(bench, "release", "push : 0 0 -20 0 0 0")
-    seen = json.loads(await bench.ask("get state"))
-    assert seen["cartesian_force"] == [0.0, 0.0, -20.0, 0.0, 0.0, 0.0]
-    assert len(seen["joint_torque"]) == count
-    assert abs(seen["joint_torque"][1]) > 1.0, "A2 carries it"
-    await told(bench, "restore state : start")
+    simulator.backdoor.release()
+    simulator.backdoor.push((0, 0, -20, 0, 0, 0))
+    seen = simulator.state()
+    assert seen.cartesian_force == (0.0, 0.0, -20.0, 0.0, 0.0, 0.0)
+    assert len(seen.joint_torque) == count
+    assert abs(seen.joint_torque[1]) > 1.0, "A2 carries it"
+    simulator.backdoor.restore_state("start")
     assert simulator.state().joint_torque == (0.0,) * count
 
 
 async def test_a_robot_is_placed_saved_and_restored(
-    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+    scene: Scene, simulator: Simulator, driver: Driver
 ) -> None:
-    await told(bench, f"place : {numbers(scene.far)}", "set tool : 0 0 120 0 0 0", "save state : far")
+    simulator.backdoor.place(scene.far)
+    simulator.backdoor.set_tool(Frame(0, 0, 120, 0, 0, 0))
+    simulator.backdoor.save_state("far")
     home_tcp = simulator.state().tool_frame
     assert simulator.joints == scene.far
-    await told(bench, "restore state : start")
+    simulator.backdoor.restore_state("start")
     assert simulator.joints == simulator.cell.start
-    await told(bench, "restore state : far")
+    simulator.backdoor.restore_state("far")
     assert (simulator.joints, simulator.state().tool_frame) == (scene.far, home_tcp)
     if isinstance(driver, Krc4Driver):
         count = len(scene.far)
@@ -79,41 +80,43 @@ async def test_a_robot_is_placed_saved_and_restored(
 
 
 @pytest.mark.parametrize("scene", [SCENES["krc4"]])
-async def test_a_surface_is_touched_by_a_line_of_the_krc4(
-    simulator: Simulator, driver: Krc4Driver, bench: Client
-) -> None:
-    await told(bench, "set tool : 0 0 100 0 0 0", "set clock : fast")
+async def test_a_surface_is_touched_by_a_line_of_the_krc4(simulator: Simulator, driver: Krc4Driver) -> None:
+    simulator.backdoor.set_tool(Frame(0, 0, 100, 0, 0, 0))
+    simulator.backdoor.set_clock("fast")
     start = await driver.message("GOP")
     x_mm, y_mm, z_mm, *turned = start.reals[:6]
     top_mm = z_mm - 30.0
-    await told(bench, f"add box : table {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
+    table = BoxSettings(
+        name="table", x_mm=x_mm, y_mm=y_mm, z_mm=top_mm - 20, size_mm=(400, 400, 40), stiffness_n_per_m=20000
+    )
+    simulator.backdoor.add_surface(table)
     assert (await driver.message("LIN", x_mm, y_mm, top_mm - 1.0, *turned)).error is None
     await driver.until_stopped()
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
     assert any(seen.joint_torque)
     tick = simulator.controller.tick
-    await told(bench, f"move surface : table {x_mm} {y_mm} {top_mm - 19} 0 0 0")
+    simulator.backdoor.move_surface("table", Frame(x_mm, y_mm, top_mm - 19, 0, 0, 0))
     await until(lambda: simulator.controller.tick > tick)
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(40.0, rel=1e-3), "it pushes on"
-    blocked = await bench.ask(f"add box : other {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
-    assert blocked.startswith("error 3000 the TCP would be ")
+    with pytest.raises(Refused, match="the TCP would be "):
+        simulator.backdoor.add_surface(replace(table, name="other"))
 
 
 @pytest.mark.parametrize("scene", [SCENES["krc4 beside iiwa"]])
 async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
-    scene: Scene, simulator: Simulator, driver: Krc4Driver, bench: Client
+    scene: Scene, simulator: Simulator, driver: Krc4Driver
 ) -> None:
     other, _ = await connect(simulator, "iiwa")
-    refused = await bench.ask("servo timeout")
-    assert refused == "error 3000 the mode is unknown: expected smart or direct"
+    with pytest.raises(Refused, match="the mode is unknown: expected smart or direct"):
+        simulator.backdoor.time_out_servo()
     smart = f"smart joint move : {numbers(scene.far)} {'0.1 ' * 7}"
     assert await other.ask(smart) == "done"
     await under_way(simulator)
-    await told(bench, "servo timeout")
+    simulator.backdoor.time_out_servo()
     assert await driver.moves(scene.far) == 3040
-    await told(bench, "reset error")
+    simulator.backdoor.reset_error()
     assert await other.ask(smart) == "done"
     assert await driver.moves(simulator.cell.start) == 0, "which stops what the servo did"
     assert await other.ask("get mode") == "normal"
@@ -124,9 +127,9 @@ async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
 
 @pytest.mark.parametrize("how", ["vanishes", "sends no more"])
 async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
-    scene: Scene, simulator: Simulator, driver: Driver, bench: Client, how: str
+    scene: Scene, simulator: Simulator, driver: Driver, how: str
 ) -> None:
-    await told(bench, "set override : 0.2")
+    simulator.backdoor.set_override(0.2)
     goes, _ = await connect(simulator, scene.spoken)
     assert await goes.moves(scene.far) == 0
     await under_way(simulator)
@@ -143,16 +146,15 @@ async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
     await goes.leaves()
 
 
-async def test_who_only_looks_on_may_go(
-    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
-) -> None:
-    await told(bench, "set override : 0.2")
+async def test_who_only_looks_on_may_go(scene: Scene, simulator: Simulator, driver: Driver) -> None:
+    simulator.backdoor.set_override(0.2)
     looks_on, number = await connect(simulator, scene.other)
     assert await driver.moves(scene.far) == 0
     assert await looks_on.moving()
     looks_on.vanishes()
     await until(lambda: number not in simulator.backdoor.connections())
-    await told(bench, "set override : 1", "set clock : fast")
+    simulator.backdoor.set_override(1)
+    simulator.backdoor.set_clock("fast")
     await driver.until_stopped()
     assert simulator.joints == pytest.approx(scene.far)
 

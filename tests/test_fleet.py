@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.backdoor.client import BackdoorClient
 from iiwa_sim.recordings.read import Recorded
 from tests.processes import IIWA_SIM, next_line, refused, robots
 from tests.talking import DEADLINE_S, Client
@@ -51,30 +52,29 @@ async def driven(ports: dict[str, int], rounds: int, override: float) -> list[ob
 
     Between the rounds it rests, for an hour altogether.
     """
-    driver, bench = await Client.connect(ports["listening"]), await Client.connect(ports["backdoor"])
+    driver, bench = await Client.connect(ports["listening"]), BackdoorClient("127.0.0.1", ports["backdoor"])
     seen: list[object] = []
     assert await driver.ask(f"set override : {override}") == "done"
     for number, line in enumerate(ROUND * rounds):
         if number % len(ROUND) == 0:
-            assert await bench.ask(f"advance : {HOUR_S / rounds}") == "done"
-            seen.append(await state(bench))
-        assert await bench.ask("pause") == "done"
+            await asyncio.to_thread(bench.advance, HOUR_S / rounds)
+            seen.append(state(bench))
+        await asyncio.to_thread(bench.pause)
         assert await driver.ask(line) == "done"
         for _ in range(SAMPLES):
-            assert await bench.ask("advance : 0.02") == "done"
-            seen.append(await state(bench))
-        assert await bench.ask("resume") == "done"
+            await asyncio.to_thread(bench.advance, 0.02)
+            seen.append(state(bench))
+        await asyncio.to_thread(bench.resume)
         await driver.until_stopped()
-        assert await bench.ask("advance : 0.01") == "done"  # or the last tick of the move may show a velocity
-        seen.append(await state(bench))
+        await asyncio.to_thread(bench.advance, 0.01)  # or the last tick of the move may show a velocity
+        seen.append(state(bench))
     await driver.leaves()
-    await bench.leaves()
     return seen
 
 
-async def state(bench: Client) -> object:
+def state(bench: BackdoorClient) -> object:
     """All of it but for what time it is."""
-    seen = json.loads(await bench.ask("get state"))
+    seen = bench.state()
     del seen["time_s"], seen["tick"]
     return seen
 

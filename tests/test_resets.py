@@ -41,14 +41,13 @@ SAID = {
     ],
     "krc4": [b"<RobotCommand/>", b"<", b"bye\r\n", b"<a></b>", b"GET / HTTP/1.1\r\n\r\n"],
     "status": [b"stop\r\n", b"sto", b"GET / HTTP/1.1\r\n\r\n"],
-    "backdoor": [b"hello\r\nrelease when gone\r\npush : 9 0 0 0 0 0\r\n", b"advance : 0.1\r\n", b"bye\r\n"],
-    "HTTP": [
+    "backdoor": [
         b"hello\r\n\r\n",
         request("GET", "/state"),
-        request("POST", "/backdoor/advance", '{"time": 0.1}'),
-        request("POST", "/backdoor/advance", '{"time": 0.1}', "Connection: close"),
-        request("POST", "/backdoor/advance", "x" * 70_000),
-        request("POST", "/backdoor/advance", "", "Expect: 100-continue"),
+        request("POST", "/advance", '{"seconds": 0.1}'),
+        request("POST", "/advance", '{"seconds": 0.1}', "Connection: close"),
+        request("POST", "/advance", "x" * 70_000),
+        request("POST", "/advance", "", "Expect: 100-continue"),
     ],
     "rosbridge": [
         b"hello\r\n\r\n",
@@ -93,15 +92,13 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
 
 
 STAGES = ("closes", "resets, answered")
-PORTS = ("krc4", "status", "rosbridge", "backdoor", "HTTP", "page")
+PORTS = ("krc4", "status", "rosbridge", "backdoor", "page")
 OPTIONS = (
     "--protocol",
     "iiwa,krc4",
     "--status-port",
     "0",
     "--backdoor-port",
-    "0",
-    "--backdoor-http-port",
     "0",
 )
 OPTIONS += ("--rosbridge-port", "0", "--view-port", "0")

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator
 from typing import Any
 from unittest import mock
-from urllib.error import HTTPError
 
 os.environ["TESTCONTAINERS_RYUK_DISABLED"] = (
     "true"  # before the import: it would start a container of its own
@@ -15,6 +14,7 @@ os.environ["TESTCONTAINERS_RYUK_DISABLED"] = (
 import pytest
 
 from iiwa_sim.client import Iiwa
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.options.sources import from_environment
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.testcontainers import BACKDOOR_PORT, KRC4_PORT, PORT, STARTED, IiwaContainer
@@ -39,13 +39,13 @@ def test_its_variables_are_what_the_image_takes() -> None:
     assert container.image == "registry.example/iiwa-sim"
     assert (options.clock, options.strict, options.servo_timeout_s) == ("fast", True, 1.5)
     assert options.port == (PORT,)
-    assert (options.backdoor_http_port, options.backdoor_host) == (BACKDOOR_PORT, "0.0.0.0")
+    assert (options.backdoor_port, options.backdoor_host) == (BACKDOOR_PORT, "0.0.0.0")
     assert len(options.backdoor_token) == 32
     assert options.backdoor_token != IiwaContainer().env["IIWA_SIM_BACKDOOR_TOKEN"]
     assert set(map(int, container.ports)) == {PORT, KRC4_PORT, BACKDOOR_PORT}
 
 
-@pytest.mark.parametrize("name", ["host", "port", "count", "fleet", "backdoor_token", "backdoor_http_port"])
+@pytest.mark.parametrize("name", ["host", "port", "count", "fleet", "backdoor_token", "backdoor_port"])
 def test_where_it_listens_is_not_an_option(name: str) -> None:
     with pytest.raises(
         ValueError, match=f"option '{name}': expected none that says where the container listens"
@@ -68,21 +68,19 @@ def test_it_starts_one_container_and_waits_for_its_last_line(docker: mock.Mock) 
 def test_its_driver_and_its_backdoor_reach_the_robot() -> None:
     container = IiwaContainer(clock="stepped")
     token = container.env["IIWA_SIM_BACKDOOR_TOKEN"]
-    with Simulator(
-        clock="stepped", backdoor_http_port=0, backdoor_host="0.0.0.0", backdoor_token=token
-    ) as robot:
-        published = {PORT: robot.port, BACKDOOR_PORT: robot.backdoor_http_port}
+    with Simulator(clock="stepped", backdoor_port=0, backdoor_host="0.0.0.0", backdoor_token=token) as robot:
+        published = {PORT: robot.port, BACKDOOR_PORT: robot.backdoor_port}
         with (
             mock.patch.object(IiwaContainer, "get_container_host_ip", return_value="127.0.0.1"),
             mock.patch.object(IiwaContainer, "get_exposed_port", side_effect=published.__getitem__),
             Iiwa(container.host, container.port) as driver,
         ):
-            assert container.backdoor("emergency-stop") == "done"
+            container.backdoor.emergency_stop()
             assert driver.get_error().code == 3030
-            assert container.backdoor("run-until-stopped", limit=1) == {"time": 0.0}
+            assert container.backdoor.run_until_stopped(1) == 0.0
             assert container.state()["error"]["code"] == 3030
-            with pytest.raises(HTTPError, match="409"):
-                container.backdoor("fail-move", code=1)
+            with pytest.raises(Refused, match="nothing moves that could fail"):
+                container.backdoor.fail_move(1)
 
 
 def test_the_port_is_that_of_the_first_protocol() -> None:

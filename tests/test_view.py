@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import socket
 import urllib.request
@@ -10,9 +9,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from iiwa_sim.view.line_client import Lines
 from tests.processes import IIWA_SIM, refused, running, started
-from tests.talking import DEADLINE_S, wait_until
+from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
 
 
@@ -58,32 +56,6 @@ def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
             viewer.until(lambda message: message.get("props", {}).get("text") == "right")
             viewer.clicks("Robot", "right")
             viewer.until(lambda message: "stopped" in str(message.get("updates")))
-
-
-@pytest.mark.slow
-def test_a_page_that_is_killed_pushes_no_more() -> None:
-    with running("--status-port", "0", "--backdoor-port", "0") as simulator:
-        ports = dict(simulator.line().split()[::2] for _ in range(2))
-        status, backdoor = ports["status"], ports["backdoor"]
-        host, port = backdoor.rsplit(":", 1)
-        bench = Lines((host, int(port)))
-        options = (status, "--backdoor", backdoor, "--port", "0")
-        with (
-            started(*IIWA_SIM, "view", *options) as page,
-            viewing(page_port([page.line().strip()])) as viewer,
-        ):
-            viewer.until(lambda message: "stopped" in str(message.get("updates")))
-            viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
-            wait_until(lambda: pushed(bench))
-            page.process.kill()
-            page.process.wait(DEADLINE_S)
-        wait_until(lambda: not pushed(bench))
-        bench.close()
-        assert simulator.ends(signal.SIGTERM) == (0, "")
-
-
-def pushed(bench: Lines) -> bool:
-    return any(json.loads(bench.do("get state"))["joint_torque"])
 
 
 @pytest.mark.parametrize("command", [["--port", "0", "--view-port"], ["view", "127.0.0.1:1", "--port"]])

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack
 
 import pytest
 
-from iiwa_sim.protocols.faults import Drop
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.protocols.faults import (
+    NEXT,
+    CloseAfter,
+    CloseBefore,
+    Delay,
+    Drop,
+    Fault,
+    Pass,
+    ResetBefore,
+)
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
 from tests.talking import Client, until
@@ -19,16 +28,13 @@ A_WHILE = 5  # answers to somebody else, as a measure of time
 
 
 class Bench:
-    """A simulator, its backdoor over the socket, a driver, and somebody else beside it."""
+    """A simulator, its backdoor, a driver, and somebody else beside it."""
 
     def __init__(self, scene: Scene, simulator: Simulator, open_until_the_end: AsyncExitStack) -> None:
         self.scene, self.simulator = scene, simulator
         self._stack = open_until_the_end
 
     async def open(self) -> None:
-        assert self.simulator.backdoor_port is not None
-        self._line = await Client.connect(self.simulator.backdoor_port)
-        self._stack.push_async_callback(self._line.leaves)
         self.driver, self.number = await self.connects(self.scene.spoken)
         self.other, _ = await self.connects(self.scene.other)
 
@@ -37,11 +43,9 @@ class Bench:
         self._stack.push_async_callback(driver.leaves)
         return driver, number
 
-    async def told(self, line: str) -> None:
-        assert await self._line.ask(line) == "done"
-
-    async def asked(self, line: str) -> str:
-        return await self._line.ask(line)
+    @property
+    def backdoor(self) -> Backdoor:
+        return self.simulator.backdoor
 
     async def a_while(self) -> None:
         """Somebody else is answered as ever, and some time passes."""
@@ -69,7 +73,7 @@ async def some(driver: Driver, count: int) -> list[bytes]:
 
 async def test_late_replies_come_in_their_order(bench: Bench) -> None:
     driver, loop = bench.driver, asyncio.get_running_loop()
-    await bench.told(f"delay replies : {bench.number} 2 {LATE_S}")
+    bench.backdoor.set_fault(Delay(LATE_S), bench.number, 2)
     began = loop.time()
     driver.send(three(driver))
     await bench.a_while()
@@ -83,13 +87,15 @@ async def test_late_replies_come_in_their_order(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "heard", "broken"),
-    [("close before replies", 1, False), ("close after replies", 2, False), ("reset at replies", 1, True)],
+    ("fault", "heard", "broken"),
+    [(CloseBefore(), 1, False), (CloseAfter(), 2, False), (ResetBefore(), 1, True)],
 )
-async def test_a_connection_that_ends_at_a_reply(bench: Bench, line: str, heard: int, broken: bool) -> None:
+async def test_a_connection_that_ends_at_a_reply(
+    bench: Bench, fault: Fault, heard: int, broken: bool
+) -> None:
     driver = bench.driver
-    await bench.told(f"pass replies : {bench.number} 1")
-    await bench.told(f"{line} : {bench.number} 0")
+    bench.backdoor.set_fault(Pass(), bench.number, 1)
+    bench.backdoor.set_fault(fault, bench.number)
     driver.send(b"".join(driver.QUESTIONS[:2]) + driver.SWITCH_ON)
     if broken:
         with pytest.raises(ConnectionResetError):
@@ -102,14 +108,16 @@ async def test_a_connection_that_ends_at_a_reply(bench: Bench, line: str, heard:
     await again.is_served()
 
 
-@pytest.mark.parametrize("line", ["close connections", "reset connections"])
-async def test_a_connection_that_ends_now_stops_its_move(bench: Bench, line: str) -> None:
+@pytest.mark.parametrize("end", [Backdoor.close_connections, Backdoor.reset_connections])
+async def test_a_connection_that_ends_now_stops_its_move(
+    bench: Bench, end: Callable[[Backdoor, int], None]
+) -> None:
     home = bench.simulator.joints
-    await bench.told("set override : 0.2")
+    bench.backdoor.set_override(0.2)
     assert await bench.driver.moves(bench.scene.far) == 0
     await until(lambda: bench.simulator.joints != home)
-    await bench.told(f"{line} : {bench.number}")
-    if line.startswith("reset"):
+    end(bench.backdoor, bench.number)
+    if end is Backdoor.reset_connections:
         with pytest.raises(ConnectionResetError):
             await bench.driver.rest()
     else:
@@ -120,14 +128,14 @@ async def test_a_connection_that_ends_now_stops_its_move(bench: Bench, line: str
 
 async def test_who_is_not_answered_is_answered_when_faults_are_cleared(bench: Bench) -> None:
     driver = bench.driver
-    await bench.told(f"stop answering : {bench.number}")
+    bench.backdoor.stop_answering(bench.number)
     driver.send(three(driver) + driver.SWITCH_ON)
     await bench.a_while()
     assert driver.unread == b""
     assert not any(bench.simulator.backdoor.outputs()), "nor is it carried out"
     driver.sends_no_more()
     await bench.a_while()
-    await bench.told("clear faults")
+    bench.backdoor.clear_faults()
     assert (await driver.rest()).startswith(b"".join(driver.ANSWERS))
     assert bench.simulator.backdoor.output(1)
 
@@ -136,14 +144,14 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
     ports = bench.simulator.ports
     assert list(ports) == list(bench.scene.protocols)
     for _ in range(2):
-        await bench.told("refuse connections")
-        await bench.told("refuse connections")
+        bench.backdoor.refuse_connections()
+        bench.backdoor.refuse_connections()
         for port in ports.values():
             with pytest.raises(ConnectionRefusedError):
                 await Client.connect(port)
         assert bench.simulator.ports == ports
         await bench.driver.is_served()
-        await bench.told("accept connections")
+        bench.backdoor.accept_connections()
         for protocol in ports:
             again, number = await bench.connects(protocol)
             await again.is_served()
@@ -152,13 +160,13 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
 
 
 async def test_a_fault_for_whoever_comes_next(bench: Bench) -> None:
-    await bench.told("close before replies : -1 0")
+    bench.backdoor.set_fault(CloseBefore(), NEXT)
     await bench.driver.is_served()
     second, number = await bench.connects(bench.scene.spoken)
     third, _ = await bench.connects(bench.scene.other)
-    names = json.loads(await bench.asked("get connections"))
-    assert list(names) == ["1", "2", "3", "4"]
-    assert names[str(number)].startswith("127.0.0.1:")
+    names = bench.backdoor.connections()
+    assert list(names) == [1, 2, 3, 4]
+    assert names[number].startswith("127.0.0.1:")
     second.send(second.QUESTIONS[0])
     assert await second.rest() == b""
     await third.is_served()
@@ -167,7 +175,7 @@ async def test_a_fault_for_whoever_comes_next(bench: Bench) -> None:
 async def test_where_both_protocols_are_spoken_a_connection_says_which_and_one_count_is_for_both(
     bench: Bench,
 ) -> None:
-    names = json.loads(await bench.asked("get connections"))
+    names = bench.backdoor.connections()
     spoken = [bench.scene.spoken, bench.scene.other]
     if len(bench.scene.protocols) == 1:
         assert not any("(" in name for name in names.values())

@@ -1,15 +1,17 @@
-"""Write docs/options.md from the model of options: python -m tools.options."""
+"""Write docs/options.md and the table of docs/backdoor.md from the code: python -m tools.options."""
 
 from html import escape
 from itertools import groupby
 from pathlib import Path
 
+from iiwa_sim.backdoor.http import CALLS
 from iiwa_sim.cli import COMMANDS
 from iiwa_sim.cli.parsing import ENVIRONMENT_RULE
 from iiwa_sim.options.model import PROCESS
 from iiwa_sim.options.sources import OPTIONS, Option
 
 PAGE = Path(__file__).parent.parent / "docs" / "options.md"
+BACKDOOR = PAGE.with_name("backdoor.md")
 HEAD = """# Options
 
 `python -m tools.options` writes this page.
@@ -56,5 +58,18 @@ def _cell(text: str) -> str:
     return escape(text, quote=False).replace("|", "&#124;")
 
 
+def backdoor() -> str:
+    """Return the text of the page on the backdoor, with the table of its calls as they are."""
+    text = BACKDOOR.read_text(encoding="utf-8")
+    begin, end = "writes this table. -->\n", "<!-- End of calls. -->"
+    rows = "".join(
+        f"| `{name}({', '.join(call.types)})` | {'GET' if call.reads else ''} | {_cell(call.summary)} |\n"
+        for name, call in CALLS.items()
+    )
+    before, after = text.partition(begin)[0], text.partition(end)[2]
+    return f"{before}{begin}\n| call | | |\n|---|---|---|\n{rows}\n{end}{after}"
+
+
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
+    BACKDOOR.write_text(backdoor(), encoding="utf-8")

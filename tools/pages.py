@@ -25,7 +25,6 @@ PAGES = {  # of files outside of docs/
     "CONTRIBUTING.md": "project/contributing.md",
     "SECURITY.md": "project/security.md",
     "protocol/iiwa.toml": "reference/commands.md",
-    "protocol/backdoor.toml": "reference/backdoor.md",
     "protocol/krc4.toml": "reference/messages.md",
     "protocol/errors.toml": "reference/errors.md",
 }
@@ -36,9 +35,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are in no file of docs/."""
     written = {page: (ROOT / name).read_text("utf-8") for name, page in PAGES.items() if name.endswith(".md")}
     written["reference/commands.md"] = _commands("Commands", load_table("iiwa").commands)
-    written["reference/backdoor.md"] = _commands(
-        "Commands of the backdoor", load_table("backdoor", 7).commands
-    )
     written |= {"reference/messages.md": _messages(), "reference/errors.md": _errors()}
     for path, text in written.items():
         files.append(File.generated(config, path, content=text))

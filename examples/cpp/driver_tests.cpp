@@ -23,8 +23,8 @@ static void goes_there() {
 static void emergency_stop() {
     Simulator simulator({"--clock", "fast"});
     Robot robot(simulator.host(), simulator.port());
-    Robot backdoor(simulator.host(), simulator.backdoor_port());
-    backdoor.command("emergency stop");
+    Backdoor backdoor(simulator.host(), simulator.backdoor_port());
+    backdoor.call("emergency_stop");
     expect(robot.ask("lin move : 450 200 520 0 -1.57079 0 0.1 0") == "error", "an error");
     expect(robot.ask("get error").compare(0, 4, "3030") == 0, "code 3030");
 }
@@ -33,8 +33,8 @@ static void emergency_stop() {
 static void lost_reply() {
     Simulator simulator;
     Robot robot(simulator.host(), simulator.port(), 1);
-    Robot backdoor(simulator.host(), simulator.backdoor_port());
-    backdoor.command("drop replies", {0, 1});
+    Backdoor backdoor(simulator.host(), simulator.backdoor_port());
+    backdoor.call("set_fault", R"({"fault": {"type": "Drop"}, "replies": 1})");
     try {
         robot.ask("hello");
     } catch (const std::runtime_error&) {

@@ -1,5 +1,7 @@
-"""The backdoor: what a test bench can do to robot, cell, time and wire. docs/backdoor.md has it as a
-table."""
+"""The backdoor: calls of a test bench on robot, cell, time and wire.
+
+The first paragraphs of the docstrings are the table of docs/backdoor.md and of `GET /`.
+"""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -40,7 +42,7 @@ class Backdoor(Faults):
     # Time
 
     async def advance(self, seconds: float) -> None:
-        """Make the ticks of `seconds` of simulated time (0 to a day), as fast as possible.
+        """Let so many seconds of simulated time pass (0 to a day), as fast as possible.
 
         To be awaited in the simulator's event loop; `Simulator.advance` is for other threads.
         """
@@ -50,10 +52,9 @@ class Backdoor(Faults):
             raise Refused(EXECUTION, str(fault)) from None
 
     async def run_until_stopped(self, limit_s: float) -> float:
-        """Make ticks until the robot has stopped; returns the simulated seconds that took.
+        """Let time pass until the robot has stopped; return the seconds that took. Refused beyond `limit_s`.
 
-        Refused if it still moves after `limit_s` (0 to a day); the ticks have been made. To be awaited like
-        `advance`.
+        To be awaited like `advance`.
         """
         try:
             return await self._clock.run_until_stopped(limit_s)
@@ -80,20 +81,20 @@ class Backdoor(Faults):
 
     @called
     def get_clock(self) -> str:
-        """The pace of time, followed by `paused` if it is paused."""
+        """Return the pace of time, followed by `paused` if it is paused."""
         return self._clock.told
 
     # Pushes and surfaces
 
     @acts
     def push(self, wrench: Wrench) -> None:
-        """Apply a wrench at the TCP, along its axes (N, Nm); it replaces the one before."""
+        """Push at the TCP with N and Nm along its axes, until the next push or release."""
         _check_finite(wrench)
         self._controller.load.wrench = wrench if any(wrench) else NO_WRENCH
 
     @acts
     def push_joints(self, torques: Sequence[float]) -> None:
-        """Apply a torque (Nm) to each joint; it replaces the one before."""
+        """Push each joint with a torque (Nm), until the next push of this kind or release."""
         _check_finite(torques)
         if len(torques) != self.joint_count:
             raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
@@ -101,21 +102,18 @@ class Backdoor(Faults):
 
     @acts
     def release(self) -> None:
-        """Remove both wrench and joint torques."""
+        """End both kinds of push."""
         self._controller.load.wrench = NO_WRENCH
         self._controller.load.joint_push = (0.0,) * self.joint_count
 
     @acts
-    def add_surface(self, settings: AnySurface) -> None:
-        """Add a surface, with the settings of cell.toml. It is felt from the next tick on.
-
-        Refused if the TCP would be within it, for numbers out of range, and for a name already taken.
-        """
-        surfaces.add(self._controller, settings)
+    def add_surface(self, surface: AnySurface) -> None:
+        """Add a surface with the keys of cell.toml. Refused where the TCP or a part would be within it."""
+        surfaces.add(self._controller, surface)
 
     @acts
     def move_surface(self, name: str, pose: Frame) -> None:
-        """Move a surface to a pose in the base. Refused if the TCP, not touching it, would be within it."""
+        """Move a surface to a pose in the base, at once. One that touches the TCP goes on pushing it."""
         _check_pose(pose)
         surfaces.move(self._controller, name, pose)
 
@@ -126,20 +124,17 @@ class Backdoor(Faults):
 
     @called
     def surfaces(self) -> list[str]:
-        """The names of all surfaces."""
+        """Return the names of all surfaces."""
         return list(self._controller.load.world.surfaces)
 
     @called
     def cell(self) -> DescribedCell:
-        """What is round the robot now: surfaces, the radius of contact, names of inputs and outputs."""
+        """Return surfaces, shapes of parts, tool and jaws, and names of inputs and outputs."""
         return described_cell(self._controller)
 
     @acts
     def set_tool(self, tool_in_flange: Frame) -> None:
-        """Set the tool: the pose of the TCP in the flange.
-
-        Refused while anything moves or waits, and if the TCP would be within a surface.
-        """
+        """Set the pose of the TCP in the flange (mm, rad). At rest only."""
         _check_pose(tool_in_flange)
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
@@ -148,7 +143,7 @@ class Backdoor(Faults):
 
     @called
     def tool(self) -> Frame:
-        """The pose of the TCP in the flange."""
+        """Return the pose of the TCP in the flange."""
         return Frame.from_transform(self._controller.tool_in_flange)
 
     # Inputs and outputs
@@ -160,45 +155,44 @@ class Backdoor(Faults):
 
     @called
     def input(self, number: int) -> bool:
-        """The state of a digital input, numbered from 1."""
+        """Return a digital input, numbered from 1."""
         return self._controller.io.input(number)
 
     @called
     def output(self, number: int) -> bool:
-        """The state of a digital output, numbered from 1."""
+        """Return a digital output, numbered from 1."""
         return self._controller.io.output(number)
 
     @called
     def inputs(self) -> tuple[bool, ...]:
-        """The states of all digital inputs, from number 1 on."""
+        """Return all digital inputs, from number 1 on."""
         return self._controller.io.inputs
 
     @called
     def outputs(self) -> tuple[bool, ...]:
-        """The states of all digital outputs, from number 1 on."""
+        """Return all digital outputs, from number 1 on."""
         return self._controller.io.outputs
 
     # The robot
 
     @acts
     def emergency_stop(self) -> None:
-        """Press the emergency stop."""
+        """Press the emergency stop: the robot stops with error 3030."""
         self._controller.emergency_stop()
 
     @acts
     def release_emergency_stop(self) -> None:
-        """Release the emergency stop; the error has to be reset as well."""
+        """Release the emergency stop. Reset the error, too."""
         self._controller.release_emergency_stop()
 
     @acts
     def protective_stop(self) -> None:
-        """Stop the robot with an error that has to be reset."""
+        """Stop the robot with error 3060."""
         self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
     @acts
     def switch_drives(self, on: bool) -> None:
-        """Switch the drives. Switching off stops the robot with an error, which can be reset when they are
-        on again."""
+        """Switch the drives. Off stops the robot with error 3010, which can be reset when they are on."""
         self._controller.switch_drives(on)
 
     @acts
@@ -208,20 +202,17 @@ class Backdoor(Faults):
 
     @acts
     def set_override(self, override: float) -> None:
-        """Set the override, 0 to 1, at once, also for a running move."""
+        """Set the override, 0 to 1, also for a running move."""
         self._controller.set_override(override)
 
     @called
     def override(self) -> float:
-        """The override, 0 to 1."""
+        """Return the override, 0 to 1."""
         return self._controller.override
 
     @acts
     def place(self, joints: Sequence[float]) -> None:
-        """Set the joint positions (rad) without a motion.
-
-        Refused while anything moves or waits, outside the limits, and with the TCP within a surface.
-        """
+        """Put the robot at joint positions (rad) without a motion. At rest only."""
         controller = self._controller
         controller.check_place(joints)
         tcp = controller.tcp(tuple(joints))
@@ -230,39 +221,39 @@ class Backdoor(Faults):
 
     @called
     def robot(self) -> DescribedRobot:
-        """The arm: its name, joints, limits and URDF."""
+        """Return the arm: its name, joints, limits (rad, rad/s), flange and URDF."""
         return described_robot(self._controller)
 
     @called
     def state(self) -> Snapshot:
-        """The whole state of the robot."""
+        """Return the state of the robot, as on the status port."""
         return snapshot(self._controller)
 
     @called
     def moves(self) -> DescribedMoves:
-        """What runs and what waits: how many moves, and the targets of the first 50."""
+        """Return how many moves run and wait, and the targets of the first 50."""
         return described_moves(self._controller, MOST_MOVES)
 
     @acts
     def save_state(self, name: str) -> None:
-        """Save the state of the cell under a name. Refused while the robot moves."""
+        """Save joints, tool, load, gripper, parts, override, IO, pushes and surfaces. At rest only."""
         self._states.save(name)
 
     @acts
     def restore_state(self, name: str) -> None:
-        """Restore a saved state of the cell; `start` is the initial one. Refused while the robot moves."""
+        """Restore a saved state, or `start`, and end any error. At rest only."""
         self._states.restore(name)
 
     @called
     def states(self) -> list[str]:
-        """The names of all saved states."""
+        """Return the names of all saved states."""
         return self._states.names
 
     # What was said
 
     @called
     def dialogue(self, since: int = 0) -> RecentLines:
-        """The newest lines said in all protocols, at most 200, of those from the number `since` on.
+        """Return the lines said in all protocols from number `since` on, the newest 200.
 
         They are kept from the start where the backdoor has a port, otherwise from the first call on.
         """
@@ -273,8 +264,7 @@ class Backdoor(Faults):
 
     @acts
     def seed(self, seed: int) -> None:
-        """Restart all random numbers, those of noise and of garbled replies, from a seed of 0 to 2**32 -
-        1."""
+        """Restart the random numbers of noise and garbled replies, from a seed of 0 to 2**32 - 1."""
         if not 0 <= seed < 2**32:
             raise Refused(EXECUTION, f"seed {seed}: expected 0 to {2**32 - 1}")
         self._controller.load.seed(seed)

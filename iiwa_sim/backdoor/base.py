@@ -19,10 +19,10 @@ LONGEST_TOLD = 200
 
 HERE = "backdoor"
 """The name in the dialogue of a program that has the simulator in its own process and acts."""
-DRAGGED = "push"
-"""The beginning of lines that a client sends many times a second while somebody drags the arm."""
+DRAGGED = ("push", "push_joints", "move_surface")
+"""Methods that a client calls many times a second while somebody drags the arm."""
 DRAGGED_S = 1.0
-"""Time (s) in which the dialogue has at most one line of a client that drags something."""
+"""Time (s) in which the dialogue has at most one of these calls."""
 
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
@@ -67,15 +67,17 @@ def acts(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], 
 
     @wraps(method)
     def act(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        done = method(self, *args, **kwargs)
         given = [*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())]
         text = harmless(shortened(f"{method.__name__}({', '.join(given)})", LONGEST_TOLD))
+        try:
+            done = method(self, *args, **kwargs)
+        except Refused as refused:
+            self._tell(text, f"{refused.code} {refused.reason}")
+            raise
         for listener in self.listeners:
             listener(text)
-        if self._by_line:
-            self._acted = True
-        else:
-            self._recent.acted(self._controller.tick, HERE, text)
+        if method.__name__ not in DRAGGED or self._drags_anew(method.__name__):
+            self._tell(text)
         return done
 
     return called(act)
@@ -103,34 +105,27 @@ class Base:
         self._clock = clock
         self._recent = recent
         self._states = States(controller)
-        self._by_line = False  # a client of a port acts
-        self._acted = False  # it has changed something
-        self._dragged = ("", 0.0)  # who has dragged something, and until when no more is told of that
+        self._client = HERE
+        self._dragged: dict[str, float] = {}  # when the dialogue has a call of this method again
 
     @contextmanager
-    def by_line(self, client: str, line: str) -> Iterator[None]:
-        """While what a line of a client asks for is done: the dialogue has the line, if it changes something
-        or is refused."""
-        self._by_line, self._acted = True, False
+    def by(self, client: str) -> Iterator[None]:
+        """Name a client in the dialogue as the one that acts meanwhile."""
+        self._client = client
         try:
             yield
-        except Refused as refused:
-            self._recent.acted(self._controller.tick, client, line, f"{refused.code} {refused.reason}")
-            raise
         finally:
-            self._by_line = False
-        if self._acted and not self._goes_on_dragging(client, line):
-            self._recent.acted(self._controller.tick, client, line)
+            self._client = HERE
 
-    def _goes_on_dragging(self, client: str, line: str) -> bool:
-        if not line.startswith(DRAGGED):
-            return False
+    def _tell(self, text: str, reason: str = "") -> None:
+        self._recent.acted(self._controller.tick, self._client, text, reason)
+
+    def _drags_anew(self, name: str) -> bool:
         now_s = time.monotonic()
-        who, until_s = self._dragged
-        if who == client and now_s < until_s:
-            return True
-        self._dragged = client, now_s + DRAGGED_S
-        return False
+        anew = now_s >= self._dragged.get(name, now_s)
+        if anew:
+            self._dragged[name] = now_s + DRAGGED_S
+        return anew
 
     @property
     def joint_count(self) -> int:

@@ -115,10 +115,7 @@ def described_cell(controller: Controller) -> DescribedCell:
         contact_radius_mm=1e3 * world.radius_m,
         inputs=io.input_names,
         outputs=io.output_names,
-        surfaces=tuple(
-            {"shape": _kind(surface.shape), **msgspec.to_builtins(settings_of(surface))}
-            for surface in world.surfaces.values()
-        ),
+        surfaces=tuple(msgspec.to_builtins(settings_of(surface)) for surface in world.surfaces.values()),
         parts=tuple(
             {"name": part.name, "shape": _kind(part.shape), **_lengths(part.shape)}
             for part in parts_of(controller)

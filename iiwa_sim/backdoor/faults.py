@@ -1,19 +1,14 @@
 """Faults that a test bench injects into the robot and the wire. The rest of the backdoor is in
 `backdoor.py`."""
 
+from typing import get_args
+
+import msgspec
+
 from iiwa_sim.backdoor.base import Base, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
-from iiwa_sim.protocols.faults import (
-    EVERY,
-    FAULTS,
-    LONGEST_WAIT_S,
-    UNTIL_CLEARED,
-    Close,
-    Fault,
-    Reset,
-    Silence,
-)
+from iiwa_sim.protocols.faults import EVERY, LONGEST_WAIT_S, UNTIL_CLEARED, Close, Fault, Reset, Silence
 from iiwa_sim.wording import harmless, shortened
 
 ON_PURPOSE = "made to fail through the backdoor"
@@ -30,24 +25,24 @@ class Faults(Base):
 
     @acts
     def refuse_next_move(self, code: int) -> None:
-        """Refuse the next move that comes outside the error state, whatever it asks for."""
+        """Refuse the next move with this code. It is no error state."""
         self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
 
     @acts
     def fail_move(self, code: int) -> None:
-        """Make the running move fail: the robot stops on its path with an error. Refused if nothing moves."""
+        """Make the running move fail: the robot stops on its path with this code."""
         if not self._controller.moving:
             raise Refused(EXECUTION, "nothing moves that could fail")
         self._controller.fail(_checked(code), ON_PURPOSE)
 
     @acts
     def time_out_servo(self) -> None:
-        """End smart or direct mode as a servo timeout does. Refused in other modes."""
+        """End smart or direct mode as a servo timeout does, with error 3040."""
         self._controller.time_out_servo()
 
     @acts
     def following_error(self, joint: int) -> None:
-        """Stop the robot as if a joint (numbered from 1) had a following error."""
+        """Stop the robot as if a joint (from 1) had a following error, with error 3000."""
         names = self._controller.description.joints
         if not 1 <= joint <= len(names):
             raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
@@ -57,22 +52,22 @@ class Faults(Base):
 
     @acts
     def stick_jaws(self, stuck: bool) -> None:
-        """Have the jaws of the gripper stay where they are, or follow their outputs again."""
+        """Make the jaws of the gripper stay where they are, or follow their outputs again."""
         self._handling.stick(stuck)
 
     @acts
     def wrong_sensor(self, sensor: str, on: bool) -> None:
-        """Have a sensor of the gripper, `open`, `closed` or `holds`, tell this, whatever is so."""
+        """Fix the sensor `open`, `closed` or `holds` of the gripper at a value."""
         self._handling.mistake(sensor, on)
 
     @acts
     def lose_part(self) -> None:
-        """Have the part that the gripper holds fall. Refused where it holds none."""
+        """Let the part fall that the gripper holds."""
         self._handling.lose()
 
     @acts
     def remove_part(self, name: str) -> None:
-        """Take a part away. Refused where there is none of this name."""
+        """Remove a part."""
         self._handling.remove(name)
 
     @acts
@@ -91,10 +86,9 @@ class Faults(Base):
 
     @acts
     def reply(self, command: str, reply: str, times: int = 1) -> None:
-        """Have the next lines of a command of the iiwa's protocol answered by `reply`, and not carried out.
+        """Answer the next `times` lines of a command by `reply` without executing them; 0 for all.
 
-        `times` is the number of lines, 0 for all until `clear_faults`. Refused for a command there is not, a
-        reply that is not one line of printable ASCII, and where that protocol is not spoken.
+        It lasts until `clear_faults`. The reply is one line of printable ASCII.
         """
         try:
             self._wire.canned.set(command, reply, times)
@@ -105,20 +99,21 @@ class Faults(Base):
 
     @called
     def connections(self) -> dict[int, str]:
-        """The connections to the main port, by number."""
+        """Return the connections of drivers: number and HOST:PORT."""
         return self._wire.connections()
 
     @acts
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Apply a fault of `iiwa_sim.protocols.faults` to replies, after faults set before."""
-        if type(fault) not in FAULTS:
-            given: object = fault
-            shown = given.__name__ if isinstance(given, type) else repr(given)
-            kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())
+        """Apply a fault to the next `replies` replies of a connection, after faults set before."""
+        if not isinstance(fault, Fault):
+            shown = fault.__name__ if isinstance(fault, type) else repr(fault)
+            kinds = ", ".join(
+                f"{kind.__name__}({', '.join(kind.__struct_fields__)})" for kind in get_args(Fault)
+            )
             raise Refused(EXECUTION, f"fault {harmless(shortened(shown, 40))}: expected one of {kinds}")
         if replies < 0:
             raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
-        for key, value in getattr(fault, "_asdict", dict)().items():
+        for key, value in msgspec.structs.asdict(fault).items():
             low, high = (1, float("inf")) if key == "byte" else (0.0, LONGEST_WAIT_S)
             if not low <= value <= high:
                 raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
@@ -126,12 +121,12 @@ class Faults(Base):
 
     @acts
     def stop_answering(self, connection: int = EVERY) -> None:
-        """Neither answer lines nor carry them out until `clear_faults`."""
+        """Neither answer nor execute lines until `clear_faults`, and then all of them."""
         self._wire.set(Silence(), connection)
 
     @acts
     def close_connections(self, connection: int = EVERY) -> None:
-        """Close one connection, or all."""
+        """Close one connection, or all (FIN)."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
             for each in self._entrances:
@@ -139,7 +134,7 @@ class Faults(Base):
 
     @acts
     def reset_connections(self, connection: int = EVERY) -> None:
-        """Reset one connection, or all."""
+        """Reset one connection, or all (RST)."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
             for each in self._entrances:
@@ -147,19 +142,19 @@ class Faults(Base):
 
     @acts
     def refuse_connections(self) -> None:
-        """Refuse new connections on the ports of all protocols. Present connections are served."""
+        """Refuse new connections of drivers; those there are served."""
         for each in self._entrances:
             each.refuse()
 
     @acts
     def accept_connections(self) -> None:
-        """Accept new connections again."""
+        """Accept connections again."""
         for each in self._entrances:
             each.accept()
 
     @acts
     def clear_faults(self) -> None:
-        """Remove all faults of the wire and of the next move, and canned replies; accept connections."""
+        """End faults of the wire and of the next move, and canned replies; accept connections."""
         self._controller.refuse_next_move(None)
         self._wire.clear()
         for each in self._entrances:

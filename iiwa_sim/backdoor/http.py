@@ -1,155 +1,385 @@
-"""The backdoor over HTTP: its commands as JSON, and the robot's state and dialogue.
+"""The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
-`POST /backdoor/emergency-stop` is the line `emergency stop`. Every command of the table has such a path,
-except `help`, `bye` and `release when gone`. Answers are `{"reply": ...}`, or `{"error": {"code": ...,
-"reason": ...}}` with a status that tells who has to change something.
+The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
+the loop's thread; its connection waits in a thread of its own.
 """
 
 import asyncio
-import json
-from collections.abc import Coroutine
+import contextlib
+import inspect
+import socket
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError, Future
+from difflib import get_close_matches
 from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler
+from typing import Any, NamedTuple, get_type_hints
+from urllib.parse import parse_qsl, urlsplit
 
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
-from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
-from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
-from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.backdoor.faults import Faults
+from iiwa_sim.cell.surfaces import AnySurface
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols.faults import Fault
 from iiwa_sim.protocols.session import ProtocolLog
-from iiwa_sim.protocols.table import Command
-from iiwa_sim.server.http import HttpAnswer, HttpRequest
+from iiwa_sim.server.listening import accept, host_and_port, open_listener
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
+from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wrench import Wrench
 
-COMMANDS = "/backdoor/"
-"""What the path of each command begins with."""
-HEALTH, STATE, DIALOGUE = "/healthz", "/state", "/dialogue"
-OF_A_CONNECTION = (HELP, BYE, RELEASE_WHEN_GONE)
-"""Commands that belong to a connection of lines and have no path."""
-_BEARER = "bearer "
+HEALTH = "healthz"
+MOST_BYTES = 65_536
+"""Largest body."""
+MOST_CONNECTIONS = 32
+IDLE_S = 60.0
+"""Time (s) after which a connection without a request is closed."""
+LOOKS_S = 0.25
+"""Time (s) between two looks for a client that does not wait any more."""
+_LONGEST_SHOWN = 200
+_INTERNAL = "internal error, see the log"
+_WORDS: dict[Any, str] = {
+    Frame: "[x, y, z, alpha, beta, gamma]",
+    Wrench: "[fx, fy, fz, tx, ty, tz]",
+    Sequence[float]: "[number, ...]",
+    AnySurface: '{"shape": "box", ...}',
+    Fault: '{"type": "Drop", ...}',
+    str: "text",
+    float: "number",
+    int: "whole number",
+    bool: "true or false",
+}
+
+
+class Call(NamedTuple):
+    """A method of the backdoor as clients see it."""
+
+    method: Callable[..., Any]
+    types: dict[str, Any]
+    """Types of the parameters."""
+    defaults: dict[str, Any]
+    """Defaults of those parameters that may be left out."""
+    reads: bool
+    """Whether it only reads."""
+    summary: str
+
+    def takes(self) -> dict[str, str]:
+        """Return what each parameter takes, in words."""
+        words = {name: _WORDS[kind] for name, kind in self.types.items()}
+        return words | {name: f"{words[name]}, default {default}" for name, default in self.defaults.items()}
+
+
+def _call(method: Callable[..., Any]) -> Call:
+    types = get_type_hints(method)
+    reads = types.pop("return") is not type(None) and not inspect.iscoroutinefunction(method)
+    parameters = list(inspect.signature(method).parameters.values())[1:]
+    defaults = {each.name: each.default for each in parameters if each.default is not each.empty}
+    summary = (inspect.getdoc(method) or "").partition("\n\n")[0].replace("\n", " ")
+    return Call(method, types, defaults, reads, summary)
+
+
+CALLS = {
+    name: _call(method)
+    for each in (Backdoor, Faults)
+    for name, method in vars(each).items()
+    if inspect.isfunction(method) and not name.startswith("_")
+}
+"""All calls, by name."""
+
+
+class NotUnderstood(Exception):
+    """A request that is not carried out, with its HTTP status."""
+
+    def __init__(self, status: HTTPStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
 
 
 class BackdoorHttp:
-    """Answers requests. To be used inside an asyncio loop in which time passes.
+    """Serves a backdoor on `host`:`port` from `start` to `close`; port 0 picks a free one.
 
     With a `token`, requests have to carry it (`Authorization: Bearer TOKEN`), except for `/healthz`. Web
-    pages are refused: a browser names the page in the header Origin, and a rebound host name shows in Host.
+    pages are rejected: a browser names the page in the header Origin, and a rebound host name shows in Host.
     """
 
     def __init__(
-        self, backdoor: Backdoor, dialogue: RecentDialogue, log: ProtocolLog, token: Token | None = None
+        self, backdoor: Backdoor, log: ProtocolLog, host: str, port: int, token: Token | None = None
     ) -> None:
+        self.token = token
+        self.access = WebAccess()
         self._backdoor = backdoor
-        self._dialogue = dialogue
         self._log = log
-        self._token = token
-        self._access = WebAccess()
+        self._asked = host, port
+        self._listener: socket.socket | None = None
+        self._accepting: asyncio.Task[None] | None = None
+        self._connections: set[socket.socket] = set()
+        self._calls: set[Future[bytes]] = set()
 
-    def answer(self, request: HttpRequest) -> "HttpAnswer | asyncio.Task[HttpAnswer]":
-        """The answer, or a task if time has to pass for it."""
-        refusal = self._refusal(request)
-        if refusal is not None:
-            status, reason = refusal
-            self._log.refused(self._name(request), f"{request.method} {request.path}", EXECUTION, reason)
-            headers = (("www-authenticate", "Bearer"),) if status is HTTPStatus.UNAUTHORIZED else ()
-            return _error(status, EXECUTION, reason)._replace(headers=headers)
-        if request.path.startswith(COMMANDS):
-            return self._command(request)
-        pages = {HEALTH: self._health, STATE: self._state, DIALOGUE: self._dialogue.as_json}
-        page = pages.get(request.path)
-        if page is None:
-            ways = f"POST {COMMANDS}COMMAND, or GET {', '.join(pages)}"
-            return _error(HTTPStatus.NOT_FOUND, EXECUTION, f"there is no {request.path}: expected {ways}")
-        if request.method not in ("GET", "HEAD"):
-            return _not_allowed(request, "GET, HEAD")
-        return _json(HTTPStatus.OK, page())
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
+        if self._listener is None:
+            raise RuntimeError("the server does not listen")
+        host, port = self._listener.getsockname()[:2]
+        return host, port
 
-    def _refusal(self, request: HttpRequest) -> tuple[HTTPStatus, str] | None:
-        # A client with the token is no rebound page, whatever Host it names.
-        hosts = request.all("host") if self._token is None else [LOCALHOST]
-        reason = self._access.refusal(hosts, ())
-        if reason is None and (origins := request.all("origin")):
-            reason = f"a web page asks, of {origins[0]}: the backdoor is not for web pages"
-        if reason is not None:
-            return HTTPStatus.FORBIDDEN, reason
-        if (
-            self._token is not None
-            and request.path != HEALTH
-            and not self._brings_token(request, self._token)
-        ):
-            return HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'"
-        return None
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        self._loop = asyncio.get_running_loop()
+        self._listener = await open_listener(*self._asked)
+        self._listener.setblocking(False)
+        self._accepting = self._loop.create_task(accept(self._listener, self._serve))
 
-    def _brings_token(self, request: HttpRequest, token: Token) -> bool:
-        given = request.all("authorization")
-        if len(given) != 1 or not given[0].lower().startswith(_BEARER):
-            return False
-        return token.fits(given[0][len(_BEARER) :].strip().encode("latin-1"))
+    async def close(self) -> None:
+        """Stop listening, end pending calls, and let connections end."""
+        if self._listener is None or self._accepting is None:
+            return
+        self._accepting.cancel()
+        self._loop.remove_reader(self._listener)
+        self._listener.close()
+        self._listener = None
+        for call in list(self._calls):
+            call.cancel()
+        for connection in list(self._connections):
+            with contextlib.suppress(OSError):  # already gone
+                connection.shutdown(socket.SHUT_RD)
 
-    def _command(self, request: HttpRequest) -> "HttpAnswer | asyncio.Task[HttpAnswer]":
-        calls = LineCalls(self._backdoor, self._log, self._name(request))
-        command = calls.table.commands.get(request.path.removeprefix(COMMANDS).replace("-", " "))
-        if command is None or command.name in OF_A_CONNECTION:
-            reason = f"there is no {request.path}: docs/backdoor.md names all commands"
-            return _error(HTTPStatus.NOT_FOUND, EXECUTION, reason)
-        if request.method != "POST":
-            return _not_allowed(request, "POST")
-        line = request.path.encode("ascii", "backslashreplace")
+    def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
+        if len(self._connections) >= MOST_CONNECTIONS:
+            with contextlib.suppress(OSError), connection:
+                connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")
+            return
+        self._connections.add(connection)
+
+        def serve() -> None:
+            with contextlib.suppress(OSError), connection:  # the client has gone
+                _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
+            self._connections.discard(connection)
+
+        threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
+
+    def refused(self, client: str, request: str, code: int, reason: str) -> None:
+        """Log a request that is not carried out; from any thread."""
+        self._loop.call_soon_threadsafe(self._log.refused, client, request, code, reason)
+
+    def begin(self, call: Call, arguments: dict[str, Any], client: str, request: str) -> "Future[bytes]":
+        """Begin a call in the loop's thread; its result is the JSON of the answer."""
+        future = asyncio.run_coroutine_threadsafe(self._made(call, arguments, client, request), self._loop)
+        self._calls.add(future)
+        future.add_done_callback(self._calls.discard)
+        return future
+
+    async def _made(self, call: Call, arguments: dict[str, Any], client: str, request: str) -> bytes:
         try:
-            with calls.telling(line):
-                line = line_of(command, request.body)
-                reply = calls.start(calls.parse(line), line)
+            with self._backdoor.by(client):
+                result = call.method(self._backdoor, **arguments)
+            if inspect.isawaitable(result):
+                result = await result
         except Refused as refused:
-            return _refused(refused)
-        if isinstance(reply, str):
-            return _replied(calls, command, line, reply)
-        return asyncio.get_running_loop().create_task(_awaited(calls, command, line, reply))
-
-    def _health(self) -> object:
-        return {"ok": True}
-
-    def _state(self) -> object:
-        return msgspec.to_builtins(self._backdoor.state(), str_keys=True)
-
-    def _name(self, request: HttpRequest) -> str:
-        return f"{request.client} (backdoor, HTTP)"
+            self._log.refused(client, request, refused.code, refused.reason)
+            raise
+        except Exception as fault:
+            self._log.exception(client, request, fault)
+            raise
+        answer = msgspec.json.encode(result)
+        if self._log.wants_commands():
+            self._log.command(client, request, shortened(answer.decode(), _LONGEST_SHOWN))
+        return answer
 
 
-async def _awaited(
-    calls: LineCalls, command: Command, line: bytes, reply: Coroutine[None, None, str]
-) -> HttpAnswer:
+class _Handler(BaseHTTPRequestHandler):
+    """The requests of one connection, in a thread of its own."""
+
+    protocol_version = default_request_version = "HTTP/1.1"
+    timeout = IDLE_S
+    wbufsize = -1
+    disable_nagle_algorithm = True
+    server: BackdoorHttp  # type: ignore[assignment]
+
+    def do_GET(self) -> None:
+        """Answer a call that only reads."""
+        self._answer_to(self._carried_out)
+
+    def do_POST(self) -> None:
+        """Answer any call."""
+        self._answer_to(self._carried_out)
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
+        """Answer a request that http.server does not understand."""
+        self.close_connection = True
+        reason = message or HTTPStatus(code).phrase
+        self._reject(HTTPStatus(code), COMMUNICATION_FAILURE, reason)
+
+    def version_string(self) -> str:
+        """Name the server in headers."""
+        return "iiwa-sim"
+
+    def log_message(self, *_: object) -> None:
+        """Log nothing: the server logs calls."""
+
+    def _answer_to(self, carried_out: Callable[[], bytes]) -> None:
+        try:
+            answer = carried_out()
+        except NotUnderstood as fault:
+            self._reject(fault.status, COMMUNICATION_FAILURE, str(fault))
+        except Refused as refused:
+            self._send_error(HTTPStatus.CONFLICT, refused.code, refused.reason)
+        except CancelledError:
+            self.close_connection = True
+            self._send_error(HTTPStatus.SERVICE_UNAVAILABLE, EXECUTION, "the robot ends")
+        except ConnectionError:
+            raise
+        except Exception:  # noqa: BLE001  # logged where it was raised
+            self._send_error(HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION, _INTERNAL)
+        else:
+            self._send(HTTPStatus.OK, answer)
+
+    def _carried_out(self) -> bytes:
+        body = self._body()
+        url = urlsplit(self.path)
+        name = url.path.strip("/")
+        self._admit(name)
+        if name == HEALTH:
+            return b'{"ok":true}'
+        if not name:
+            return _listing()
+        call = CALLS.get(name)
+        if call is None:
+            near = get_close_matches(name.replace("-", "_"), CALLS, 1)
+            hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
+            raise NotUnderstood(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
+        if self.command == "GET" and not call.reads:
+            raise NotUnderstood(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
+        given = dict(parse_qsl(url.query)) | _object(body)
+        arguments = _arguments(name, call, given, strict=not url.query)
+        shown = ", ".join(f"{key}={value!r}" for key, value in given.items())
+        request = harmless(shortened(f"{name}({shown})", _LONGEST_SHOWN))
+        return self._result(self.server.begin(call, arguments, self._client, request))
+
+    def _result(self, future: "Future[bytes]") -> bytes:
+        while True:
+            try:
+                return future.result(LOOKS_S)
+            except TimeoutError:
+                if future.done():
+                    raise
+                if self._has_gone():
+                    future.cancel()
+                    raise ConnectionResetError from None
+
+    def _has_gone(self) -> bool:
+        self.connection.settimeout(0.0)
+        try:
+            return not self.connection.recv(1, socket.MSG_PEEK)
+        except BlockingIOError:
+            return False
+        finally:
+            self.connection.settimeout(IDLE_S)
+
+    def _body(self) -> bytes:
+        length = self.headers.get("Content-Length") or "0"
+        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
+            self.close_connection = True
+            raise NotUnderstood(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
+        if int(length) > MOST_BYTES:
+            self.close_connection = True
+            reason = f"a body of {int(length)} bytes: expected at most {MOST_BYTES}"
+            raise NotUnderstood(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
+        return self.rfile.read(int(length))
+
+    def _admit(self, name: str) -> None:
+        token, headers = self.server.token, self.headers
+        # A client with the token is no rebound page, whatever Host it names.
+        hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
+        reason = self.server.access.refusal(hosts, ())
+        if reason is None and "Origin" in headers:
+            reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
+        if reason is not None:
+            self.close_connection = True
+            raise NotUnderstood(HTTPStatus.FORBIDDEN, reason)
+        given = headers.get_all("Authorization", [])
+        kind, _, word = given[0].partition(" ") if len(given) == 1 else ("", "", "")
+        if (
+            token is None
+            or name == HEALTH
+            or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
+        ):
+            return
+        raise NotUnderstood(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
+
+    def _reject(self, status: HTTPStatus, code: int, reason: str) -> None:
+        request = harmless(
+            shortened(f"{self.command or ''} {getattr(self, 'path', '')}".strip(), _LONGEST_SHOWN)
+        )
+        self.server.refused(self._client, request, code, harmless(reason))
+        self._send_error(status, code, reason)
+
+    def _send_error(self, status: HTTPStatus, code: int, reason: str) -> None:
+        self._send(status, msgspec.json.encode({"error": {"code": code, "reason": harmless(reason)}}))
+
+    def _send(self, status: HTTPStatus, body: bytes) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(len(body) + 1))
+        if status is HTTPStatus.UNAUTHORIZED:
+            self.send_header("WWW-Authenticate", "Bearer")
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(body + b"\n")
+        self.wfile.flush()
+
+    @property
+    def _client(self) -> str:
+        return f"{host_and_port(*self.client_address[:2])} (backdoor)"
+
+
+def _object(body: bytes) -> dict[str, Any]:
+    if not body.strip():
+        return {}
     try:
-        with calls.telling(line):
-            answered = await reply
-    except Refused as refused:
-        return _refused(refused)
-    return _replied(calls, command, line, answered)
+        return msgspec.json.decode(body, type=dict[str, Any])
+    except (msgspec.MsgspecError, RecursionError) as fault:
+        raise NotUnderstood(
+            HTTPStatus.BAD_REQUEST, f"the body: expected an object in JSON ({fault})"
+        ) from None
 
 
-def _replied(calls: LineCalls, command: Command, line: bytes, reply: str) -> HttpAnswer:
-    calls.done(line, reply)
-    return _json(HTTPStatus.OK, {"reply": reply_in_json(command, reply)})
+def _arguments(name: str, call: Call, given: dict[str, Any], strict: bool) -> dict[str, Any]:
+    """Convert arguments to the types of a call. Raises NotUnderstood."""
+    words = call.takes()
+    takes = f"{name} takes {', '.join(words) or 'no arguments'}"
+    for key in given:
+        if key not in words:
+            raise NotUnderstood(HTTPStatus.BAD_REQUEST, f"{_shown(key)}: {takes}")
+    for key, expected in words.items():
+        if key not in given and key not in call.defaults:
+            raise NotUnderstood(HTTPStatus.BAD_REQUEST, f"{key}: expected {expected}, as {takes}")
+    converted = {}
+    for key, value in given.items():
+        try:
+            converted[key] = msgspec.convert(value, call.types[key], strict=strict)
+        except msgspec.ValidationError as fault:
+            reason = f"{key}: expected {words[key]} ({fault})"
+            raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
+    return converted
 
 
-def _refused(refused: Refused) -> HttpAnswer:
-    status = HTTPStatus.CONFLICT
-    if isinstance(refused, NotUnderstood):
-        status = HTTPStatus.BAD_REQUEST
-    elif isinstance(refused, InternalError):
-        status = HTTPStatus.INTERNAL_SERVER_ERROR
-    return _error(status, refused.code, refused.reason)
+def _listing() -> bytes:
+    """Return all calls in JSON, one in a line."""
+    lines = [
+        f'"{name}": '
+        + msgspec.json.encode(
+            {"by": "GET, POST" if call.reads else "POST", "takes": call.takes(), "does": call.summary}
+        ).decode()
+        for name, call in CALLS.items()
+    ]
+    return ("{\n" + ",\n".join(lines) + "\n}").encode()
 
 
-def _not_allowed(request: HttpRequest, allowed: str) -> HttpAnswer:
-    reason = f"{request.path} is asked for by {allowed}, not by {request.method}"
-    return _error(HTTPStatus.METHOD_NOT_ALLOWED, EXECUTION, reason)._replace(headers=(("allow", allowed),))
-
-
-def _error(status: HTTPStatus, code: int, reason: str) -> HttpAnswer:
-    return _json(status, {"error": {"code": code, "reason": reason}})
-
-
-def _json(status: HTTPStatus, value: object) -> HttpAnswer:
-    return HttpAnswer(status, json.dumps(value, separators=(",", ":")).encode() + b"\n")
+def _shown(text: str) -> str:
+    return repr(shortened(harmless(text), 40))

@@ -24,7 +24,7 @@ class SurfaceSettings(Placed, frozen=True, forbid_unknown_fields=True, kw_only=T
     friction: float = 0.0
 
 
-class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class PlaneSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape", tag="plane"):
     """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
 
     def shape(self) -> Plane:
@@ -32,7 +32,7 @@ class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw
         return Plane()
 
 
-class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class BoxSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape", tag="box"):
     """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
 
     size_mm: tuple[float, float, float]
@@ -43,7 +43,7 @@ class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_o
         return box(self.size_mm)
 
 
-class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class SphereSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape", tag="sphere"):
     """A sphere to touch, with its middle at its frame."""
 
     radius_mm: float
@@ -53,7 +53,7 @@ class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, k
         return sphere(self.radius_mm)
 
 
-class CylinderSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class CylinderSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape", tag="cylinder"):
     """A cylinder to touch, with its middle at its frame and its axis along z."""
 
     radius_mm: float

@@ -11,19 +11,24 @@ from typing import TextIO
 from iiwa_sim.cli.output import StdoutFault
 from iiwa_sim.never_waiting import PATIENCE_S, written
 
+SIGNALS = (signal.SIGTERM, signal.SIGINT)
+
 
 class Ending:
     """Handles SIGTERM and SIGINT by an orderly end; process 1 of a container has no default for them."""
 
     def __init__(self) -> None:
         self.asked = asyncio.Event()
-        self._loop: asyncio.AbstractEventLoop | None = None
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, self._signalled)
+        for number in SIGNALS:
+            signal.signal(number, lambda *_: sys.exit(0))
 
     def watch(self) -> None:
-        """Signals set `asked` from now on instead of ending the process. To be called inside the loop."""
-        self._loop = asyncio.get_running_loop()
+        """Signals set `asked` from now on instead of ending the process. To be called inside the loop.
+
+        The loop's own handlers wake it up, also where a signal arrives just before it waits.
+        """
+        for number in SIGNALS:
+            asyncio.get_running_loop().add_signal_handler(number, self.asked.set)
 
     async def wait(self, *announced: Coroutine[None, None, None]) -> None:
         """Return when the end is requested; raise at once what goes wrong with an announcement meanwhile.
@@ -40,12 +45,6 @@ class Ending:
             told -= done
         if told:
             await asyncio.wait(told, timeout=PATIENCE_S)
-
-    def _signalled(self, *_: object) -> None:
-        if self._loop is None:
-            sys.exit(0)
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self.asked.set)
 
 
 async def announce(text: str, stream: TextIO | None) -> None:

@@ -144,7 +144,6 @@ def _announcement(name: str, simulator: "Simulator") -> str:
     ]
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
     ports += [("backdoor", bench, simulator.backdoor_port)]
-    ports += [("backdoor by HTTP", bench, simulator.backdoor_http_port)]
     lines = [f"{what} on {host_and_port(host, port)}" for what, host, port in ports if port is not None]
     if simulator.ros_master is not None:
         lines.append(f"ROS node at {simulator.ros_master}")
@@ -160,7 +159,7 @@ def _place(name: str, simulator: "Simulator") -> dict[str, object]:
     return {
         "name": name,
         "status": (here, simulator.status_port),
-        "backdoor": (reached_at(simulator.backdoor_host), simulator.backdoor_port),
+        "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
         "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
         "driver": None if port is None else (here, port),
     }

@@ -135,12 +135,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
     log_json: Annotated[bool, _output("log JSON, one object per line")] = False
 
     backdoor_port: Annotated[
-        Port | None, _backdoor("faults, pushes and state as lines of text; 0 picks a port")
+        Port | None, _backdoor("faults, pushes and state as JSON over HTTP; 0 picks a port")
     ] = None
-    backdoor_http_port: Annotated[
-        Port | None, _backdoor("the same as JSON over HTTP; needs the extra http; 0 picks a port")
-    ] = None
-    backdoor_host: Annotated[Host, _backdoor("address of both; others than loopback need a token")] = LOOPBACK
+    backdoor_host: Annotated[Host, _backdoor("its address; others than loopback need a token")] = LOOPBACK
     backdoor_token: Annotated[
         Word | None,
         _backdoor("serve only clients that send this token; other users see it in the list of processes"),
@@ -179,14 +176,13 @@ PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json"
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
 COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port", "clock", "rate"))  # --help
 COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
-COMMON |= {"backdoor_port", "backdoor_http_port", "rosbridge_port", "ros", "ros2"}
+COMMON |= {"backdoor_port", "rosbridge_port", "ros", "ros2"}
 REPEATED = ("rosbridge_origin", "rosbridge_host")  # on the command line
 WRITTEN = ("transcript", "record")  # files of which each robot writes its own
 FILES = ("cell", "robot", "rosbridge_secret", "backdoor_token_file", *WRITTEN)  # seen from the fleet file
 SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")  # Kubernetes sets them for a Service iiwa-sim
 LISTENS_AT = {"port": "host", "status_port": "host", "rosbridge_port": "host"}  # ports and their addresses
-LISTENS_AT |= dict.fromkeys(("backdoor_port", "backdoor_http_port"), "backdoor_host")
-LISTENS_AT |= {"view_port": "view_host"}
+LISTENS_AT |= {"backdoor_port": "backdoor_host", "view_port": "view_host"}
 NEEDS = {  # an option: at least one of these has to be given with it
     "status_rate": ("status_port", "view_port"),
     "record_rate": ("record",),
@@ -194,8 +190,7 @@ NEEDS = {  # an option: at least one of these has to be given with it
     **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
     **dict.fromkeys(("ros_result", "ros_reference", "ros_stamps"), ("rosbridge_port", "ros", "ros2")),
     **dict.fromkeys(
-        ("backdoor_host", "backdoor_token", "backdoor_token_file"),
-        ("backdoor_port", "backdoor_http_port", "view_port"),
+        ("backdoor_host", "backdoor_token", "backdoor_token_file"), ("backdoor_port", "view_port")
     ),
     **dict.fromkeys(("view_host", "view_token", "view_token_file"), ("view_port",)),
 }

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from random import Random
 from typing import NamedTuple, Protocol
 
+import msgspec
+
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.ports import IIWA
@@ -58,53 +60,49 @@ class Reset:
 Step = Send | Wait | Close | Reset
 
 
-class Pass(NamedTuple):
+class Pass(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The reply is sent unchanged."""
 
 
-class Delay(NamedTuple):
+class Delay(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The reply is delayed, and so are later ones."""
 
     seconds: float
 
 
-class Split(NamedTuple):
+class Split(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The first bytes of the reply are sent, and the rest after a pause. A shorter reply is sent whole."""
 
     byte: int
     pause_s: float
 
 
-class Drop(NamedTuple):
+class Drop(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The reply is not sent."""
 
 
-class Garble(NamedTuple):
+class Garble(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """Each byte of the reply is replaced by another printable one, except for its line end or its tags."""
 
 
-class CloseBefore(NamedTuple):
+class CloseBefore(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The connection is closed instead of sending the reply."""
 
 
-class CloseAfter(NamedTuple):
+class CloseAfter(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The connection is closed after the reply."""
 
 
-class ResetBefore(NamedTuple):
+class ResetBefore(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The connection is reset instead of sending the reply."""
 
 
-class Silence(NamedTuple):
+class Silence(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """Lines are neither answered nor carried out; they wait until the fault is cleared."""
 
 
 Fault = Pass | Delay | Split | Drop | Garble | CloseBefore | CloseAfter | ResetBefore | Silence
-FAULTS: dict[type, tuple[str, ...]] = {
-    kind: kind._fields
-    for kind in (Pass, Delay, Split, Drop, Garble, CloseBefore, CloseAfter, ResetBefore, Silence)
-}
-"""The kinds of faults, with the names of their numbers."""
+"""What is done to one reply; in JSON with its name as `type`: `{"type": "Delay", "seconds": 0.2}`."""
 
 
 class Peer(Protocol):

@@ -9,6 +9,7 @@ import socket
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.server.socket_options import reset_at_close
@@ -122,6 +123,25 @@ class Acceptor:
     def _try_again(self) -> None:
         self._again = None
         self._loop.add_reader(self._listening, self._take_one)
+
+
+async def accept(listening: socket.socket, serve: Callable[[socket.socket, Any], None]) -> None:
+    """Call `serve` with each connection and its peer, until cancelled.
+
+    It accepts one connection in each turn of the event loop, so that a flood of connections delays nobody.
+    When the system has no descriptor left, one line is logged and accepting is tried again later.
+    """
+    loop = asyncio.get_running_loop()
+    while True:
+        try:
+            connection, peer = await loop.sock_accept(listening)
+        except OSError as fault:  # others mean that the client has gone already
+            if fault.errno in _USED_UP:
+                _tell_used_up(fault)
+                await asyncio.sleep(AGAIN_S)
+        else:
+            serve(connection, peer)
+        await asyncio.sleep(0)
 
 
 def _bound(family: int, address: tuple[str, int]) -> socket.socket:

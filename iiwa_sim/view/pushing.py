@@ -14,8 +14,9 @@ import numpy as np
 from iiwa_sim.frames import Frame, Transform, Vector, apply, inverse, rotate, transpose
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.acting import tell
+from iiwa_sim.view.bench import Bench
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.line_client import Lines, Refusal, Unanswered
+from iiwa_sim.view.line_client import Refusal, Unanswered
 from iiwa_sim.view.scene import State
 
 if TYPE_CHECKING:
@@ -32,9 +33,6 @@ STRONGEST_N = 150.0
 
 YIELDS = "impedance"
 """The mode of stiffness moves and gravity holds; in all others the robot is where its motion is."""
-
-RELEASE_WHEN_GONE = "release when gone"
-"""Option of a push that ends it with the process that asked for it."""
 
 logger = logging.getLogger(__name__)
 
@@ -103,7 +101,7 @@ class Pushing:
         self._station = station
         self._drawing = station.scene.drawing
         self._place_m = station.scene.place_m
-        self._lines = Lines(station.place.backdoor, station.place.token, RELEASE_WHEN_GONE)
+        self._lines = Bench(station.place.backdoor, station.place.token)
         station.ours.append(self._lines)
         self._last_joint = self._drawing.joint_count - 1
         self._stiffness: Any = server.gui.add_slider(

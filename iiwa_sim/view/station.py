@@ -14,6 +14,7 @@ import msgspec
 from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.server.listening import host_and_port
+from iiwa_sim.view.bench import Bench
 from iiwa_sim.view.drawing import Drawing
 from iiwa_sim.view.line_client import ANSWER_S, Lines, Refusal, Unanswered
 from iiwa_sim.view.scene import Scene, State
@@ -60,9 +61,9 @@ class Station:
         self.place = place
         self.name = place.name
         self.status = StatusReader(place.status)
-        self.bench = None if place.backdoor is None else Lines(place.backdoor, place.token)
-        self._looks = None if place.backdoor is None else Lines(place.backdoor, place.token)
-        self._waits = None if place.backdoor is None else Lines(place.backdoor, place.token)
+        self.bench = None if place.backdoor is None else Bench(place.backdoor, place.token)
+        self._looks = None if place.backdoor is None else Bench(place.backdoor, place.token)
+        self._waits = None if place.backdoor is None else Bench(place.backdoor, place.token)
         self.driver = None if place.driver is None else Lines(place.driver)
         self.ours = [lines for lines in (self.bench, self._looks, self._waits) if lines is not None]
         """The page's connections to the backdoor."""
@@ -236,7 +237,7 @@ class Station:
             taken.append(self._acted.popleft())
         return taken
 
-    def _look_at(self, bench: Lines) -> None:
+    def _look_at(self, bench: Bench) -> None:
         cell = json.loads(bench.do("get cell"))
         if cell != self.cell:
             self.cell = cell

@@ -1,4 +1,4 @@
-"""A stepped robot, its backdoor, and the lines of a test bench."""
+"""A stepped robot and its backdoor."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
-from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
@@ -17,7 +16,6 @@ from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Part
-from tests.journal import Journal
 from tests.stepped import SteppedRobot
 from tests.world.scenes import hold
 
@@ -55,16 +53,6 @@ class Bench:
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recent = RecentDialogue(self.dialogue, self.controller.tick_s)
         self.backdoor = Backdoor(self.controller, self.wire, [self.door], self.clock, self.recent)
-        self.journal = Journal()
-        self.session = BackdoorSession(self.backdoor, self.journal, "bench")
-
-    def tell(self, line: str | bytes) -> str:
-        """The one reply to a line that takes no time."""
-        self.session.receive((line.encode() if isinstance(line, str) else line) + b"\n")
-        reply = self.session.answer()
-        assert reply.endswith(b"\r\n")
-        assert reply.count(b"\n") == reply.count(b"\r") == 1
-        return reply[:-2].decode("ascii")
 
     def grips_disc(self) -> None:
         """The disc is at the TCP, and held there."""

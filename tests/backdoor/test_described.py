@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,6 +10,7 @@ from iiwa_sim.backdoor.backdoor import MOST_MOVES
 from iiwa_sim.backdoor.described import settings_of
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move
 from tests.backdoor.bench import KR_6, Bench
@@ -48,35 +47,36 @@ def test_settings_of_a_surface_are_those_it_was_made_of(settings: AnySurface) ->
 
 
 def test_the_cell_is_told_as_it_is_now() -> None:
-    bench = Bench()
-    assert bench.tell("add box : block 600 300 50 0 0 0.5 100 200 300 1e5 1 0.3") == "done"
-    cell = json.loads(bench.tell("get cell"))
-    assert cell["inputs"] == [f"input {number}" for number in range(1, 17)]
-    assert cell["contact_radius_mm"] == 0.0
-    (block,) = cell["surfaces"]
-    expected = {"shape": "box", "name": "block", "x_mm": 600, "size_mm": [100, 200, 300]}
+    backdoor = Bench().backdoor
+    backdoor.add_surface(
+        BoxSettings(name="block", x_mm=600, y_mm=300, size_mm=(100, 200, 300), stiffness_n_per_m=1e5)
+    )
+    cell = backdoor.cell()
+    assert list(cell.inputs) == [f"input {number}" for number in range(1, 17)]
+    assert cell.contact_radius_mm == 0.0
+    (block,) = cell.surfaces
+    expected = {"shape": "box", "name": "block", "x_mm": 600, "size_mm": (100, 200, 300)}
     assert {key: block[key] for key in expected} == expected
-    assert bench.tell("move surface : block 500 300 50 0 0 0.5") == "done"
-    assert json.loads(bench.tell("get cell"))["surfaces"][0]["x_mm"] == 500
+    backdoor.move_surface("block", Frame(500, 300, 50, 0, 0, 0.5))
+    assert backdoor.cell().surfaces[0]["x_mm"] == 500
 
 
 def test_the_robot_is_told_with_its_urdf() -> None:
-    told, robot = json.loads(Bench(KR_6).tell("get robot")), load_robot(KR_6)
-    assert told["urdf"] == robot.urdf
-    assert told["joints"] == list(robot.joints)
-    assert told["position_max"] == list(robot.position_max)
-    assert told["flange"] == robot.flange
+    told, robot = Bench(KR_6).backdoor.robot(), load_robot(KR_6)
+    assert (told.urdf, told.joints, told.position_max, told.flange) == (
+        *(robot.urdf, robot.joints, robot.position_max, robot.flange),
+    )
 
 
 def test_moves_that_run_and_wait_are_told_the_first_of_them() -> None:
     bench = Bench()
-    assert json.loads(bench.tell("get moves")) == {"count": 0, "moves": []}
+    assert bench.backdoor.moves().count == 0
     home = bench.controller.joints
     for number in range(MOST_MOVES + 3):
         target = (*home[:6], 0.01 * (number + 1))
         bench.controller.move(joint_move(target, [0.1] * 7))
-    told = json.loads(bench.tell("get moves"))
-    assert told["count"] == MOST_MOVES + 3
-    assert [move["number"] for move in told["moves"]] == list(range(1, MOST_MOVES + 1))
-    assert told["moves"][2]["goal_joint_position"][6] == 0.03
-    assert told["moves"][0]["blending_mm"] == 0.0
+    told = bench.backdoor.moves()
+    assert told.count == MOST_MOVES + 3
+    assert [move.number for move in told.moves] == list(range(1, MOST_MOVES + 1))
+    assert told.moves[2].goal_joint_position[6] == 0.03
+    assert told.moves[0].blending_mm == 0.0

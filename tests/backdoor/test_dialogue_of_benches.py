@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-import json
+import pytest
 
+from iiwa_sim.controller.errors import Refused
 from tests.backdoor.bench import Bench
 
 
 def said(bench: Bench) -> list[tuple[str, str, str, str]]:
-    told = json.loads(bench.tell("get dialogue : 0"))["lines"]
-    return [(line["mark"], line["session"], line["text"], line.get("reason", "")) for line in told]
+    return [(line.mark, line.session, line.text, line.reason) for line in bench.backdoor.dialogue().lines]
 
 
-def test_what_a_line_or_a_call_changes_is_in_it_once() -> None:
+def test_what_a_call_changes_is_in_it_once() -> None:
     bench = Bench()
     bench.recent.listen()
-    bench.tell("set input : 3 1")
+    with bench.backdoor.by("bench"):
+        bench.backdoor.set_input(number=3, on=True)
     bench.backdoor.set_input(3, False)
-    bench.tell("get inputs")
-    bench.tell("get state")
+    bench.backdoor.inputs()
+    bench.backdoor.state()
     assert said(bench) == [
-        ("#", "bench", "set input : 3 1", ""),
+        ("#", "bench", "set_input(number=3, on=True)", ""),
         ("#", "backdoor", "set_input(3, False)", ""),
     ], "and what only asks is not"
 
@@ -28,19 +29,20 @@ def test_what_a_line_or_a_call_changes_is_in_it_once() -> None:
 def test_what_is_refused_is_in_it_with_the_reason() -> None:
     bench = Bench()
     bench.recent.listen()
-    assert bench.tell("remove surface : missing").startswith("error")
+    with pytest.raises(Refused):
+        bench.backdoor.remove_surface("missing")
     ((mark, session, text, reason),) = said(bench)
-    assert (mark, session, text) == ("#", "bench", "remove surface : missing")
-    assert "missing" in reason
+    assert (mark, session, text) == ("#", "backdoor", "remove_surface('missing')")
+    assert reason.startswith("3000 no surface 'missing'")
 
 
 def test_what_is_dragged_is_in_it_now_and_then() -> None:
     bench = Bench()
     bench.recent.listen()
     for force in range(200):
-        bench.tell(f"push : {force} 0 0 0 0 0")
-    bench.tell("set input : 3 1")
+        bench.backdoor.push((force, 0, 0, 0, 0, 0))
+    bench.backdoor.set_input(3, True)
     texts = [text for _, _, text, _ in said(bench)]
-    assert texts[0] == "push : 0 0 0 0 0 0"
-    assert texts[-1] == "set input : 3 1"
+    assert texts[0] == "push((0, 0, 0, 0, 0, 0))"
+    assert texts[-1] == "set_input(3, True)"
     assert len(texts) < 100

@@ -1,208 +1,348 @@
-"""The backdoor over HTTP, without sockets: each command has its path and does what its line does."""
+"""The backdoor over HTTP, on real sockets: each call does what its method does, and who is not admitted."""
 
 from __future__ import annotations
 
-import asyncio
+import http.client
 import json
-from importlib.resources import files
+import socket
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
+import msgspec
 import pytest
 
-from iiwa_sim.backdoor.http import COMMANDS, OF_A_CONNECTION, BackdoorHttp
-from iiwa_sim.backdoor.json_lines import fields, reply_in_json
-from iiwa_sim.backdoor.recent_dialogue import MOST
-from iiwa_sim.protocols.table import ERROR, Request, load_table
-from iiwa_sim.server.http import HttpAnswer, HttpRequest
-from iiwa_sim.server.token import Token
-from iiwa_sim.transcript.lines import Said, read
-from tests.backdoor.bench import IIWA, Bench
+from iiwa_sim.backdoor.client import BackdoorClient
+from iiwa_sim.backdoor.http import CALLS, MOST_CONNECTIONS
+from iiwa_sim.cell.cell import robot_alone
+from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.client import Iiwa
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.protocols import faults as wire
+from iiwa_sim.simulator import Simulator
+from tests.backdoor.bench import HANDLED, IIWA
+from tests.talking import DEADLINE_S, wait_until
 
-TABLE = load_table("backdoor", 7)
-DIALOGUE = read(
-    "backdoor.txt", files("iiwa_sim.protocol").joinpath("transcripts/backdoor/backdoor.txt").read_text()
-)
-HERE = ("host", "127.0.0.1:30080")
+TOKEN = "swordfish"
+POSE = {"x_mm": 600.0, "y_mm": 300.0, "z_mm": 150.0, "alpha": 0.1, "stiffness_n_per_m": 5e4}
+PLACE = (0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7)
+# Each call with its arguments, in an order in which none is rejected.
+SAID: list[tuple[str, dict[str, Any]]] = [
+    ("save_state", {"name": "Würfel"}),
+    ("pause", {}),
+    ("set_clock", {"name": "10x"}),
+    ("get_clock", {}),
+    ("set_clock", {"name": "stepped"}),
+    ("resume", {}),
+    ("push", {"wrench": (1, 2, 3, 4, 5, 6)}),
+    ("push_joints", {"torques": (1, 2, 3, 4, 5, 6, 7)}),
+    ("release", {}),
+    ("remove_part", {"name": "disc"}),
+    ("add_surface", {"surface": PlaneSettings(name="floor", z_mm=-10, stiffness_n_per_m=1e5)}),
+    ("add_surface", {"surface": BoxSettings(name="box", size_mm=(10, 20, 30), **POSE)}),
+    ("add_surface", {"surface": SphereSettings(name="Würfel", radius_mm=40, **POSE)}),
+    ("add_surface", {"surface": CylinderSettings(name="1", radius_mm=40, length_mm=60, **POSE)}),
+    ("move_surface", {"name": "Würfel", "pose": Frame(1, 2, -30, 0, 0, 0.5)}),
+    ("remove_surface", {"name": "floor"}),
+    ("surfaces", {}),
+    ("cell", {}),
+    ("set_tool", {"tool_in_flange": Frame(1, 2, 100, 0, 0.5, 0)}),
+    ("tool", {}),
+    ("set_input", {"number": 3, "on": True}),
+    ("input", {"number": 3}),
+    ("output", {"number": 2}),
+    ("inputs", {}),
+    ("outputs", {}),
+    ("place", {"joints": PLACE}),
+    ("set_override", {"override": 0.25}),
+    ("override", {}),
+    ("robot", {}),
+    ("state", {}),
+    ("moves", {}),
+    ("states", {}),
+    ("seed", {"seed": 7}),
+    ("stick_jaws", {"stuck": True}),
+    ("wrong_sensor", {"sensor": "holds", "on": True}),
+    ("repair_gripper", {}),
+    ("refuse_next_move", {"code": 3021}),
+    ("reply", {"command": "get status", "reply": "moving", "times": 2}),
+    ("connections", {}),
+    ("set_fault", {"fault": wire.Pass(), "connection": 0, "replies": 3}),
+    ("set_fault", {"fault": wire.Delay(0.5), "connection": -1, "replies": 2}),
+    ("set_fault", {"fault": wire.Split(3, 0.1)}),
+    ("set_fault", {"fault": wire.Drop(), "replies": 1}),
+    ("set_fault", {"fault": wire.Garble()}),
+    ("set_fault", {"fault": wire.CloseBefore()}),
+    ("set_fault", {"fault": wire.CloseAfter()}),
+    ("set_fault", {"fault": wire.ResetBefore()}),
+    ("stop_answering", {}),
+    ("close_connections", {}),
+    ("reset_connections", {"connection": 0}),
+    ("refuse_connections", {}),
+    ("accept_connections", {}),
+    ("clear_faults", {}),
+    ("emergency_stop", {}),
+    ("release_emergency_stop", {}),
+    ("reset_error", {}),
+    ("switch_drives", {"on": False}),
+    ("protective_stop", {}),
+    ("following_error", {"joint": 3}),
+    ("restore_state", {"name": "Würfel"}),
+]
+NEED_A_MOVE = {"fail_move", "time_out_servo", "lose_part"}
+TAKE_TIME = {"advance", "run_until_stopped"}
 
 
-class HttpBench(Bench):
-    """A bench with a front of HTTP, too."""
-
-    def __init__(self, robot: str = IIWA, token: str | None = None) -> None:
-        super().__init__(robot)
-        self.recent.listen()
-        known = None if token is None else Token(token)
-        self.http = BackdoorHttp(self.backdoor, self.recent, self.journal, known)
-
-    def answer(self, method: str, path: str, body: bytes = b"", *headers: tuple[str, str]) -> HttpAnswer:
-        answer = self.http.answer(HttpRequest(method, path, headers or (HERE,), body, "bench"))
-        assert isinstance(answer, HttpAnswer)
-        return answer
-
-    def posts(self, name: str, /, **values: object) -> tuple[int, object]:
-        answer = self.answer("POST", path_of(name), json.dumps(values).encode())
-        return answer.status, json.loads(answer.body)
+@pytest.fixture(scope="module")
+def shared() -> Iterator[Simulator]:
+    with Simulator(clock="stepped", backdoor_port=0) as simulator:
+        yield simulator
 
 
-def as_values(request: Request) -> dict[str, object]:
-    given = iter(request.values)
-    values: dict[str, object] = {
-        each.name: next(given) if each.length is None else [next(given) for _ in range(each.length)]
-        for each in fields(request.command.parameters)
+@pytest.fixture
+def bench(shared: Simulator) -> Iterator[BackdoorClient]:
+    yield client_of(shared)
+    shared.backdoor.restore_state("start")
+
+
+def client_of(simulator: Simulator, **options: Any) -> BackdoorClient:
+    assert simulator.backdoor_port is not None
+    return BackdoorClient("127.0.0.1", simulator.backdoor_port, **options)
+
+
+def seen(simulator: Simulator) -> dict[str, Any]:
+    """Return all that calls change."""
+    backdoor = simulator.backdoor
+    return {
+        "state": backdoor.state(),
+        "cell": backdoor.cell(),
+        "tool": backdoor.tool(),
+        "states": backdoor.states(),
+        "clock": backdoor.get_clock(),
+        "faults": [(rule.fault, rule.connection, rule.left) for rule in backdoor._wire._rules],
+        "canned": {name: list(each) for name, each in backdoor._wire.canned._replies.items()},
     }
-    return values | dict(zip(request.command.phrases, request.phrases, strict=bool(request.command.phrase)))
 
 
-def path_of(name: str) -> str:
-    return COMMANDS + name.replace(" ", "-")
+def ask(
+    port: int | None, method: str, path: str, body: str | None = None, headers: dict[str, str] | None = None
+) -> tuple[int, Any]:
+    connection = http.client.HTTPConnection("127.0.0.1", port or 0, timeout=DEADLINE_S)
+    try:
+        connection.request(method, path, None if body is None else body.encode(), headers or {})
+        answer = connection.getresponse()
+        return answer.status, json.loads(answer.read())
+    finally:
+        connection.close()
 
 
-def test_each_command_of_the_table_has_a_path() -> None:
-    bench = HttpBench()
-    for name in TABLE.commands:
-        if name in OF_A_CONNECTION:
-            assert bench.answer("POST", path_of(name)).status == 404
-        else:
-            assert bench.answer("POST", path_of(name), b'{"no such value": 1}').status == 400, name
-            assert bench.answer("GET", path_of(name)).status == 405
+def test_each_call_does_over_http_what_its_method_does() -> None:
+    assert {name for name, _ in SAID} | NEED_A_MOVE | TAKE_TIME | {"dialogue"} == set(CALLS)
+    cell = replace(robot_alone(IIWA), handled=HANDLED)
+    with (
+        Simulator(cell=cell, clock="stepped", backdoor_port=0) as near,
+        Simulator(cell=cell, clock="stepped", backdoor_port=0) as far,
+    ):
+        bench = client_of(far)
+        for name, arguments in SAID:
+            result = getattr(near.backdoor, name)(**arguments)
+            assert getattr(bench, name)(**arguments) == msgspec.json.decode(msgspec.json.encode(result)), name
+            assert seen(near) == seen(far), name
+        assert bench.advance(0.5) is None
+        assert near.state().tick + 250 == far.state().tick
+        assert bench.run_until_stopped(1) == 0.0
+        with pytest.raises(Refused, match="nothing moves that could fail"):
+            bench.fail_move(4711)
 
 
-async def test_the_transcript_of_lines_gives_the_same_by_http() -> None:
-    by_line, by_http = HttpBench(), HttpBench()
-    asked = 0
-    for line in (each.text for each in DIALOGUE.steps if isinstance(each, Said)):
-        request = TABLE.parse(line.encode())
-        if not isinstance(request, Request) or request.beyond or request.command.name in OF_A_CONNECTION:
-            continue
-        if request.command.name in ("advance", "run until stopped"):
-            continue
-        reply = by_line.tell(line)
-        status, answer = by_http.posts(request.command.name, **as_values(request))
-        if reply.startswith(f"{ERROR} "):
-            _, code, reason = reply.split(" ", 2)
-            assert (status, answer) == (409, {"error": {"code": int(code), "reason": reason}}), line
-        else:
-            assert (status, answer) == (200, {"reply": reply_in_json(request.command, reply)}), line
-        assert by_http.seen() == by_line.seen(), line
-        asked += 1
-    assert asked > 50
+def test_what_reads_is_got_by_a_browser_bar_and_lists_itself(shared: Simulator) -> None:
+    port = shared.backdoor_port
+    assert ask(port, "GET", "/override") == (200, 1.0)
+    assert ask(port, "GET", "/input?number=3") == (200, False)
+    assert ask(port, "GET", "/state")[1]["mode"] == "unknown"
+    assert ask(port, "GET", "/healthz") == (200, {"ok": True})
+    status, calls = ask(port, "GET", "/")
+    assert (status, set(calls)) == (200, set(CALLS))
+    assert calls["set_fault"]["takes"]["replies"] == "whole number, default 0"
+    assert calls["place"]["takes"] == {"joints": "[number, ...]"}
 
 
-def test_what_is_wrong_changes_nothing_and_is_told() -> None:
-    bench = HttpBench()
-    before = bench.seen()
-    assert bench.posts("push", fx=1) == (
-        400,
-        {
-            "error": {
-                "code": 3040,
-                "reason": "fy: expected it in the object, as push takes fx, fy, fz, tx, ty, tz",
-            }
-        },
-    )
-    status, answer = bench.posts("set override", override=2)
-    assert (status, answer) == (
-        400,
-        {"error": {"code": 3040, "reason": "override = 2: expected at least 0 and up to 1"}},
-    )
-    status, _ = bench.posts("fail move", code=7)
-    assert status == 409
-    assert bench.answer("POST", "/backdoor/no-such-command").status == 404
-    assert bench.answer("GET", "/").status == 404
-    assert bench.answer("POST", "/state").status == 405
-    assert bench.answer("DELETE", "/backdoor/emergency-stop").headers == (("allow", "POST"),)
-    assert bench.seen() == before
+@pytest.mark.parametrize(
+    ("call", "code", "reason"),
+    [
+        (
+            lambda b: b.emergency_stopp(),
+            3040,
+            "'emergency_stopp': did you mean emergency_stop?",
+        ),
+        (lambda b: b.jump(), 3040, "there is no call 'jump': GET / lists all calls"),
+        (lambda b: b.push(), 3040, "wrench: expected [fx, fy, fz, tx, ty, tz], as push takes wrench"),
+        (lambda b: b.push((1, 2)), 3040, "wrench: expected [fx, fy, fz, tx, ty, tz] (Expected `array` of"),
+        (
+            lambda b: b.set_input(number=1, on=1),
+            3040,
+            "on: expected true or false (Expected `bool`",
+        ),
+        (lambda b: b.set_input(value=1), 3040, "'value': set_input takes number, on"),
+        (lambda b: b.emergency_stop(on=False), 3040, "'on': emergency_stop takes no arguments"),
+        (lambda b: b.set_fault("drop"), 3040, 'fault: expected {"type": "Drop", ...} (Expected `object`'),
+        (lambda b: b.set_fault(wire.Delay(-1)), 3000, "seconds -1: expected 0 to 3600"),
+        (lambda b: b.set_fault(wire.Drop(), 7), 3000, "no connection 7: there are none"),
+        (lambda b: b.set_input(17, True), 1, "no input 17: there are inputs 1 to 16"),
+        (lambda b: b.place((0, 0, 0, 3, 0, 0, 0)), 3023, "A4 at 3 rad is outside"),
+        (lambda b: b.set_tool((0, 0, 20000, 0, 0, 0)), 3000, "z_mm 20000: expected -10000 to 10000 mm"),
+        (lambda b: b.save_state("start"), 3000, "start is the state at the beginning: expected another name"),
+        (lambda b: b.reply("get status", "a\nb"), 3000, "expected one line of printable ASCII"),
+        (lambda b: b.remove_surface("Würfel"), 3000, "no surface 'Würfel': there is none"),
+        (lambda b: b.set_clock("soon"), 3000, "clock 'soon': expected real, a multiple"),
+        (lambda b: b.advance(-1), 3000, "expected"),
+        (lambda b: b.by(), 3040, "there is no call 'by'"),
+    ],
+)
+def test_what_is_wrong_is_refused_with_its_reason_and_changes_nothing(
+    shared: Simulator, bench: BackdoorClient, call: Callable[[BackdoorClient], Any], code: int, reason: str
+) -> None:
+    before = seen(shared)
+    with pytest.raises(Refused) as refused:
+        call(bench)
+    assert refused.value.code == code
+    assert reason in refused.value.reason
+    assert seen(shared) == before
+    assert before["state"].error.code == 0, "a driver does not learn of it"
 
 
-def test_a_fault_of_ours_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = HttpBench()
-    monkeypatch.setattr(bench.controller, "emergency_stop", lambda: 1 / 0)
-    status, answer = bench.posts("emergency stop")
-    assert (status, answer) == (500, {"error": {"code": 3000, "reason": "internal error, see the log"}})
+@pytest.mark.parametrize(
+    ("sent", "status"),
+    [
+        (b"rubbish !\r\n", 400),
+        (b"\x16\x03\x01\0\xff\0\r\n", 400),
+        (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 2\r\n\r\n[]", 400),
+        (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n\r\n", 413),
+        (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: -1\r\n\r\n", 411),
+        (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 411),
+        (b"POST /push HTTP/1.1\r\nContent-Length: 0\r\n\r\n", 403),
+        (b"GET /emergency_stop HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 405),
+        (b"DELETE / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 501),
+        (b"GET /state HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n", 200),
+        (
+            b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nContent-Length: 60000\r\n\r\n"
+            + b'{"a":' * 12_000,
+            400,
+        ),
+    ],
+)
+def test_bytes_that_are_no_call_are_answered_as_such(shared: Simulator, sent: bytes, status: int) -> None:
+    with socket.create_connection(("127.0.0.1", shared.backdoor_port or 0), DEADLINE_S) as connection:
+        connection.sendall(sent)
+        connection.shutdown(socket.SHUT_WR)
+        answer = connection.makefile("rb").readline()
+    assert answer.startswith(b"HTTP/1.1 %d " % status)
+    assert shared.state().error.code == 0
 
 
 @pytest.mark.parametrize(
     "headers",
     [
-        (("host", "rebound.example"),),
-        (("host", "rebound.example:30080"),),
-        (),
-        (HERE, HERE),
-        (HERE, ("origin", "http://evil.example")),
-        (HERE, ("origin", "http://localhost:3000")),
-        (HERE, ("origin", "null")),
+        {"Host": "rebound.example"},
+        {"Host": "rebound.example:30080"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "http://localhost:3000"},
+        {"Origin": "null"},
     ],
 )
-@pytest.mark.parametrize("path", ["/backdoor/emergency-stop", "/state", "/healthz"])
-def test_web_pages_are_not_let_in(headers: tuple[tuple[str, str], ...], path: str) -> None:
-    bench = HttpBench()
-    before = bench.seen()
-    method = "POST" if path.startswith(COMMANDS) else "GET"
-    answer = bench.http.answer(HttpRequest(method, path, headers, b"", "browser"))
-    assert isinstance(answer, HttpAnswer)
-    assert answer.status == 403
-    assert bench.seen() == before
+@pytest.mark.parametrize("path", ["/emergency_stop", "/state", "/healthz"])
+def test_web_pages_are_not_let_in(shared: Simulator, headers: dict[str, str], path: str) -> None:
+    assert ask(shared.backdoor_port, "POST", path, "{}", headers)[0] == 403
+    assert shared.state().error.code == 0
 
 
 def test_with_a_token_only_who_knows_it_is_let_in_by_any_name() -> None:
-    bench = HttpBench(token="swordfish")
-    before = bench.seen()
-    path = "/backdoor/emergency-stop"
-    named = ("host", "robot-0.robots:30080")
-    for given in (
-        "",
-        "swordfish",
-        "Basic swordfish",
-        "Bearer",
-        "Bearer swordfis",
-        "Bearer swordfish swordfish",
-    ):
-        answer = bench.answer("POST", path, b"", named, ("authorization", given))
-        assert (answer.status, answer.headers) == (401, (("www-authenticate", "Bearer"),)), given
-        assert "swordfish" not in answer.body.decode()
-    twice = [("authorization", "Bearer swordfish")] * 2
-    assert bench.answer("POST", path, b"", named, *twice).status == 401
-    for path_too in ("/state", "/dialogue"):
-        assert bench.answer("GET", path_too, b"", named).status == 401
-    assert bench.answer("GET", "/healthz", b"", named).status == 200
-    assert bench.seen() == before
-    page = ("origin", "https://evil.example")
-    assert bench.answer("POST", path, b"", named, page, ("authorization", "Bearer swordfish")).status == 403
-    assert bench.answer("POST", path, b"", named, ("authorization", "bearer swordfish")).status == 200
-    assert bench.seen() != before
-
-
-def test_the_dialogue_is_that_of_the_drivers() -> None:
-    bench = HttpBench()
-    for number in range(MOST // 2 + 1):
-        bench.dialogue.exchange("driver", f"line {number}", "done")
-    answer = json.loads(bench.answer("GET", "/dialogue").body)
-    assert answer["forgotten"] == 2
-    assert len(answer["lines"]) == MOST
-    first, last = answer["lines"][0], answer["lines"][-1]
-    assert first == {"time_s": 0.0, "session": "driver", "mark": ">", "text": "line 1"}
-    assert last["mark"] == "<"
-
-
-async def test_who_does_not_wait_ends_what_takes_time() -> None:
-    bench = HttpBench()
-    bench.clock.start(bench.controller)
-    try:
-        task = bench.http.answer(
-            HttpRequest("POST", "/backdoor/advance", (HERE,), b'{"time": 86400}', "bench")
+    named = {"Host": "robot-0.robots:30080"}
+    with Simulator(
+        clock="stepped", backdoor_port=0, backdoor_host="0.0.0.0", backdoor_token=TOKEN
+    ) as simulator:
+        port = simulator.backdoor_port
+        for given in ("", TOKEN, f"Basic {TOKEN}", "Bearer", "Bearer swordfis", f"Bearer {TOKEN} {TOKEN}"):
+            status, answer = ask(port, "POST", "/emergency_stop", "{}", named | {"Authorization": given})
+            assert (status, TOKEN in str(answer)) == (401, False), given
+        assert ask(port, "GET", "/state", headers=named)[0] == 401
+        assert ask(port, "GET", "/healthz", headers=named)[0] == 200
+        known = named | {"Authorization": f"bearer {TOKEN}"}
+        assert (
+            ask(port, "POST", "/emergency_stop", "{}", known | {"Origin": "https://evil.example"})[0] == 403
         )
-        assert isinstance(task, asyncio.Task)
-        await asyncio.sleep(0)
-        task.cancel()
-        await asyncio.wait([task])
-        assert task.cancelled()
-        ended = bench.http.answer(HttpRequest("POST", "/backdoor/advance", (HERE,), b'{"time": 0.01}', "b"))
-        assert isinstance(ended, asyncio.Task)
-        answer = await ended
-        assert (answer.status, json.loads(answer.body)) == (200, {"reply": "done"})
-        refused = bench.http.answer(
-            HttpRequest("POST", "/backdoor/run-until-stopped", (HERE,), b'{"limit": 1}', "b")
-        )
-        assert isinstance(refused, asyncio.Task)
-        assert json.loads((await refused).body) == {"reply": {"time": 0.0}}
-    finally:
-        bench.clock.stop()
+        with pytest.raises(Refused, match="expected the header 'Authorization: Bearer TOKEN'"):
+            client_of(simulator).emergency_stop()
+        assert simulator.state().error.code == 0
+        assert ask(port, "POST", "/emergency_stop", "{}", known)[0] == 200
+        assert client_of(simulator, token=TOKEN).state()["error"]["code"] == 3030
+
+
+def test_a_fault_of_ours_is_told_as_such(
+    shared: Simulator, bench: BackdoorClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def breaks() -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(shared.controller, "emergency_stop", breaks)
+    assert ask(shared.backdoor_port, "POST", "/emergency_stop") == (
+        500,
+        {"error": {"code": 3000, "reason": "internal error, see the log"}},
+    )
+    assert bench.override() == 1.0
+
+
+def test_who_does_not_wait_ends_what_takes_time_and_others_are_served_meanwhile(
+    shared: Simulator, bench: BackdoorClient
+) -> None:
+    body = b'{"seconds": 86400}'
+    long = b"POST /advance HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: %d\r\n\r\n" % len(body)
+    with Iiwa(shared.host, shared.port) as robot:
+        robot.start_gravity(300.0)
+        with socket.create_connection(("127.0.0.1", shared.backdoor_port or 0), DEADLINE_S) as impatient:
+            impatient.sendall(long + body)
+            wait_until(lambda: bench.state()["tick"] > 100)
+
+        def stands() -> bool:
+            before = shared.state().tick
+            return [bench.state()["tick"] for _ in range(20)] == [before] * 20
+
+        wait_until(stands)
+        tick = shared.state().tick
+        bench.advance(0.01)
+        assert shared.state().tick == tick + 5
+    shared.run_until_stopped()
+
+
+def test_connections_beyond_the_limit_are_turned_away_and_those_there_served(shared: Simulator) -> None:
+    address = ("127.0.0.1", shared.backdoor_port or 0)
+    first = http.client.HTTPConnection(*address, timeout=DEADLINE_S)
+    others = [socket.create_connection(address, DEADLINE_S) for _ in range(MOST_CONNECTIONS - 1)]
+    first.request("GET", "/override")
+    assert first.getresponse().read() == b"1.0\n"
+    with socket.create_connection(address, DEADLINE_S) as late:
+        assert late.makefile("rb").readline().startswith(b"HTTP/1.1 503 ")
+    first.request("GET", "/override")
+    assert first.getresponse().read() == b"1.0\n"
+    for each in (first, *others):
+        each.close()
+
+    def serves() -> bool:
+        with socket.create_connection(address, DEADLINE_S) as again:
+            again.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            return again.makefile("rb").readline().startswith(b"HTTP/1.1 200 ")
+
+    wait_until(serves)
+
+
+def test_a_simulator_that_ends_ends_what_takes_time() -> None:
+    with Simulator(clock="stepped", backdoor_port=0) as simulator:
+        robot = Iiwa(simulator.host, simulator.port)
+        robot.start_gravity(300.0)
+        connection = http.client.HTTPConnection("127.0.0.1", simulator.backdoor_port or 0, timeout=DEADLINE_S)
+        connection.request("POST", "/advance", '{"seconds": 86400}')
+        wait_until(lambda: simulator.state().tick > 0)
+    assert connection.getresponse().status in (200, 503), "200: a robot at rest makes its ticks at once"
+    connection.close()
+    robot.close()

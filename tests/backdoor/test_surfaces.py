@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from iiwa_sim.cell.surfaces import BoxSettings, PlaneSettings
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.faults import Drop
 from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.backdoor.bench import Bench
@@ -15,8 +17,12 @@ TOP_MM = 515.0
 
 def above_a_floor() -> Bench:
     bench = Bench()
-    assert bench.tell(f"add plane : floor 0 0 {TOP_MM} 0 0 0 {STIFFNESS:g} 0 0") == "done"
+    bench.backdoor.add_surface(PlaneSettings(name="floor", z_mm=TOP_MM, stiffness_n_per_m=STIFFNESS))
     return bench
+
+
+def at(z_mm: float, x_mm: float = 0.0) -> Frame:
+    return Frame(x_mm, 0, z_mm, 0, 0, 0)
 
 
 def force(bench: Bench) -> float:
@@ -34,30 +40,30 @@ def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> N
     bench = above_a_floor()
     goes_down_to(bench, TOP_MM - 3.0)
     assert abs(force(bench)) == pytest.approx(STIFFNESS * 3e-3, rel=1e-6)
-    assert bench.tell(f"move surface : floor 0 0 {TOP_MM - 3.5} 0 0 0") == "done"
+    bench.backdoor.move_surface("floor", at(TOP_MM - 3.5))
     bench.robot.step()
     assert force(bench) == 0.0
-    assert bench.tell(f"move surface : floor 0 0 {TOP_MM - 2.0} 0 0 0").startswith(
-        "error 3000 the TCP would be 1.000"
-    )
+    with pytest.raises(Refused, match="the TCP would be 1"):
+        bench.backdoor.move_surface("floor", at(TOP_MM - 2.0))
     goes_down_to(bench, TOP_MM - 4.5)
     assert abs(force(bench)) == pytest.approx(STIFFNESS * 1e-3, rel=1e-6)
-    assert bench.tell("remove surface : floor") == "done"
+    bench.backdoor.remove_surface("floor")
     bench.robot.step()
     assert force(bench) == 0.0
 
 
 def test_a_surface_that_is_moved_while_it_is_touched_goes_on_pushing() -> None:
     bench = Bench()
-    assert bench.tell("add box : plate 450 0 515 0 0 0 200 200 2 2e4 0 0") == "done"
+    plate = BoxSettings(name="plate", x_mm=450, z_mm=515, size_mm=(200, 200, 2), stiffness_n_per_m=2e4)
+    bench.backdoor.add_surface(plate)
     goes_down_to(bench, 513.0)
     assert abs(force(bench)) == pytest.approx(STIFFNESS * 3e-3, rel=1e-6), "below its lower side"
     for middle_mm, deep_mm in ((514.0, 2.0), (513.0, 1.0), (516.0, 4.0), (511.0, 0.0)):
-        assert bench.tell(f"move surface : plate 450 0 {middle_mm} 0 0 0") == "done"
+        bench.backdoor.move_surface("plate", at(middle_mm, 450))
         bench.robot.step()
         assert abs(force(bench)) == pytest.approx(1e-3 * deep_mm * STIFFNESS, rel=1e-6)
-    told = bench.tell("move surface : plate 450 0 513.5 0 0 0")
-    assert told.startswith("error 3000 the TCP would be 0.500")
+    with pytest.raises(Refused, match="the TCP would be 0"):
+        bench.backdoor.move_surface("plate", at(513.5, 450))
 
 
 def test_a_robot_that_yields_feels_it_too() -> None:
@@ -71,8 +77,8 @@ def test_a_robot_that_yields_feels_it_too() -> None:
 
 def test_a_robot_that_yields_does_so_at_its_new_tool() -> None:
     bench = Bench()
-    assert bench.tell("set tool : 0 0 300 0 0 0") == "done"
-    assert bench.tell("push : 0 0 20 0 0 0") == "done"
+    bench.backdoor.set_tool(at(300))
+    bench.backdoor.push((0, 0, 20, 0, 0, 0))
     here = bench.controller.tool_frame()
     bench.controller.move(lin_stiff_move(here, 0.2, 2000.0, (0.0,) * 6))
     bench.robot.step(3000)
@@ -85,19 +91,22 @@ def test_neither_place_nor_tool_bring_the_tcp_within_a_surface() -> None:
     bench = above_a_floor()
     goes_down_to(bench, TOP_MM + 1.0)
     before = bench.seen()
-    assert bench.tell("set tool : 150 0 60 0 1.5708 0").startswith("error 3000 the TCP would be 19.")
-    assert bench.tell("place : 0 0.7 0 -1.0472 0 1.5708 0").startswith("error 3000 the TCP would be ")
+    with pytest.raises(Refused, match="the TCP would be 19"):
+        bench.backdoor.set_tool(Frame(150, 0, 60, 0, 1.5708, 0))
+    with pytest.raises(Refused, match="the TCP would be "):
+        bench.backdoor.place((0, 0.7, 0, -1.0472, 0, 1.5708, 0))
     assert bench.seen() == before
 
 
 def test_a_state_comes_back_as_it_was() -> None:
     bench = above_a_floor()
-    for line in ("set tool : 1 2 30 0 0.1 0", "push : 1 2 3 0 0 0", "set input : 4 1", "save state : mine"):
-        assert bench.tell(line) == "done"
+    bench.backdoor.set_tool(Frame(1, 2, 30, 0, 0.1, 0))
+    bench.backdoor.push((1, 2, 3, 0, 0, 0))
+    bench.backdoor.set_input(4, on=True)
     bench.controller.set_override(0.25)
-    assert bench.tell("save state : slow") == "done"
+    bench.backdoor.save_state("slow")
     kept = bench.seen()
-    assert bench.tell("restore state : start") == "done"
+    bench.backdoor.restore_state("start")
     assert bench.backdoor.surfaces() == []
     assert bench.controller.override == 1.0
     assert bench.controller.tool_in_flange == bench.robot.description.tool_in_flange
@@ -105,8 +114,8 @@ def test_a_state_comes_back_as_it_was() -> None:
     bench.robot.step(100)
     bench.controller.emergency_stop()
     bench.robot.runs_until_stopped(0.1)
-    assert bench.tell("drives off") == "done"
-    assert bench.tell("restore state : slow") == "done"
+    bench.backdoor.switch_drives(on=False)
+    bench.backdoor.restore_state("slow")
     now = bench.seen()
     assert now["surfaces"] == kept["surfaces"]
     assert now["push"] == kept["push"]

@@ -18,7 +18,7 @@ cell=cell.toml robot=kr_6_r900_sixx count=3 fleet=fleet.toml protocol=krc4,iiwa 
 strict=true exclusive=TRUE reconnect_pause=2.5 bye_shuts_down=1 clock=fast rate=250 servo_timeout=1.5
 status_port=31001 status_rate=20 view_port=31005 view_host=::1 view_token=swordfish view_token_file=SECRET
 transcript=said.txt record=run.mcap record_rate=50 log_level=debug log_json=1 backdoor_port=31003
-backdoor_http_port=31004 backdoor_host=::1 backdoor_token=swordfish backdoor_token_file=SECRET
+backdoor_host=::1 backdoor_token=swordfish backdoor_token_file=SECRET
 rosbridge_port=0 rosbridge_secret=SECRET rosbridge_origin=https://a.example,null
 rosbridge_host=simulator,robot ros=1 ros_result=2016 ros_reference=ignore ros_stamps=simulated ros2=1
 ros2_python=/no/such/python ros_namespace=cell
@@ -91,7 +91,7 @@ WRONG = {
     "--count 2 --status-port 30001": "--port of robot-1: 30001 is taken by --status-port of robot-0",
     "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host 0.0.0.0: expected --backdoor-token or "
     "--backdoor-token-file with it",
-    "--backdoor-host ::1": "--backdoor-host ::1: expected --backdoor-port or --backdoor-http-port or",
+    "--backdoor-host ::1": "--backdoor-host ::1: expected --backdoor-port or --view-port",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
     "--backdoor-port 0 --backdoor-token-file /no/such": "--backdoor-token-file /no/such: expected a readable",
     "--rosbridge-port 0 --rosbridge-secret /no": "--rosbridge-secret /no: expected a readable file",
@@ -146,5 +146,6 @@ def test_wrong_keywords(keywords: dict[str, object], told: str) -> None:
     assert isinstance(caught.value, ValueError)
 
 
-def test_the_page_of_options_is_current() -> None:
+def test_the_pages_of_options_and_backdoor_are_current() -> None:
     assert page.PAGE.read_text(encoding="utf-8") == page.page()
+    assert page.BACKDOOR.read_text(encoding="utf-8") == page.backdoor()

@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.backdoor.client import BackdoorClient
+from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import Iiwa
+from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.live import run_page
 from iiwa_sim.view.station import Place, Station, StationFault
@@ -110,8 +113,16 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer:
         shows(viewer, "stopped")
         x_mm, y_mm, z_mm = simulator.state().tool_frame[:3]
-        box = f"{x_mm} {y_mm} {z_mm - 50.0001} 0 0 0 100 100 100 1e5 0 0"
-        ask(simulator, f"add box : block {box}")
+        simulator.backdoor.add_surface(
+            BoxSettings(
+                name="block",
+                x_mm=x_mm,
+                y_mm=y_mm,
+                z_mm=z_mm - 50.0001,
+                size_mm=(100, 100, 100),
+                stiffness_n_per_m=1e5,
+            )
+        )
         viewer.until(lambda message: message["type"] == "BoxMessage" and "/cell/" in message["name"])
         viewer.until(marks_a_contact)
 
@@ -133,7 +144,7 @@ def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
             )
         )
         simulator.call(lambda: simulator.controller.io.set_output(1, True))
-        ask(simulator, "set input : 1 0")  # so the robot is looked at again
+        simulator.backdoor.set_input(1, False)  # so the robot is looked at again
         viewer.until(
             lambda message: (
                 message["type"] == "SetPositionMessage"
@@ -158,13 +169,6 @@ def test_the_tool_is_a_body_at_the_flange(tmp_path: Path) -> None:
     ):
         node = f"/{simulator.cell.description.flange}/tool_body"
         viewer.until(lambda message: message["type"] == "MeshMessage" and message["name"].endswith(node))
-
-
-def ask(simulator: Simulator, line: str) -> None:
-    assert simulator.backdoor_port is not None
-    with socket.create_connection(("127.0.0.1", simulator.backdoor_port), DEADLINE_S) as bench:
-        bench.sendall(line.encode() + b"\n")
-        assert bench.recv(100) == b"done\r\n"
 
 
 def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator) -> None:
@@ -211,7 +215,7 @@ def test_a_command_is_typed_and_its_garbled_reply_found_in_the_dialogue(simulato
         shows(viewer, "stopped")
         types(viewer, "Command", "lin move : 1 2")
         shows(viewer, "lin move : 1 2", "3040 lin move takes", "#c92a2a")
-        ask(simulator, "garble replies : 0 1")
+        simulator.backdoor.set_fault(Garble(), replies=1)
         types(viewer, "Command", "get status")
         shows(viewer, "get status", "stopped", "~")
 
@@ -221,15 +225,18 @@ def test_what_other_benches_do_is_in_the_dialogue_and_what_the_page_does_once(si
         shows(viewer, "stopped")
         viewer.clicks("Emergency stop")
         shows(viewer, "page # emergency stop")
-        ask(simulator, "set input : 3 1")
+        BackdoorClient("127.0.0.1", simulator.backdoor_port or 0).set_input(number=3, on=True)
         simulator.backdoor.set_input(4, True)
         shows(
-            viewer, "(backdoor) # set input : 3 1", "backdoor # set_input(4, True)", "page # emergency stop"
+            viewer,
+            "(backdoor) # set_input(number=3, on=True)",
+            "backdoor # set_input(4, True)",
+            "page # emergency stop",
         )
         lists = [
             html
             for message in viewer.seen
-            if "set input : 3 1" in (html := str(message.get("updates", {}).get("content", "")))
+            if "set_input(number=3" in (html := str(message.get("updates", {}).get("content", "")))
         ]
         assert lists
         assert all(html.count("# emergency stop</div>") == 1 for html in lists)

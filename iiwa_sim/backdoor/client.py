@@ -1,0 +1,74 @@
+"""A client of the backdoor over HTTP, for a test in another process or on another machine."""
+
+import http.client
+import json
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import msgspec
+
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
+
+ANSWERED_S = 60.0
+
+
+class BackdoorClient:
+    """Has the methods of `Backdoor`, and calls them over HTTP.
+
+        bench = BackdoorClient("robot.local", 30002, token="...")
+        bench.push((0, 0, 20, 0, 0, 0))
+        bench.set_fault(Drop(), replies=1)
+
+    Arguments are those of `Backdoor`; results are values of JSON. A method raises `Refused` where the
+    backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each call has a connection
+    of its own, so threads may share a client.
+    """
+
+    def __init__(self, host: str, port: int, token: str = "", timeout_s: float = ANSWERED_S) -> None:
+        self._address = host, port
+        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self._timeout_s = timeout_s
+        self._calls: dict[str, Any] = {}
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return partial(self._call, name)
+
+    def __dir__(self) -> list[str]:
+        return list(self._known())
+
+    def _call(self, name: str, /, *args: object, **arguments: object) -> Any:
+        if args:
+            names = list(self._known().get(name, {"takes": ()})["takes"])
+            if len(args) > len(names):
+                raise TypeError(f"{name} takes {', '.join(names) or 'no arguments'}: {len(args)} given")
+            arguments = dict(zip(names, args, strict=False)) | arguments
+        return self._ask("POST", f"/{name}", msgspec.json.encode(arguments))
+
+    def _known(self) -> dict[str, Any]:
+        if not self._calls:
+            self._calls = self._ask("GET", "/")
+        return self._calls
+
+    def _ask(self, method: str, path: str, body: bytes | None = None) -> Any:
+        connection = http.client.HTTPConnection(*self._address, timeout=self._timeout_s)
+        try:
+            connection.request(method, path, body, self._headers)
+            answer = connection.getresponse()
+            text = answer.read()
+        except http.client.HTTPException as fault:
+            raise ConnectionError(f"no answer of HTTP to {path}: {fault}") from None
+        finally:
+            connection.close()
+        try:
+            value = json.loads(text)
+            error = value["error"] if answer.status != http.client.OK else None
+        except (ValueError, KeyError, TypeError):
+            raise ConnectionError(
+                f"no answer of a backdoor to {path}: {answer.status} {answer.reason}"
+            ) from None
+        if error is not None:
+            raise Refused(int(error.get("code", COMMUNICATION_FAILURE)), str(error.get("reason")))
+        return value
