@@ -127,8 +127,8 @@ def server(text: str) -> tuple[str, int]:
 
 
 def servers(text: str) -> tuple[str, list[int]]:
-    """Return host and ports of HOST:PORT[,PORT]. Raises ArgumentTypeError."""
-    host, _, ports = text.rpartition(":")
+    """Return host and ports of HOST:PORT[,PORT], or of the URL of one port. Raises ArgumentTypeError."""
+    host, _, ports = text.rpartition("://")[2].rstrip("/").rpartition(":")
     words = ports.split(",")
     if not host or not all(word.isascii() and word.isdigit() and len(word) < 6 for word in words):
         raise _no_server(text)

@@ -120,6 +120,8 @@ def read(option: Option, given: Any, place: Place, folder: Path | None = None) -
     value = str(given) if isinstance(given, Path) else given
     if option.is_list and not isinstance(value, list | tuple):
         value = [word.strip() for word in str(value).split(",")]
+    if option.metavar == "HOST" and isinstance(value, str):
+        value = value.removeprefix("[").removesuffix("]")  # as an IPv6 address is printed before its port
     try:
         value = msgspec.convert(value, option.type, strict=not (place.is_text or option.is_list))
         if folder and option.key in model.FILES and (option.key != "robot" or (folder / value).exists()):

@@ -8,6 +8,7 @@ follow each other at once, within one tick, except where the file says
     protocol krc4        above all commands: these are KRC4 messages, in their short form or word for word
 """
 
+from codecs import BOM_UTF8
 from pathlib import Path
 from typing import NamedTuple
 
@@ -68,7 +69,7 @@ def read_script(path: str) -> Script:
         raise PlotFault(f"{path}: cannot be read: {fault.strerror}") from None
     if len(data) > MAX_BYTES:
         raise PlotFault(f"{path}: expected a file of commands, of at most {MAX_BYTES} bytes")
-    return parse_script(path, data)
+    return parse_script(path, data.removeprefix(BOM_UTF8))
 
 
 def parse_script(path: str, data: bytes) -> Script:

@@ -23,6 +23,7 @@ Texts are those of `iiwa_sim.transcript.texts`.
 
 import math
 import re
+from codecs import BOM_UTF8
 from collections import Counter
 from enum import Enum
 from importlib.resources import files
@@ -136,7 +137,7 @@ def read_file(path: Path) -> Transcript:
         raise TranscriptFault(f"{path}: cannot be read: {fault.strerror}") from None
     if len(data) > MAX_BYTES:
         raise TranscriptFault(f"{path}: expected a transcript, of at most {MAX_BYTES} bytes")
-    return read(str(path), data.decode("utf-8", "backslashreplace"))
+    return read(str(path), data.removeprefix(BOM_UTF8).decode("utf-8", "backslashreplace"))
 
 
 def read(name: str, text: str) -> Transcript:

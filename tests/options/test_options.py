@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim import SettingError, Settings, Simulator
-from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.cli.parsing import from_command_line, servers
 from iiwa_sim.options.model import PROCESS, REPEATED
 from iiwa_sim.options.sources import OPTIONS, Place, from_environment, from_names
 from tests.processes import refused, robots
@@ -149,3 +149,9 @@ def test_wrong_keywords(keywords: dict[str, object], told: str) -> None:
 def test_the_pages_of_options_and_backdoor_are_current() -> None:
     assert page.PAGE.read_text(encoding="utf-8") == page.page()
     assert page.BACKDOOR.read_text(encoding="utf-8") == page.backdoor()
+
+
+def test_an_address_is_taken_as_it_is_printed() -> None:
+    assert from_names({"host": "[::1]"}, Place("keyword", "="))["host"].value == "::1"
+    assert servers("http://[::1]:8080/") == ("::1", [8080])
+    assert servers("127.0.0.1:30000,54600") == ("127.0.0.1", [30000, 54600])

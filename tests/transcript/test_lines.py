@@ -115,6 +115,12 @@ def test_any_text_is_read_or_told_of(text: str) -> None:
     assert said == sum(isinstance(step, Answered) for step in transcript.steps)
 
 
+def test_a_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    file = tmp_path / "marked.txt"
+    file.write_text("\ufeff> hello\n< hello\n", encoding="utf-8")
+    assert read_file(file).commands == {"hello"}
+
+
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(TranscriptFault, match="cannot be read: No such file"):
         read_file(tmp_path / "none.txt")
