@@ -19,8 +19,7 @@ from iiwa_sim.server.token import secret_in
 from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
-    from iiwa_sim.recordings.read import Recorded
-    from iiwa_sim.recordings.timeline import Timeline
+    from iiwa_sim.recordings.read import Recorded, Timeline
 
 PICTURES = (".png", ".svg")
 PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
@@ -103,7 +102,7 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
 
     if _is_recording(own.file):
         with _opened(own.file) as recorded:
-            from iiwa_sim.recordings.dialogue import transcript_of
+            from iiwa_sim.recordings.read import transcript_of
 
             transcript = transcript_of(recorded)
     else:
@@ -177,7 +176,7 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     with _opened(own.recording):  # fails before the page is loaded if it is none
         pass
     with served(settings) as page:
-        from iiwa_sim.recordings.timeline import Timeline
+        from iiwa_sim.recordings.read import Timeline
         from iiwa_sim.view.playback import run_playback
 
         timeline = Timeline(own.recording)

@@ -1,9 +1,10 @@
 """Recordings read: whole ones, and those that were cut off, up to the last whole chunk."""
 
 import struct
+from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import msgspec
 from mcap.exceptions import McapError
@@ -13,16 +14,29 @@ from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
 from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.protocols.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.mcap_file import METADATA
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
+from iiwa_sim.recordings.writer import METADATA
+from iiwa_sim.transcript.lines import Transcript, read
+from iiwa_sim.transcript.record import Lines
 
+MOST_STATES = 60_000
+"""States of a `Timeline`, two minutes at 500 Hz."""
 LARGEST_RECORD = 64 * 1024 * 1024
 """Bytes; ours have some 100 kB. What says that it is larger is damaged."""
 
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
 DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError, IndexError, RuntimeError)
 """What the library raises where a file is damaged: that of what it reads by, too."""
+
+
+Content = dict[str, Any]
+NO_CELL: Content = {
+    "contact_radius_mm": 0.0,
+    **{key: [] for key in ("inputs", "outputs", "surfaces", "parts", "jaw_mm", "tool_capsules")},
+}
+_SLACK_S = 1e-6  # of times told in seconds; a tick takes a thousand times that
 
 
 class Head(NamedTuple):
@@ -64,7 +78,7 @@ class Spoken(msgspec.Struct):
     tick: int
     real_s: float
     session: str
-    direction: str
+    direction: Literal[">", "<", "#", "~"]
     text: str
     reason: str
     protocol: str
@@ -145,24 +159,20 @@ class Recorded:
 
     def said_and_happened(self) -> Iterator[Spoken | Happened]:
         """Dialogue and events in the order in which they were recorded. Raises RecordingFault as they do."""
-        spoken, happened = msgspec.json.Decoder(Spoken), msgspec.json.Decoder(Happened)
+        kinds: dict[str, type[Spoken | Happened]] = {DIALOGUE: Spoken, EVENTS: Happened}
         for message in self.messages((DIALOGUE, EVENTS)):
-            if message.topic == DIALOGUE:
-                yield self._content(message, spoken)
-            else:
-                yield self._content(message, happened)
+            yield self.content(message, kinds[message.topic])
 
-    def _decoded(self, topic: str, kind: type[T]) -> Iterator[T]:
-        decoder = msgspec.json.Decoder(kind)
-        for message in self.messages((topic,)):
-            yield self._content(message, decoder)
-
-    def _content(self, message: Read, decoder: msgspec.json.Decoder[T]) -> T:
+    def content(self, message: Read, kind: type[T]) -> T:
+        """Decode a message. Raises RecordingFault."""
         try:
-            return decoder.decode(message.data)
+            return msgspec.json.decode(message.data, type=kind)
         except (msgspec.DecodeError, UnicodeDecodeError) as fault:
             told = f"{self.path}: {message.topic}: expected messages as iiwa-sim writes them: {fault}"
             raise RecordingFault(told) from None
+
+    def _decoded(self, topic: str, kind: type[T]) -> Iterator[T]:
+        return (self.content(message, kind) for message in self.messages((topic,)))
 
     def _records(self) -> Iterator[McapRecord]:
         """Up to the end, or to what is damaged. Raises RecordingFault where that is the beginning."""
@@ -194,3 +204,131 @@ class Recorded:
         except (msgspec.DecodeError, UnicodeDecodeError):
             return None
         return int(message.log_time) - tick * 1_000_000_000 // self.head.tick_rate_hz
+
+
+class _Track(NamedTuple):
+    """Messages of one topic in the order of time."""
+
+    times_s: list[float]
+    messages: list[Read]
+
+    def up_to(self, time_s: float) -> int:
+        """Return the number of messages at or before a time."""
+        return bisect_right(self.times_s, time_s + _SLACK_S)
+
+
+class Timeline:
+    """A recording by time, for a viewer.
+
+    Times are simulated seconds since the start of the simulator. Of more than `MOST_STATES` states only every
+    second, fourth ... is kept. Contents have the keys and units of the messages of the recording.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Read the file. Raises RecordingFault, also if it has no state."""
+        self._recorded = recorded = Recorded(path)
+        self.path = path
+        self.head = recorded.head
+        self._tracks = {topic: _Track([], []) for topic in (STATE, DIALOGUE, EVENTS, CELL)}
+        first = next(recorded.messages((STATE,)), None)
+        if first is None:
+            raise RecordingFault(f"{path}: expected a state of the robot in it")
+        tick = recorded.content(first, _Ticked).tick
+        epoch_ns = first.log_ns - tick * 1_000_000_000 // self.head.tick_rate_hz
+        stride, count = 1, 0
+        for message in recorded.messages(tuple(self._tracks)):
+            track = self._tracks[message.topic]
+            if message.topic == STATE:
+                count += 1
+                if (count - 1) % stride:
+                    continue
+                if len(track.messages) == MOST_STATES:
+                    del track.times_s[1::2], track.messages[1::2]
+                    stride *= 2
+            track.times_s.append(1e-9 * (message.log_ns - epoch_ns))
+            track.messages.append(message)
+        states = self._tracks[STATE]
+        self.start_s, self.end_s = states.times_s[0], states.times_s[-1]
+
+    @property
+    def cut(self) -> bool:
+        """True if the end of the file is missing or damaged."""
+        return self._recorded.cut
+
+    @property
+    def cut_at_s(self) -> float:
+        """Time up to which the file can be read."""
+        return self.end_s
+
+    def state_at(self, time_s: float) -> Content:
+        """Return the last state at or before a time; the first one if there is none."""
+        track = self._tracks[STATE]
+        return self._content(track.messages[max(track.up_to(time_s) - 1, 0)])
+
+    def states(self, from_s: float, to_s: float, at_most: int) -> list[Content]:
+        """Return the states of a span, evenly thinned out to `at_most`."""
+        track = self._tracks[STATE]
+        found = track.messages[bisect_left(track.times_s, from_s - _SLACK_S) : track.up_to(to_s)]
+        return [self._content(each) for each in found[:: -(-len(found) // at_most) or 1]]
+
+    def said(self, time_s: float, count: int) -> list[Content]:
+        """Return the last `count` lines of the dialogue up to a time."""
+        return self._last(DIALOGUE, time_s, count)
+
+    def happened(self, time_s: float, count: int) -> list[Content]:
+        """Return the last `count` events up to a time."""
+        return self._last(EVENTS, time_s, count)
+
+    def cell_at(self, time_s: float) -> Content:
+        """Return the surroundings of the robot at a time, with the keys and units of a cell.toml."""
+        track = self._tracks[CELL]
+        return self._content(track.messages[max(track.up_to(time_s) - 1, 0)]) if track.messages else NO_CELL
+
+    def _last(self, topic: str, time_s: float, count: int) -> list[Content]:
+        end = self._tracks[topic].up_to(time_s)
+        return [self._content(each) for each in self._tracks[topic].messages[max(end - count, 0) : end]]
+
+    def _content(self, message: Read) -> Content:
+        return self._recorded.content(message, dict[str, Any])
+
+
+def transcript_of(recorded: Recorded) -> Transcript:
+    """Return the dialogue as a transcript, at its simulated times since the recording began.
+
+    A line without its reply, at the end of a recording that was cut off, is left out. Raises RecordingFault,
+    and TranscriptFault for a dialogue that makes no sense.
+    """
+    protocols = recorded.head.metadata.get("protocols", "").split()
+    if not protocols:
+        raise RecordingFault(f"{recorded.path}: it does not tell its protocols")
+    lines = Lines(protocols, 0)
+    text = [lines.header(f"from {recorded.path.name}")]
+    start = next(recorded.states(), None)
+    start_s = 0.0 if start is None else start.time_s
+    for spoken in _answered(recorded):
+        told = DialogueLine(
+            spoken.session,
+            Direction(spoken.direction),
+            spoken.text,
+            spoken.tick,
+            round(spoken.real_s * 1e9),
+            spoken.reason,
+            spoken.protocol,
+        )
+        text.append(lines.line(told, max(0.0, spoken.time_s - start_s)) + "\n")
+    return read(str(recorded.path), "".join(text))
+
+
+def _answered(recorded: Recorded) -> Iterator[Spoken]:
+    """Yield the dialogue without lines and replies that have lost each other."""
+    unanswered: dict[str, Spoken] = {}
+    for spoken in recorded.dialogue():
+        if spoken.direction == Direction.FROM_CLIENT.value:
+            unanswered[spoken.session] = spoken
+        elif spoken.direction == Direction.TO_CLIENT.value:
+            line = unanswered.pop(spoken.session, None)
+            if line is not None:
+                yield line
+                yield spoken
+        else:
+            yield spoken

@@ -1,35 +1,49 @@
-"""A robot recorded while it runs: what is put into a recording, and when."""
+"""A robot recorded while it runs: the messages of a recording, and their times."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from importlib import metadata
 from math import floor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
-from msgspec import structs
 
 from iiwa_sim.backdoor.described import described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.state import Snapshot, snapshot
+from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
-from iiwa_sim.recordings.attachments import attachments_of
-from iiwa_sim.recordings.foxglove import stamp
-from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said
-from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import ARM, CELL, EVENTS, LOG, SCENE, STATE
-from iiwa_sim.recordings.times import SECOND_NS, Times
+from iiwa_sim.recordings.scene import TCP, Arm, stamp
+from iiwa_sim.recordings.schemas import (
+    ARM,
+    CELL,
+    DIALOGUE,
+    EVENTS,
+    FRAMES,
+    JOINTS,
+    LOG,
+    SCENE,
+    STATE,
+    WRENCH,
+)
 from iiwa_sim.recordings.watch import Event, Watch
-from iiwa_sim.recordings.writer import Writer
+from iiwa_sim.recordings.writer import Block, Head, Message, Writer
 from iiwa_sim.robot.meshes import link_meshes
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.world.part import Part
 
+SECOND_NS = 1_000_000_000
+VIEW_RATE_HZ = 25
+"""Rate of frames, joint states and wrench, in simulated time."""
+BLOCKS_HZ = 20
+"""Blocks per simulated second: 25 ticks at 500 Hz."""
+_VIEW_PERIOD_NS = SECOND_NS // VIEW_RATE_HZ
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {
     watch.FAULT: _ERROR,
@@ -40,8 +54,64 @@ _LEVELS = {
 }
 _PER_MM, _PER_UNIT, _PER_N = 1e4, 1e7, 1e4
 _FRAME = (_PER_MM,) * 3 + (_PER_UNIT,) * 3
-BLOCKS_HZ = 20
-"""So often in a simulated second all is put, that of 25 ticks at 500 Hz: in 30 us, since it is little."""
+
+
+class State(NamedTuple):
+    """The state of a tick, whose JSON is made by the writing thread."""
+
+    snapshot: Snapshot
+    publish_ns: int
+    """Real time since 1970."""
+
+
+class Messages:
+    """Makes the messages of blocks, in the writing thread."""
+
+    def __init__(self, cell: Cell, log_ns: Callable[[int], int]) -> None:
+        """`log_ns` gives the simulated time of a tick since 1970."""
+        self._log_ns = log_ns
+        self._arm = Arm(arm_model(cell.description).links)
+        self._joints = cell.description.joints
+        self._due_ns = 0
+        self._encode = msgspec.json.Encoder().encode
+
+    def of(self, block: Block) -> Iterator[Message]:
+        """Yield the messages of a block."""
+        for each in block:
+            if isinstance(each, Message):
+                yield each
+                continue
+            log_ns = self._log_ns(each.snapshot.tick)
+            state = _rounded(each.snapshot)
+            yield Message(STATE, self._encode(state), log_ns, each.publish_ns)
+            late_ns = log_ns - self._due_ns
+            if late_ns >= 0:
+                self._due_ns = log_ns + _VIEW_PERIOD_NS - (late_ns if late_ns < _VIEW_PERIOD_NS else 0)
+                for topic, content in self._views(state, log_ns):
+                    yield Message(topic, self._encode(content), log_ns, each.publish_ns)
+
+    def _views(self, state: dict[str, Any], log_ns: int) -> Iterator[tuple[str, Any]]:
+        """Yield frames, joint states and wrench of a state."""
+        time_of = stamp(log_ns)
+        fx, fy, fz, tx, ty, tz = state["cartesian_force"]
+        gripper = state.get("gripper")
+        opening_mm = None if gripper is None else gripper.opening_mm
+        names = ("name", "position", "velocity", "effort")
+        columns = (state[f"joint_{name}"] for name in ("position", "velocity", "torque"))
+        rows = zip(self._joints, *columns, strict=True)
+        tool, goal = Frame(*state["tool_frame"]), Frame(*state["goal_frame"])
+        parts = state["parts"]
+        yield FRAMES, self._arm.frames(log_ns, state["joint_position"], tool, goal, opening_mm, parts)
+        yield JOINTS, {"timestamp": time_of, "joints": [dict(zip(names, row, strict=True)) for row in rows]}
+        yield (
+            WRENCH,
+            {
+                "timestamp": time_of,
+                "frame_id": TCP,
+                "force": {"x": fx, "y": fy, "z": fz},
+                "torque": {"x": tx, "y": ty, "z": tz},
+            },
+        )
 
 
 class Recorder:
@@ -83,41 +153,34 @@ class Recorder:
         self._due = 0  # in parts of 1 / tick_rate_hz of a state
         self._began_ns = time.time_ns()
         self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
+        self._epoch_ns = self._began_ns  # simulated time of tick 0
         self._surfaces: list[Surface] = []
         self._parts: list[Part] = []
         self._watch: Watch | None = None
         self._last_state = -1  # its tick
-        self._waiting: list[Handed] = []
+        self._block: list[State | Message] = []
         self._block_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
         self._arm = Arm(arm_model(description).links, description.flange, cell.tool)
-        self._beginning = Beginning(
-            description,
-            {
-                "version": metadata.version("iiwa-sim"),
-                "robot": description.name,
-                "joints": " ".join(description.joints),
-                "flange": description.flange,
-                "clock": clock(),
-                "rate_hz": str(tick_rate_hz),
-                "record_rate_hz": str(self._rate_hz),
-                "seed": "none" if cell.noise_levels is None else str(cell.noise_levels.seed),
-                "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
-                **(said_of_it or {}),
-            },
-            attachments_of(cell),
-            tick_rate_hz,
-            self._began_ns,
-            self._began_ns,
-        )
-        self._times = Times(tick_rate_hz, self._began_ns, self._began_ns)
-        self._out = Writer(path)
+        told = {
+            "version": metadata.version("iiwa-sim"),
+            "robot": description.name,
+            "joints": " ".join(description.joints),
+            "flange": description.flange,
+            "clock": clock(),
+            "rate_hz": str(tick_rate_hz),
+            "record_rate_hz": str(self._rate_hz),
+            "seed": "none" if cell.noise_levels is None else str(cell.noise_levels.seed),
+            "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
+            **(said_of_it or {}),
+        }
+        messages = Messages(cell, self._log_ns)
+        self._out = Writer(path, Head(told, _attachments(cell), self._began_ns), messages.of)
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
         """Record from the present tick on; `there` are sessions that are connected, with their protocols."""
-        self._times.epoch_ns += self._began_ns - self._times.log_ns(self._controller.tick)
-        self._out.begin(structs.replace(self._beginning, epoch_ns=self._times.epoch_ns))
+        self._epoch_ns += self._began_ns - self._log_ns(self._controller.tick)
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_arm()
@@ -139,18 +202,13 @@ class Recorder:
         self._dialogue.listeners.remove(self._hear)
 
     def finish(self) -> bool:
-        """Have what waits and the end of the file written; whether the file is whole then."""
+        """Write the rest and the end of the file; returns True if it is whole."""
         return self._out.close()
-
-    @property
-    def writing_process(self) -> int:
-        """The number of the process that writes."""
-        return self._out.process
 
     @property
     def lost(self) -> int:
         """Messages that found no room."""
-        return self._out.lost
+        return self._out.dropped
 
     def tick(self) -> None:
         """A tick has been made."""
@@ -180,18 +238,18 @@ class Recorder:
         return False
 
     def event(self, event: Event) -> None:
-        """Something has happened."""
-        tick, real_ns = self._controller.tick, time.time_ns()
+        """Record something that has happened."""
+        real_ns = time.time_ns()
         told = {
-            **self._times.when(tick, real_ns),
+            **self._when(self._controller.tick, real_ns),
             "kind": event.kind,
             "move": event.move,
             "code": event.code,
             "text": event.text,
             "goal_frame": event.goal,
         }
-        self._put(Ready(EVENTS, self._encode(told), tick, real_ns))
-        self._put(Ready(LOG, self._encode(self._logged(event)), tick, real_ns))
+        self._put(EVENTS, told, real_ns)
+        self._put(LOG, self._logged(event), real_ns)
         self._hasten()
 
     def fault(self, code: int, reason: str) -> None:
@@ -228,16 +286,37 @@ class Recorder:
         carried_out = said.direction is not Direction.FROM_CLIENT
         if carried_out and self._watch is not None:
             self._watch.look()
-        self._put(Said(said, said.instant_ns + self._clocks_apart_ns))
+        real_ns = said.instant_ns + self._clocks_apart_ns
+        told = {
+            **self._when(said.tick, real_ns),
+            "session": said.session,
+            "direction": said.direction.value,
+            "text": said.text,
+            "reason": said.reason,
+            "protocol": said.protocol,
+        }
+        self._put(DIALOGUE, told, real_ns, said.tick)
         if carried_out:
             self._hasten()
 
-    def _add_state(self) -> None:
-        self._last_state = tick = self._controller.tick
-        self._put(Ready(STATE, self._encode(_rounded(snapshot(self._controller))), tick, time.time_ns()))
+    def _log_ns(self, tick: int) -> int:
+        """Return the simulated time of a tick since 1970."""
+        return self._epoch_ns + tick * SECOND_NS // self._tick_rate_hz
 
-    def _put(self, handed: Handed) -> None:
-        self._waiting.append(handed)
+    def _when(self, tick: int, real_ns: int) -> dict[str, Any]:
+        return {
+            "time_s": round(tick / self._tick_rate_hz, 9),
+            "tick": tick,
+            "real_s": round((real_ns - self._began_ns) / SECOND_NS, 6),
+        }
+
+    def _add_state(self) -> None:
+        self._last_state = self._controller.tick
+        self._block.append(State(snapshot(self._controller), time.time_ns()))
+
+    def _put(self, topic: str, content: Any, real_ns: int, tick: int | None = None) -> None:
+        log_ns = self._log_ns(self._controller.tick if tick is None else tick)
+        self._block.append(Message(topic, self._encode(content), log_ns, real_ns))
 
     def _hasten(self) -> None:
         """Where ticks do not follow real time, the next one may never come: hand over what there is."""
@@ -246,30 +325,32 @@ class Recorder:
 
     def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
-        waiting, self._waiting = self._waiting, []
-        self._out.put(waiting, can_wait=self._in_haste())
+        block, self._block = self._block, []
+        if block:
+            self._out.put(block, can_wait=self._in_haste())
 
     def _show_arm(self) -> None:
-        description, tick = self._cell.description, self._controller.tick
+        description = self._cell.description
         meshes = link_meshes(description.urdf, description.urdf_path)
-        model = self._arm.model(self._times.log_ns(tick), meshes)
-        self._put(Ready(ARM, self._encode(model), tick, time.time_ns()))
+        self._put(ARM, self._arm.model(self._log_ns(self._controller.tick), meshes), time.time_ns())
 
     def _show_scene(self) -> None:
-        world, tick = self._controller.load.world, self._controller.tick
+        world, log_ns, real_ns = (
+            self._controller.load.world,
+            self._log_ns(self._controller.tick),
+            time.time_ns(),
+        )
         self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaw_m = jaw_m_of(self._controller)
-        scene = self._arm.scene(self._times.log_ns(tick), self._surfaces, radius_m, jaw_m, self._parts)
-        real_ns = time.time_ns()
-        self._put(Ready(SCENE, self._encode(scene), tick, real_ns))
-        self._put(Ready(CELL, self._encode(described_cell(self._controller)), tick, real_ns))
+        self._put(SCENE, self._arm.scene(log_ns, self._surfaces, radius_m, jaw_m, self._parts), real_ns)
+        self._put(CELL, described_cell(self._controller), real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:
         words = [event.kind, f"{event.move}" if event.move else "", f"({event.code})" if event.code else ""]
         head = " ".join(word for word in words if word)
         return {
-            "timestamp": stamp(self._times.log_ns(self._controller.tick)),
+            "timestamp": stamp(self._log_ns(self._controller.tick)),
             "level": _LEVELS.get(event.kind, _INFO),
             "message": f"{head}: {event.text}" if event.text else head,
             "name": "iiwa-sim",
@@ -282,7 +363,7 @@ def _rounded(state: Snapshot) -> dict[str, Any]:
     """Return a state as it is recorded: without a gripper that is not there, and with numbers that follow
     from joint positions rounded to 0.1 um, 1e-7 rad, 1e-7 rad/s, 1e-4 N and Nm: in full they are half of a
     file."""
-    told = structs.asdict(state)
+    told = msgspec.structs.asdict(state)
     told["joint_velocity"] = [floor(each * _PER_UNIT + 0.5) / _PER_UNIT for each in state.joint_velocity]
     for name in ("cartesian_force", "joint_torque"):
         if any(told[name]):
@@ -293,3 +374,14 @@ def _rounded(state: Snapshot) -> dict[str, Any]:
     if state.gripper is None:
         del told["gripper"]
     return told
+
+
+def _attachments(cell: Cell) -> dict[str, tuple[str, bytes]]:
+    """Return the files of a robot in its cell by their names, with their media types."""
+    description = cell.description
+    found = {"robot.urdf": ("application/xml", description.urdf.encode())}
+    for name, path in (("robot.toml", Path(description.settings_path)), ("cell.toml", cell.path)):
+        if path is not None:
+            with suppress(OSError):  # gone since it was read
+                found[name] = ("application/toml", path.read_bytes())
+    return found

@@ -11,7 +11,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import WireFaults
-from iiwa_sim.recordings.fault import check_library
+from iiwa_sim.recordings.fault import needs_mcap
 from iiwa_sim.robot_events import RobotEvents
 
 if TYPE_CHECKING:
@@ -67,10 +67,8 @@ class Recordings:
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
         """
-        from iiwa_sim.recordings import recorder
-
-        check_library()
-
+        with needs_mcap():
+            from iiwa_sim.recordings import recorder
         return recorder.Recorder(
             path,
             self._controller,

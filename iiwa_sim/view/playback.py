@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.recordings.player import SPEEDS, Player
-from iiwa_sim.recordings.timeline import Timeline
+from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view import trail

@@ -54,15 +54,6 @@ def states_by_now(path: Path) -> list[Snapshot]:
         return []
 
 
-def is_whole(path: Path) -> bool:
-    """Whether a file that is being written has its end."""
-    try:
-        recorded = Recorded(path)
-        return bool(list(recorded.states())) and not recorded.cut
-    except RecordingFault:
-        return False
-
-
 class Robot:
     """A controller, stepped by hand, and recorded."""
 

@@ -12,8 +12,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
 from iiwa_sim.plot.recorded import motion_in
-from iiwa_sim.recordings.dialogue import transcript_of
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recorded, transcript_of
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Connects, Leaves, Said
 from iiwa_sim.transcript.replay import replay

@@ -20,6 +20,7 @@ from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
 from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.recorder import VIEW_RATE_HZ
 from iiwa_sim.recordings.schemas import (
     ARM,
     DIALOGUE,
@@ -32,7 +33,6 @@ from iiwa_sim.recordings.schemas import (
     WRENCH,
     channels,
 )
-from iiwa_sim.recordings.views import VIEW_RATE_HZ
 from iiwa_sim.recordings.watch import KINDS
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, PUBLISHED, RATE_HZ, Robot, contents, found_in

@@ -1,160 +1,117 @@
-"""Whoever puts a message into a recording waits for nothing, whatever becomes of its file."""
+"""Files of recordings: full disks, slow files, and files that are cut off."""
 
 from __future__ import annotations
 
-import socket
+import logging
+import signal
+import subprocess
+import sys
 import threading
-from collections.abc import Callable, Iterator
-from io import BytesIO
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 
-from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.handed import Beginning, Frames, Ready, handed_in
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import LOG
-from iiwa_sim.recordings.writer import MOST_BYTES, Writer
+from iiwa_sim.recordings.schemas import LOG, STATE
+from iiwa_sim.recordings.writer import Head, Message, Writer
+from iiwa_sim.simulator import Simulator
+from tests.recordings.recorded import FAR, Robot, contents, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
-METADATA = {"version": "0", "rate_hz": "500", "joints": "A1"}
-BEGINNING = Beginning(robot_alone().description, METADATA, {}, 500, 0, 0)
-BIG = b'"' + b"x" * 65_534 + b'"'
+HEAD = Head({"version": "1", "rate_hz": "500"}, {}, 0)
 
 
-def message(number: int, data: bytes = b"{}") -> list[Ready]:
-    return [Ready(LOG, data, number, number)]
+def block(count: int) -> list[Message]:
+    return [Message(LOG, b"{}", number, number) for number in range(count)]
 
 
-def begun(path: Path) -> Writer:
-    writer = Writer(path)
-    writer.begin(BEGINNING)
-    return writer
-
-
-def logs_by_now(path: Path) -> int:
-    """How many there are in a file that is being written, which may have nothing in it yet."""
-    try:
-        return sum(1 for _ in Recorded(path).messages((LOG,)))
-    except RecordingFault:
-        return 0
-
-
-class Other:
-    """What stands for the process that writes: it takes nothing until it is told to."""
-
-    number = 0
-    hangs = False
-    computed: int | None = None
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        ours, self.theirs = socket.socketpair()
-
-        def given(_: Path, stream: BytesIO) -> tuple[Other, socket.socket]:
-            self.stream = open(stream.fileno(), "wb", closefd=False)  # noqa: SIM115
-            return self, ours
-
-        monkeypatch.setattr("iiwa_sim.recordings.writer.given_to_write", given)
-
-    def why_it_ended(self) -> str:
-        return "it has ended"
-
-
-@pytest.fixture
-def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Other]:
-    other = Other(monkeypatch)
-    yield other
-    other.theirs.close()
-
-
-def logged(caplog: pytest.LogCaptureFixture) -> list[str]:
-    return [record.getMessage() for record in caplog.records]
-
-
-def test_a_file_that_takes_nothing_holds_nobody_up(
-    other: Other, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    path = tmp_path / "a.mcap"
-    writer = begun(path)
-    many = MOST_BYTES // len(BIG) + 200
-    for number in range(many):  # would not come to an end if it waited
-        writer.put(message(number, BIG))
-    lost = writer.lost
-    assert 100 <= lost < many
-    assert writer._waiting_bytes <= MOST_BYTES
-    taken: list[int] = []
-
-    def takes() -> None:
-        frames, whole = Frames(), []
-        while data := other.theirs.recv(1 << 20):
-            whole += frames.taken(data)
-        for frame in whole[1:]:  # behind the beginning
-            taken.extend(each.tick for each in handed_in(frame) if isinstance(each, Ready))
-        other.theirs.send(b"whole\n")
-
-    thread = threading.Thread(target=takes)
-    thread.start()
+def test_a_file_that_was_there_is_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_text("something else")
+    writer = Writer(path, HEAD, iter)
+    writer.put(block(3))
     assert writer.close()
-    thread.join(DEADLINE_S)
-    assert len(taken) == many - lost
-    assert logged(caplog) == [
-        f"{path}: the recording loses messages: the file takes them too slowly",
-        f"{path}: the recording has lost {lost} messages",
+    assert len(contents(path, LOG)) == 3
+
+
+def test_a_full_disk_is_an_error_at_the_beginning() -> None:
+    with pytest.raises(RecordingFault, match="/dev/full: cannot be written: No space left on device"):
+        Writer(Path("/dev/full"), HEAD, iter)
+
+
+def test_a_disk_that_fills_up_ends_the_recording_with_one_line(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    robot = Robot(tmp_path / "run.mcap")
+    writer = robot.recorder._out
+    writer._stream.close()  # the next chunk cannot be written
+    robot.goes_to(*FAR)
+    robot.step(500)
+    assert not writer.close()
+    told = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert len(told) == 1
+    assert "the recording ends here" in told[0].getMessage()
+
+
+def test_blocks_without_room_are_dropped_and_counted(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("iiwa_sim.recordings.writer.MOST_BLOCKS", 2)
+    path, goes_on = tmp_path / "run.mcap", threading.Event()
+
+    def slowly(messages: list[Message]) -> list[Message]:
+        goes_on.wait(DEADLINE_S)
+        return messages
+
+    writer = Writer(path, HEAD, slowly)
+    writer.put(block(1))
+    wait_until(writer._blocks.empty)
+    for _ in range(4):
+        writer.put(block(10))
+    goes_on.set()
+    assert writer.close()
+    assert len(contents(path, LOG)) == 21
+    with path.open("rb") as file:
+        said = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
+    assert said["iiwa_sim_end"] == {"lost_messages": "20"}
+    assert [record.getMessage().partition(": ")[2] for record in caplog.records] == [
+        "the recording loses messages: the file takes them too slowly",
+        "the recording has lost 20 messages",
     ]
 
 
-def test_in_haste_a_tick_waits_for_the_file_and_nothing_is_lost(tmp_path: Path) -> None:
-    writer = begun(tmp_path / "a.mcap")
-    many = 3 * MOST_BYTES // len(BIG)
-    for number in range(many):
-        writer.put(message(number, BIG), can_wait=True)
-    assert writer.close()
-    assert writer.lost == 0
-    recorded = Recorded(tmp_path / "a.mcap")
-    assert [each.log_ns for each in recorded.messages((LOG,))] == [2_000_000 * k for k in range(many)]
+def test_a_robot_without_a_real_time_clock_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("iiwa_sim.recordings.writer.MOST_BLOCKS", 1)
+    path = tmp_path / "run.mcap"
+    with Simulator(clock="stepped", record=path) as simulator:
+        simulator.advance(5.0)
+    assert [state["tick"] for state in contents(path, STATE)] == list(range(2501))
+
+
+def test_a_killed_robot_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, "-m", "iiwa_sim", "--port", "0", "--record", str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as server:
+        wait_until(lambda: len(states_by_now(path)) > 100)
+        server.send_signal(signal.SIGKILL)
+    recorded = Recorded(path)
+    ticks = [state.tick for state in recorded.states()]
+    assert ticks == list(range(ticks[0], ticks[-1] + 1))
+    assert recorded.cut
+
+
+def test_a_robot_that_is_ended_leaves_a_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    command = [sys.executable, "-m", "iiwa_sim", "--port", "0", "--record", str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as server:
+        assert server.stdout is not None
+        server.stdout.readline()
+        server.terminate()
+        assert server.wait(DEADLINE_S) == 0
+    recorded = Recorded(path)
+    assert list(recorded.states())
     assert not recorded.cut
-
-
-def test_in_haste_nobody_waits_for_ever(
-    other: Other, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr("iiwa_sim.recordings.writer.PATIENCE_S", 0.01)
-    path = tmp_path / "a.mcap"
-    other.theirs.send(b"\n")  # it is there
-    writer = begun(path)
-    wait_until(lambda: writer._signs > 0)
-    for number in range(2 * MOST_BYTES // len(BIG)):
-        writer.put(message(number, BIG), can_wait=True)
-    assert writer.lost
-    assert not writer.close(), "and so does the end"
-    assert other.hangs, "so nobody waits for its end either"
-    assert logged(caplog)[1:] == [f"{path}: the recording is cut off: the file takes nothing"]
-    writer._listener.join(DEADLINE_S)
-    assert len(logged(caplog)) == 2, "which is all that is said of it"
-
-
-@pytest.mark.parametrize(
-    ("leaves", "told"),
-    [
-        (lambda theirs: theirs.send(b"\n\nfault No space left on device\n"), "No space left on device"),
-        (lambda theirs: theirs.close(), "it has ended"),
-    ],
-)
-def test_what_ends_the_recording_is_one_line(
-    other: Other,
-    tmp_path: Path,
-    caplog: pytest.LogCaptureFixture,
-    leaves: Callable[[socket.socket], object],
-    told: str,
-) -> None:
-    path = tmp_path / "a.mcap"
-    writer = begun(path)
-    writer.put(message(0))
-    leaves(other.theirs)
-    writer._listener.join(DEADLINE_S)
-    for number in range(100):
-        writer.put(message(number, BIG))
-    assert not writer.close()
-    assert logged(caplog) == [f"{path}: the recording ends here: {told}"]
-    assert caplog.records[0].levelname == "ERROR"

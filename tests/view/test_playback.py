@@ -14,7 +14,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from iiwa_sim.client import CommandError, Iiwa
-from iiwa_sim.recordings.timeline import Timeline
+from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.page import open_page
 from iiwa_sim.view.playback import Playback, drawing_of, run_playback
