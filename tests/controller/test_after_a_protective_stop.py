@@ -2,15 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
-from iiwa_sim.backdoor.states import States
-from iiwa_sim.cell.cell import Cell
-from iiwa_sim.controller.limits_watch import Safety
-from iiwa_sim.robot.description import load_robot
-from tests.asked import joint_move, lin_move
 from tests.stepped import SteppedRobot
 
 NO_WRENCH = (0.0,) * 6
@@ -96,40 +89,3 @@ def test_what_is_allowed_on_one_joint_is_not_on_another() -> None:
     passes(robot, 1)
     assert len(robot.faults) == 2
     assert "on A7 is 40.0 Nm, its limit is 40 Nm" in robot.faults[1][1]
-
-
-def test_all_that_is_beyond_its_limit_is_allowed_whatever_stopped_it_at_rest() -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    controller.set_collision_detection(50.0, 1.0)
-    controller.load.joint_push = on_joints(150.0)
-    controller.load.wrench = (90.0, 0.0, 0.0, 0.0, 2.0, 0.0)
-    passes(robot)
-    controller.reset_error()
-    controller.move(joint_move(controller.joints, [0.1] * 7))
-    robot.step(20)
-    assert len(robot.faults) == 1
-
-
-@pytest.mark.parametrize("goes", ["back", "farther out"])
-def test_a_robot_restored_outside_its_box_may_stay_and_go_back_but_not_farther_out(goes: str) -> None:
-    arm = load_robot("lbr_iiwa_7_r800")
-    x, y, z = (1e-3 * at for at in SteppedRobot(arm).controller.tool_frame()[:3])
-    box = (x - 1.0, y - 1.0, z - 1.0), (x + 1.0, y + 0.02, z + 1.0)
-    robot = SteppedRobot(cell=replace(Cell(arm, arm.home, arm.tool_in_flange), safety=Safety(box=box)))
-    controller = robot.controller
-    states, start = States(controller), controller.tool_frame()
-    outside = start._replace(y_mm=start.y_mm + 60.0)
-    controller.move(lin_move(outside, 0.1, 0.0))
-    robot.runs_until_stopped()
-    controller.reset_error()
-    passes(robot)
-    states.save("outside")
-    controller.move(lin_move(start, 0.1, 0.0))
-    robot.runs_until_stopped()
-    states.restore("outside")
-    passes(robot)
-    assert len(robot.faults) == 1
-    controller.move(lin_move(start if goes == "back" else outside, 0.1, 0.0))
-    robot.runs_until_stopped()
-    assert len(robot.faults) == (1 if goes == "back" else 2)

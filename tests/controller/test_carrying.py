@@ -11,7 +11,7 @@ import pytest
 
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
-from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.limits_watch import Safety
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
 from tests.stepped import ARMS, SteppedRobot, strong
@@ -139,35 +139,6 @@ def test_the_controller_believes_what_the_cell_says_until_it_is_told_otherwise()
             controller.set_tool_load(wrong)
     assert controller.tool_load == TOOL.load
     assert controller.cartesian_force() == (0.0,) * 6
-
-
-def test_a_wrong_load_rests_and_its_change_is_seen_without_a_move() -> None:
-    robot = carrying()
-    robot.step()
-    assert robot.controller.resting
-    robot.controller.set_tool_load(NO_LOAD)
-    assert not robot.controller.resting
-    robot.step(4)
-    assert robot.controller.resting
-    before = robot.controller.cartesian_force()
-    robot.controller.skip(1000)
-    robot.step(3)
-    assert robot.controller.cartesian_force() == before
-    assert robot.controller.resting
-
-
-@pytest.mark.parametrize("moving", [False, True])
-def test_a_load_that_is_told_wrong_stops_a_robot_that_watches_forces(moving: bool) -> None:
-    """2 kg are 19.6 N."""
-    robot = carrying(force_n=15.0)
-    if moving:
-        robot.controller.move(joint_move([0.5] * 7, [1.0] * 7))
-        robot.step(100)
-    robot.controller.set_tool_load(NO_LOAD)
-    robot.step()
-    code, reason = robot.faults[0]
-    assert code == STOP_TRIGGERED
-    assert "the external force at the TCP" in reason
 
 
 def test_a_joint_that_the_load_turns_beyond_its_limit_stops_the_robot() -> None:

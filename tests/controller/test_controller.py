@@ -11,25 +11,39 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.moves import LONGEST_QUEUE
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests import asked
-from tests.asked import joint_move, lin_move, ptp_move
+from tests.asked import joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
 from tests.stepped import SteppedRobot
 
 FULL = [1.0] * 7
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
 
 HOME = SteppedRobot().controller.tool_frame()
+NO_FORCE = [0.0] * 6
+FLANGE = SteppedRobot().controller.flange_frame()
+SERVO = [
+    (f"{mode}_{kind}", parameters, code)
+    for mode in ("smart", "direct")
+    for kind, parameters, code in (
+        ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
+        ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), EXECUTION),
+        ("joint_move", ([0.0] * 7, [1.0] * 6), EXECUTION),
+        ("joint_move", (AWAY, [1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
+        ("cartesian_move", (FLANGE._replace(x_mm=2000.0), 1.0), OUT_OF_REACH),
+        ("cartesian_move", (FLANGE._replace(beta=nan), 1.0), EXECUTION),
+        ("cartesian_move", (FLANGE, 0.0), EXECUTION),
+    )
+]
 REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
     ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), EXECUTION),
     ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]), EXECUTION),
     ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 1.1, 1.0, 1.0, 1.0]), EXECUTION),
-    ("joint_move", ([0.0] * 7, [nan] * 7), EXECUTION),
     ("joint_move", ([0.0] * 7, [1e-9] * 7), EXECUTION),
     ("joint_move", ([0.0] * 6, FULL), EXECUTION),
     ("joint_move", ([0.0] * 7, FULL, 1.1), EXECUTION),
@@ -37,34 +51,52 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("ptp_move", (HOME._replace(alpha=inf), 1.0, 0.0), EXECUTION),
     ("ptp_move", (HOME, -0.5, 0.0), EXECUTION),
     ("ptp_move", (HOME, 1.0, -1.0), EXECUTION),
-    ("ptp_move", (HOME, 1.0, inf), EXECUTION),
     ("ptp_move", (HOME, 1.0, 0.0, nan), EXECUTION),
     ("ptp_move", (HOME, 1.0, 0.0, 3.0), JOINT_LIMIT),
     ("lin_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
-    ("lin_move", (HOME._replace(z_mm=nan), 1.0, 0.0), EXECUTION),
     ("lin_move", (HOME, 2.0, 0.0), EXECUTION),
     ("lin_move", (HOME, 1.0, nan), EXECUTION),
-    ("lin_move", (HOME._replace(y_mm=100.0), 1e-9, 0.0), EXECUTION),
     ("lin_move", (HOME._replace(y_mm=100.0), 5e-324, 0.0), EXECUTION),
     ("lin_joint_move", ([3.0, 0, 0, 0, 0, 0, 0], 1.0, 0.0), JOINT_LIMIT),
-    ("lin_joint_move", ([nan] * 7, 1.0, 0.0), EXECUTION),
     ("lin_joint_move", (AWAY, 0.0, 0.0), EXECUTION),
     ("lin_joint_move", (AWAY, 1.0, -1.0), EXECUTION),
+    ("lin_force_move", (HOME, 0.5, 0.0, (None, 0.0, 5.0)), EXECUTION),
+    ("lin_force_move", (HOME, 0.5, 0.0, (nan, None, None)), EXECUTION),
+    ("lin_stiff_move", (HOME, 0.5, 5000.1, NO_FORCE), EXECUTION),
+    ("ptp_stiff_move", (HOME, 0.5, nan, NO_FORCE), EXECUTION),
+    ("ptp_stiff_move", (HOME, 0.5, 100.0, [inf] + [0.0] * 5), EXECUTION),
+    ("gravity_hold", (-1.0,), EXECUTION),
+    ("gravity_hold", (5001.0,), EXECUTION),
+    *SERVO,
+    ("smart_joint_move", (AWAY, [1e-12] * 7), EXECUTION),
+    ("direct_joint_move", ([-2.0] * 7, FULL), TARGET_NOT_REACHABLE),
+    ("direct_cartesian_move", (FLANGE._replace(y_mm=300.0), 1.0), TARGET_NOT_REACHABLE),
 ]
 
 
-def test_refused_moves_change_nothing() -> None:
+@pytest.mark.parametrize("begins", ["queue", "servo", "compliance", "stop"])
+def test_refused_moves_change_nothing(begins: str) -> None:
     bothered, left_alone = SteppedRobot(), SteppedRobot()
     for robot in (bothered, left_alone):
-        robot.controller.move(joint_move(AWAY, FULL))
-        robot.controller.move(lin_move(robot.tcp_frame(AWAY)._replace(z_mm=400.0), 0.5, 0.0))
+        controller, target = robot.controller, robot.tcp_frame(AWAY)
+        if begins == "compliance":
+            controller.move(lin_stiff_move(target, 0.5, 1000.0, NO_FORCE))
+        elif begins == "servo":
+            controller.move(smart_joint_move(AWAY, FULL))
+        else:
+            controller.move(joint_move(AWAY, FULL))
+            controller.move(lin_move(target._replace(z_mm=400.0), 0.5, 0.0))
         robot.step(50)
+        if begins == "stop":
+            controller.stop()
+    mode, accepted = bothered.controller.mode, bothered.controller.accepted
     for command, parameters, code in REFUSED:
         with pytest.raises(Refused) as refused:
             bothered.controller.move(getattr(asked, command)(*parameters))
         assert refused.value.code == code, (command, parameters)
         assert refused.value.reason
         assert "\n" not in refused.value.reason
+        assert (bothered.controller.mode, bothered.controller.accepted) == (mode, accepted)
     for robot in (bothered, left_alone):
         robot.runs_until_stopped()
     assert bothered.joints == left_alone.joints

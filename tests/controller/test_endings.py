@@ -48,17 +48,6 @@ def test_moves_end_at_their_targets_in_order(robot: SteppedRobot, endings: list[
     assert endings == [Ending(number, SUCCESS, "") for number in (1, 2, 3, 4)]
 
 
-def test_a_move_that_blends_ends_where_the_next_begins(robot: SteppedRobot, endings: list[Ending]) -> None:
-    first = robot.controller.move(joint_move(NEAR, SPEEDS))
-    robot.controller.move(joint_move(FAR, SPEEDS))
-    while not endings:
-        assert robot.controller.is_pending(first)
-        robot.step()
-    assert not robot.controller.is_pending(first)
-    assert robot.controller.moving
-    assert np.abs(np.subtract(robot.controller.joints, NEAR)).max() < 0.05
-
-
 def _stops(robot: SteppedRobot) -> None:
     robot.stop()
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EMERGENCY_STOP, EXECUTION, Refused
@@ -129,21 +127,6 @@ def test_an_emergency_stop_has_to_be_released_before_the_reset() -> None:
     assert talk.ask("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 1") == "done"
 
 
-@pytest.mark.requirement("FRC026")
-def test_a_reset_while_the_robot_still_brakes_lets_the_next_move_begin_where_it_rests() -> None:
-    robot = SteppedRobot()
-    robot.controller.move(joint_move(AWAY, FULL))
-    robot.step(100)
-    robot.controller.emergency_stop()
-    robot.notice_mode()
-    robot.controller.release_emergency_stop()
-    robot.controller.reset_error()
-    robot.controller.move(joint_move([0.0] * 7, FULL))
-    robot.runs_until_stopped()
-    assert robot.controller.joints == (0.0,) * 7
-    assert_within_limits(robot)
-
-
 @pytest.mark.requirement("FRC021")
 def test_a_refused_command_is_no_state_of_error() -> None:
     robot = SteppedRobot()
@@ -155,48 +138,3 @@ def test_a_refused_command_is_no_state_of_error() -> None:
     assert talk.ask("get error").startswith(f"{JOINT_LIMIT} A1")
     assert talk.ask("reset error") == "done"
     assert talk.ask("get error") == "0 none"
-
-
-LINES = st.sampled_from(
-    [
-        "press",
-        "release",
-        "reset error",
-        "joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 1",
-        "joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1",
-        "smart joint move : 0.5 0 0 0 0 0 0 1 1 1 1 1 1 1",
-        "stop",
-        "nonsense",
-        "wait",
-    ]
-)
-
-
-@pytest.mark.requirement("FRC021", "FRC026")
-@given(lines=st.lists(LINES, max_size=20))
-def test_errors_resets_and_refused_moves_never_lose_a_reply(lines: list[str]) -> None:
-    robot = SteppedRobot(servo_timeout_s=0.05)
-    talk = Conversation(robot.controller)
-    pressed = failed = False
-    for line in lines:
-        if line == "press":
-            robot.controller.emergency_stop()
-            pressed = failed = True
-        elif line == "release":
-            robot.controller.release_emergency_stop()
-            pressed = False
-        elif line == "wait":
-            failed = failed or robot.controller.mode is Mode.SMART
-            robot.step(30)
-        else:
-            reply = talk.ask(line)
-            if line == "reset error":
-                assert reply == ("error" if pressed else "done")
-                failed = failed and pressed
-            elif "move" in line:
-                assert reply == ("error" if failed or " 9 " in line else "done")
-            else:
-                assert reply == ("done" if line == "stop" else "unknown command")
-        status = robot.controller.status()
-        assert (status.in_error, status.e_stopped) == (failed, pressed)
-        assert (talk.ask("get error")[:4] in ("3030", "3040")) >= failed

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -11,123 +10,22 @@ import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.frames import Frame, apply, inverse
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.wrench import Wrench
 from tests import asked
 from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move
-from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, line_errors
+from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
 
 STOP_S = 0.1
-LIMITS = JointLimits(np.ones(1), np.array([5.0]), np.array([125.0]))
 START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
 STARTS = {ARMS[0]: START, ARMS[1]: [0.0, -1.5, 1.6, 0.0, 1.4, 0.0]}
-NOTHING: Wrench = (0.0,) * 6
-DEEPER = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, -1.0)}
-"""Directions in the base in which a wall is pressed."""
-
-
-class Wall:
-    """A spring that pushes against the TCP (N) from a place on, and whatever else presses there (N)."""
-
-    def __init__(
-        self, robot: SteppedRobot, way: str, after_m: float, stiffness: float, offset: Wrench
-    ) -> None:
-        self.robot, self.way, self.stiffness, self.offset = robot, np.array(DEEPER[way]), stiffness, offset
-        self.surface = float(np.dot(robot.tcp(robot.controller.joints).translation, self.way)) + after_m
-        self.forces: list[Wrench] = []
-        """At the end of each tick."""
-        robot.controller.cartesian_force = self.wrench  # what its guards feel
-
-    def wrench(self) -> Wrench:
-        tcp = self.robot.tcp(self.robot.controller.joints)
-        depth = max(float(np.dot(tcp.translation, self.way)) - self.surface, 0.0)
-        fx, fy, fz = (-self.stiffness * depth * self.way).tolist()
-        force = apply(inverse(tcp)._replace(translation=(0.0, 0.0, 0.0)), (fx, fy, fz))
-        return tuple(np.add(self.offset, (*force, 0.0, 0.0, 0.0)).tolist())
 
 
 def at_start(name: str = ARMS[0]) -> SteppedRobot:
     robot = SteppedRobot(name)
     robot.goes_to(STARTS[name])
     return robot
-
-
-def presses(robot: SteppedRobot, wall: Wall, ticks: int = 1000) -> None:
-    for _ in range(ticks):
-        if not robot.controller.moving:
-            return
-        robot.step()
-        wall.forces.append(wall.wrench())
-
-
-def changed(wall: Wall, axis: int, threshold: float, at_command: Wrench) -> int:
-    """The first tick in which a force has changed by more than its threshold."""
-    change = np.abs(np.array(wall.forces)[:, axis] - at_command[axis])
-    return int(np.flatnonzero(change > threshold)[0]) + 1
-
-
-@pytest.mark.requirement("FRC005", "FRC008", "FRC009")
-@given(
-    kind=st.sampled_from(["lin", "ptp"]),
-    way=st.sampled_from(list(DEEPER)),
-    name=st.sampled_from(ARMS),
-    speed=st.floats(0.05, 1.0),
-    threshold=st.floats(0.5, 60.0),
-    stiffness=st.sampled_from([1e3, 1e4, 1e5]),
-    pressing=st.sampled_from([0.0, 25.0, -40.0]),
-    after_m=st.sampled_from([0.0, 0.01, 0.04]),
-    only_one=st.booleans(),
-)
-def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
-    kind: str,
-    way: str,
-    name: str,
-    speed: float,
-    threshold: float,
-    stiffness: float,
-    pressing: float,
-    after_m: float,
-    only_one: bool,
-) -> None:
-    robot, free, cancelled = at_start(name), at_start(name), at_start(name)
-    wall = Wall(robot, way, after_m, stiffness, (0.5 * pressing, -pressing, pressing, 1.0, 2.0, 3.0))
-    start = robot.controller.tool_frame()
-    target = Frame(*np.add(start, [*(120.0 * wall.way), 0.0, 0.0, 0.0]).tolist())
-    at_command = wall.wrench()
-    # At the start x, y, z of the TCP are -z, y, x of the base for the iiwa's tool, and -x, y, -z for a flange
-    # that points down, or nearly so.
-    axis = ({"x": 2, "y": 1, "z": 0} if name == ARMS[0] else {"x": 0, "y": 1, "z": 2})[way]
-    thresholds = [None if only_one else 1e9] * 3
-    thresholds[axis] = threshold
-    number = force_move(robot, kind)(target, speed, 0.0, tuple(thresholds))
-    for each in (free, cancelled):
-        each.controller.move(getattr(asked, f"{kind}_move")(target, speed, 0.0))
-    presses(robot, wall, 20000)
-    tick = changed(wall, axis, threshold, at_command)
-    (contact,) = robot.contacts
-    assert contact.move == number
-    assert contact.axis == "xyz"[axis]
-    assert contact.force_n == wall.forces[tick - 1][axis]
-    assert contact.offset_n == at_command[axis]
-    assert contact.threshold_n == threshold
-    assert contact.tcp == robot.tcp_frame(robot.joints[tick])
-    free.step(tick + 1)
-    assert robot.joints[: tick + 1] == free.joints[:-1]
-    assert robot.joints[tick + 1] != free.joints[-1]
-    cancelled.step(tick)
-    cancelled.cancel()
-    assert cancelled.runs_until_stopped() * robot.tick_s <= STOP_S + 1e-9
-    assert robot.joints == cancelled.joints
-    assert not robot.controller.is_pending(number)
-    assert robot.controller.last_error is None
-    if kind == "lin":
-        off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
-        assert off_line_m < 1e-6
-        assert off_arc_rad < 1e-6
-    assert_within_limits(robot)
 
 
 def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
@@ -230,17 +128,6 @@ def test_a_push_that_began_before_the_move_did_ends_it_in_its_first_tick() -> No
     assert [contact.move for contact in robot.contacts] == [number]
     assert again > number
     assert robot.controller.tool_frame() == pytest.approx(robot.tcp_frame(START), abs=1e-6)
-
-
-@pytest.mark.parametrize(("axis", "wrong"), [(0, 0.0), (1, -1.0), (2, nan), (0, inf)])
-def test_a_threshold_is_above_0_and_finite(wrong: float, axis: int) -> None:
-    robot = at_start()
-    thresholds: list[float | None] = [5.0, 5.0, 5.0]
-    thresholds[axis] = wrong
-    with pytest.raises(Refused, match=f"threshold along {'xyz'[axis]}") as refused:
-        force_move(robot, "lin")(robot.controller.tool_frame(), 0.5, 0.0, tuple(thresholds))
-    assert refused.value.code == EXECUTION
-    assert not robot.controller.moving
 
 
 def test_a_stop_ends_a_force_move_like_any_other() -> None:

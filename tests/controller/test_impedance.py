@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from math import inf, nan
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, Refused
+from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.frames import Frame, transform_from_euler
-from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.nearest import OUT_OF_REACH
+from iiwa_sim.frames import transform_from_euler
 from tests import asked
 from tests.asked import (
     direct_joint_move,
@@ -173,23 +168,6 @@ def test_pressed_into_a_table_the_forces_balance(
     assert_positions_and_velocities_within_limits(robot)
 
 
-def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -> None:
-    robot = at_start()
-    robot.controller.load.wrench = (0.0, 20.0, 0.0, 0.0, 0.0, 0.0)
-    here = robot.controller.tool_frame()
-    robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 1.0, 4000.0, NO_FORCE))
-    robot.step(150)
-    robot.controller.move(lin_stiff_move(here, 1.0, 500.0, NO_FORCE))
-    robot.runs_until_stopped()
-    robot.controller.move(lin_stiff_move(here, 1.0, 2000.0, NO_FORCE))  # nowhere to go, but another spring
-    robot.runs_until_stopped()
-    off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
-    assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.01)
-    # Velocity is continuous: no tick changes it by more than the forces can.
-    changes = np.abs(np.diff(robot.joints, n=2, axis=0)).max() / robot.tick_s
-    assert changes < 0.1
-
-
 # Gravity hold
 
 
@@ -256,30 +234,6 @@ def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(nam
     assert_positions_and_velocities_within_limits(robot)
 
 
-@pytest.mark.parametrize("instead", ["cancelled", "held"])
-def test_a_stiffness_move_that_never_begins_leaves_the_stiffness_as_it_is(instead: str) -> None:
-    robot, as_before = at_start(), at_start()
-    there = robot.tcp_frame(AWAY)
-    for each in (robot, as_before):
-        each.controller.move(lin_stiff_move(there, 0.5, 4000.0, NO_FORCE))
-        each.controller.load.wrench = (5.0, 0.0, 15.0, 0.0, 0.0, 0.0)
-        each.step(100)
-    if instead == "held":  # takes the place of a move that waits for the end of a stop
-        robot.cancel()
-        robot.controller.move(lin_stiff_move(there, 0.5, 100.0, NO_FORCE))
-        robot.controller.move(gravity_hold(300.0))
-        as_before.cancel()
-        as_before.controller.move(gravity_hold(300.0))
-    else:
-        for each in (robot, as_before):
-            each.runs_until_stopped()
-        robot.controller.move(lin_stiff_move(robot.tcp_frame(START), 0.5, 100.0, NO_FORCE))
-        robot.cancel()
-    robot.step(200)
-    as_before.step(200)
-    assert robot.joints[-200:] == as_before.joints[-200:]
-
-
 def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     robot = at_start()
     controller = robot.controller
@@ -330,30 +284,6 @@ def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: s
     changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
     assert changes < 0.03, "no jump of the velocity"
     assert_positions_and_velocities_within_limits(robot)
-
-
-def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
-    robot, stopped = at_start(), at_start()
-    for each in (robot, stopped):
-        move = each.controller.move(lin_stiff_move(each.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE))
-        each.step(100)
-    hold = robot.controller.move(gravity_hold(5000.0))
-    robot.may_stop()
-    assert not robot.controller.is_pending(move)
-    assert robot.controller.is_pending(hold)
-    stopped.stop()
-    rest = stopped.controller.goal_joints
-    stopped.runs_until_stopped(0.1)
-    robot.step(100)
-    np.testing.assert_allclose(robot.controller.joints, rest, atol=1e-9)
-    assert robot.controller.goal_joints == pytest.approx(robot.controller.joints, abs=1e-7)
-    assert_within_limits(robot)
-    another = robot.controller.move(gravity_hold(100.0))
-    assert not robot.controller.is_pending(hold)
-    assert robot.controller.is_pending(another)
-    robot.controller.load.joint_push = (1.0,) * 7
-    robot.step(3000)
-    np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.01, rtol=0.05, atol=1e-4)
 
 
 # Moves replace each other
@@ -433,170 +363,7 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
     assert_positions_and_velocities_within_limits(robot)
 
 
-LEAVING = {
-    "joint": lambda robot: robot.controller.move(joint_move(START, FULL)),
-    "lin": lambda robot: robot.controller.move(lin_move(robot.tcp_frame(START), 0.5, 0.0)),
-    "smart": lambda robot: robot.controller.move(smart_joint_move(START, FULL)),
-    "direct": lambda robot: robot.controller.move(
-        direct_joint_move([q + 0.05 for q in robot.controller.motions.rest_after_stop()], FULL)
-    ),
-}
-
-
-@pytest.mark.requirement("FRC003")
-@pytest.mark.parametrize("another_waits", [False, True])
-def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_waits: bool) -> None:
-    robot = at_start()
-    controller = robot.controller
-    controller.move(ptp_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE))
-    robot.runs_until_stopped()
-    assert robot.joints[-1] != robot.joints[-2], "the last tick is that in which it comes to rest"
-    rest = controller.joints
-    if another_waits:
-        controller.move(lin_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE))
-    robot.stop()
-    assert not controller.moving
-    robot.step(100)
-    assert controller.joints == rest
-    controller.move(joint_move(START, [0.2] * 7))
-    robot.step(50)
-    robot.stop()
-    robot.runs_until_stopped(0.1)
-    first = controller.move(joint_move(AWAY, FULL))
-    controller.move(joint_move(START, FULL))
-    assert controller.queue == 1
-    controller.cancel_move()
-    assert not controller.is_pending(first)
-    robot.runs_until_stopped(10.0)
-    np.testing.assert_allclose(controller.joints, START, atol=1e-12)
-    assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRA103")
-@pytest.mark.parametrize("command", sorted(LEAVING))
-def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: str) -> None:
-    robot = deflected()
-    rest = robot.controller.motions.rest_after_stop()
-    left = len(robot.joints)
-    LEAVING[command](robot)
-    ticks = 0
-    while robot.controller.joints != rest:
-        robot.step()
-        ticks += 1
-        assert ticks * robot.tick_s <= LONGEST_STOP_S + robot.tick_s
-    robot.runs_until_stopped()
-    steps = np.abs(np.diff(robot.joints[left - 2 :], n=2, axis=0)) / robot.tick_s**2
-    assert (steps <= np.array(robot.description.stop_acceleration) * 1.01).all()
-    if command == "direct":
-        np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.05)
-    else:
-        assert np.abs(np.subtract(robot.tcp_frame(START), robot.controller.tool_frame())).max() < 1e-6
-    assert_positions_and_velocities_within_limits(robot)
-
-
-@pytest.mark.parametrize("kind", ["linstiff", "gravity"])
-def test_an_emergency_stop_ends_the_yielding(kind: str) -> None:
-    robot = deflected()
-    if kind == "gravity":
-        robot.controller.move(gravity_hold(100.0))
-        robot.step(300)
-    robot.controller.emergency_stop()
-    robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
-    for command in (
-        lambda: robot.controller.move(gravity_hold(100.0)),
-        lambda: robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 100.0, NO_FORCE)),
-    ):
-        with pytest.raises(Refused):
-            command()
-    assert not robot.controller.moving
-    assert_positions_and_velocities_within_limits(robot)
-
-
 # Refused
 
 
-@pytest.mark.parametrize("state", ["at rest", "yielding"])
-def test_what_is_refused_changes_nothing(state: str) -> None:
-    bothered, left_alone = (at_start() if state == "at rest" else deflected() for _ in range(2))
-    target = bothered.tcp_frame(AWAY)
-    c = bothered.controller
-    mode = c.mode
-    for request in [
-        lin_stiff_move(target, 0.5, 5000.1, NO_FORCE),
-        lin_stiff_move(target, 0.5, -1.0, NO_FORCE),
-        ptp_stiff_move(target, 0.5, nan, NO_FORCE),
-        ptp_stiff_move(target, 0.5, 100.0, [inf] + [0.0] * 5),
-        ptp_stiff_move(target, 0.0, 100.0, NO_FORCE),
-        gravity_hold(-1.0),
-        gravity_hold(5001.0),
-        gravity_hold(nan),
-    ]:
-        with pytest.raises(Refused) as refused:
-            c.move(request)
-        assert refused.value.code == EXECUTION
-        assert c.mode is mode
-    with pytest.raises(Refused) as refused:
-        c.move(lin_stiff_move(Frame(2000.0, 0.0, 500.0, 0.0, 0.0, 0.0), 0.5, 100.0, NO_FORCE))
-    assert refused.value.code == OUT_OF_REACH
-    for robot in (bothered, left_alone):
-        robot.step(300)
-    assert bothered.joints == left_alone.joints
-
-
 # Whatever comes
-
-ROBOT = load_robot()
-
-
-@given(
-    name=st.sampled_from(ARMS),
-    sequence=st.lists(
-        st.tuples(
-            st.sampled_from(["lin", "ptp", "gravity", "stop", "joint", "smart", "push", "push", "wait"]),
-            st.floats(-1.0, 1.0),
-            st.integers(0, 150),
-        ),
-        min_size=3,
-        max_size=10,
-    ),
-    tick_s=st.sampled_from([0.001, 0.002, 0.01]),
-)
-def test_whatever_comes_positions_and_velocities_keep_their_limits_and_it_is_the_same_again(
-    name: str, sequence: list[tuple[str, float, int]], tick_s: float
-) -> None:
-    start = PLACES[name][0]
-    full = [1.0] * len(start)
-
-    def run() -> SteppedRobot:
-        robot = touching(1e5, 0.6, tick_s, tilt_rad=0.3, friction=0.4, name=name)
-        robot.joints = [robot.controller.joints]
-        target = robot.controller.tool_frame()
-        for command, x, ticks in sequence:
-            c = robot.controller
-            goal = target._replace(y_mm=200.0 * x, z_mm=500.0 - 80.0 * x)
-            try:
-                if command in ("lin", "ptp"):
-                    c.move(
-                        getattr(asked, f"{command}_stiff_move")(goal, 1.0, 2500.0 * (1.0 + x), [20.0 * x] * 6)
-                    )
-                elif command == "gravity":
-                    c.move(gravity_hold(2500.0 * (1.0 + x)))
-                elif command == "stop":
-                    c.stop()
-                elif command == "joint":
-                    c.move(joint_move([x * q for q in start], full))
-                elif command == "smart":
-                    c.move(smart_joint_move([x * q for q in start], full))
-                elif command == "push":
-                    c.load.wrench = (800.0 * x, -600.0 * x, 700.0 * x, 50.0 * x, 30.0, -60.0 * x)
-                    torques = (0.0, 100.0 * x, 0.0, -50.0 * x, 20.0, 0.0, 30.0 * x)
-                    c.load.joint_push = torques[: len(start)]
-            except Refused:
-                pass
-            robot.step(ticks)
-        return robot
-
-    robot = run()
-    assert np.isfinite(robot.joints).all()
-    assert_positions_and_velocities_within_limits(robot)
-    assert run().joints == robot.joints

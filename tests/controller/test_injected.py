@@ -19,7 +19,6 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, lin_joint_move, lin_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
@@ -82,14 +81,6 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller.reset_error()
     assert controller.status().drives_powered == 1
     controller.move(joint_move(AWAY, FULL))
-
-
-def test_the_first_cause_of_an_error_is_kept() -> None:
-    robot = SteppedRobot()
-    robot.controller.fail(CODE, REASON)
-    robot.controller.fail(CODE + 1, "another")
-    assert robot.controller.last_error == (CODE, REASON)
-    assert len(robot.faults) == 2
 
 
 def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
@@ -161,15 +152,6 @@ def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
     assert controller.tool_in_flange == tool
     robot.runs_until_stopped(0.1)
     assert_within_limits(robot)
-
-
-def test_a_place_outside_the_limits_is_refused() -> None:
-    controller = SteppedRobot().controller
-    home = controller.joints
-    with pytest.raises(Refused, match="A4 at 3 rad is outside") as refused:
-        controller.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
-    assert refused.value.code == JOINT_LIMIT
-    assert controller.joints == home
 
 
 def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:

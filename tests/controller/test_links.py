@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from iiwa_sim.contact.shapes import Box, Sphere
+from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
@@ -18,7 +18,6 @@ from tests.stepped import strong
 
 TICK_S = 0.002
 IIWA = "lbr_iiwa_7_r800"
-FULL = (1.0,) * 7
 STRETCHED: Joints = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
 INTO_THE_WALL: Joints = (0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
 WALL_Y = 0.45
@@ -141,18 +140,6 @@ def test_a_robot_that_leans_on_a_wall_rests_and_notices_when_the_wall_goes() -> 
     assert c.resting
 
 
-def test_what_is_put_round_a_link_is_not_felt_before_it_has_come_out() -> None:
-    robot = Robot()
-    c = robot.controller
-    c.load.world.put(Surface("ball", Sphere(0.1), at(0.2, 0.0, 0.5), 5_000.0, 0.0, 0.0))
-    c.step()
-    assert set(c.joint_torque()) == {0.0}
-    robot.goes_to((1.5, *STRETCHED[1:]))
-    assert not robot.told
-    robot.goes_to(STRETCHED)
-    assert robot.told
-
-
 FOLDED: Joints = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 
@@ -174,20 +161,3 @@ def test_an_arm_that_folds_onto_itself_is_told_of_once_and_stopped() -> None:
     robot.goes_to(STRETCHED)
     assert set(robot.controller.joint_torque()) == {0.0}
     assert len(robot.faults) == 1
-
-
-def test_a_held_arm_that_is_pushed_onto_itself_comes_to_rest_there() -> None:
-    """The hold, the push, and its own base are in balance."""
-    near: Joints = (0.0, 1.9, 0.0, -2.08, 0.0, 0.0, 0.0)
-    robot = Robot(start=near, unbreakable=True)
-    c = robot.controller
-    c.move(gravity_hold(60.0))
-    c.load.joint_push = (0.0, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    way = []
-    for _ in range(2500):
-        c.step()
-        way.append(c.joints)
-    assert any(told.startswith("links ") for told in robot.told)
-    assert np.ptp(np.array(way[-250:]), axis=0).max() < 1e-5
-    springs = [60.0 * (a - b) for a, b in zip(c.joints, near, strict=True)]
-    assert c.joint_torque() == pytest.approx(springs, rel=1e-3, abs=1e-2)

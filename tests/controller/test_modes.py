@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from itertools import permutations
 from math import nan
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests import asked
 from tests.asked import (
     direct_cartesian_move,
@@ -42,7 +40,6 @@ SIX = {
     "elsewhere": [-0.4, -1.6, 1.7, -0.3, 1.5, 0.4],
 }
 PLACES = {ARMS[0]: (START, AWAY, ELSEWHERE), ARMS[1]: tuple(SIX.values())}
-FOUR = (Mode.NORMAL, Mode.IMPEDANCE, Mode.SMART, Mode.DIRECT)
 OWN = {
     Mode.NORMAL: Event.NORMAL_MOVE,
     Mode.IMPEDANCE: Event.IMPEDANCE_MOVE,
@@ -148,31 +145,6 @@ def in_mid_motion(command: str, name: str = ARMS[0]) -> SteppedRobot:
 
 
 @pytest.mark.requirement("FRA103")
-@pytest.mark.parametrize("command", COMMANDS)
-def test_the_first_command_enters_its_mode_and_begins_at_once(command: str) -> None:
-    robot = SteppedRobot()
-    sends(robot, command, START)
-    assert robot.controller.mode is GOES[command][0]
-    assert robot.controller.moving
-    assert robot.controller.joints == robot.joints[0]
-    robot.step()
-    assert robot.joints[1] != robot.joints[0]
-
-
-@pytest.mark.requirement("FRA103")
-@pytest.mark.parametrize(("command", "other"), CHANGES)
-def test_a_robot_at_rest_changes_its_mode_without_delay(command: str, other: str) -> None:
-    robot = SteppedRobot()
-    sends(robot, command, START)
-    robot.runs_until_stopped()
-    sends(robot, other, AWAY)
-    assert robot.controller.mode is GOES[other][0]
-    rest = robot.controller.joints
-    robot.step()
-    assert robot.controller.joints != rest
-
-
-@pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize(
     ("name", "command", "other"),
     [*((ARMS[0], *change) for change in CHANGES), *((ARMS[1], *change) for change in CHANGES[::4])],
@@ -240,123 +212,7 @@ def test_a_stop_ends_every_mode_on_the_path(name: str, command: str) -> None:
 # What waits while the robot stops
 
 
-@pytest.mark.parametrize(
-    ("first", "servo", "by_stop"),
-    [
-        ("joint", "smart cartesian", True),
-        ("linstiff", "direct joint", False),
-        ("smart joint", "direct cartesian", False),
-        ("direct joint", "smart joint", True),
-    ],
-)
-def test_of_the_targets_that_come_during_a_stop_the_newest_is_headed_for(
-    first: str, servo: str, by_stop: bool
-) -> None:
-    changed, patient = in_mid_motion(first), in_mid_motion(first)
-    if by_stop:
-        changed.stop()
-    older = [sends(changed, servo, START)]
-    patient.stop()
-    for _ in range(3):
-        changed.step(10)
-        patient.step(10)
-        older.append(sends(changed, servo, AWAY))
-    newest = sends(changed, servo, ELSEWHERE)
-    sends(patient, servo, ELSEWHERE)
-    assert not any(changed.controller.is_pending(number) for number in older)
-    assert changed.controller.is_pending(newest)
-    for robot in (changed, patient):
-        robot.runs_until_stopped()
-    assert changed.joints == patient.joints
-    assert_within_limits(changed)
-
-
-@pytest.mark.requirement("FRC014")
-@pytest.mark.parametrize("servo", ["smart joint", "direct joint"])
-def test_normal_moves_that_come_during_a_stop_queue(servo: str) -> None:
-    robot = in_mid_motion(servo)
-    numbers = [sends(robot, "joint", to) for to in (START, AWAY, ELSEWHERE)]
-    assert all(robot.controller.is_pending(number) for number in numbers)
-    assert robot.controller.mode is Mode.NORMAL
-    came_by = set()
-    while robot.controller.moving:
-        came_by |= {k for k, number in enumerate(numbers) if robot.controller.is_pending(number)}
-        robot.step()
-    assert came_by == {0, 1, 2}
-    assert robot.controller.joints == tuple(ELSEWHERE)
-    for to in (START, AWAY):
-        assert np.abs(np.subtract(robot.joints, to)).max(axis=1).min() < 0.15, "it passed"
-    assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC016")
-@pytest.mark.parametrize(("command", "other"), CHANGES[::3])
-def test_a_stop_during_a_change_drops_what_waits(command: str, other: str) -> None:
-    changed, stopped = in_mid_motion(command), in_mid_motion(command)
-    number = sends(changed, other, ELSEWHERE)
-    stopped.stop()
-    for robot in (changed, stopped):
-        robot.step(10)
-    changed.stop()
-    assert changed.controller.mode is Mode.UNKNOWN
-    assert not changed.controller.is_pending(number)
-    for robot in (changed, stopped):
-        robot.runs_until_stopped(0.1)
-    assert changed.joints == stopped.joints
-    changed.step(100)
-    assert changed.controller.joints == stopped.controller.joints
-    assert not changed.controller.moving
-
-
 # Refused commands
-
-HOME = flange_at(SteppedRobot(), list(load_robot().home))
-REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
-    (f"{mode}_{kind}", parameters, code)
-    for mode in ("smart", "direct")
-    for kind, parameters, code in [
-        ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
-        ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), EXECUTION),
-        ("joint_move", ([0.0] * 6, FULL), EXECUTION),
-        ("joint_move", ([0.0] * 7, [1.0] * 6), EXECUTION),
-        ("joint_move", (START, [1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
-        ("joint_move", (START, [1.0, 1.0, 1.1, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
-        ("cartesian_move", (HOME._replace(x_mm=2000.0), 1.0), OUT_OF_REACH),
-        ("cartesian_move", (HOME._replace(beta=nan), 1.0), EXECUTION),
-        ("cartesian_move", (HOME, 0.0), EXECUTION),
-    ]
-] + [
-    ("smart_joint_move", (START, [1e-12] * 7), EXECUTION),
-    ("direct_joint_move", ([-2.0] * 7, FULL), TARGET_NOT_REACHABLE),
-    ("direct_cartesian_move", (HOME._replace(y_mm=300.0), 1.0), TARGET_NOT_REACHABLE),
-    ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
-    ("ptp_move", (HOME, 1.0, -1.0), EXECUTION),
-]
-
-
-@pytest.mark.parametrize("command", ["joint", "smart joint", "direct joint"])
-@pytest.mark.parametrize("state", ["running", "changing", "stopping"])
-def test_refused_commands_change_nothing(command: str, state: str) -> None:
-    bothered, left_alone = in_mid_motion(command), in_mid_motion(command)
-    for robot in (bothered, left_alone):
-        if state == "changing":
-            sends(robot, "joint" if command != "joint" else "smart joint", ELSEWHERE)
-        elif state == "stopping":
-            robot.stop()
-        elif command == "joint":
-            sends(robot, "joint", ELSEWHERE)
-    mode = bothered.controller.mode
-    for method, parameters, code in REFUSED:
-        with pytest.raises(Refused) as refused:
-            bothered.controller.move(getattr(asked, method)(*parameters))
-        assert refused.value.code == code, method
-        assert "\n" not in refused.value.reason
-        assert bothered.controller.mode is mode
-        for robot in (bothered, left_alone):
-            robot.step()
-    for robot in (bothered, left_alone):
-        robot.runs_until_stopped()
-    assert bothered.joints == left_alone.joints
 
 
 # Targets
@@ -441,17 +297,6 @@ def test_a_direct_target_is_at_most_0_087_rad_away_on_any_axis(axis: int, sign: 
     robot.controller.move(direct_joint_move(target, FULL))
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(target)
-
-
-def test_in_direct_mode_near_means_near_the_present_position_not_the_target() -> None:
-    robot = SteppedRobot()
-    robot.goes_to(START)
-    robot.controller.move(direct_joint_move([q + 0.08 for q in START], FULL))
-    robot.step(10)
-    here = robot.controller.joints
-    with pytest.raises(Refused):
-        robot.controller.move(direct_joint_move([START[0] + 0.16, *here[1:]], FULL))
-    robot.controller.move(direct_joint_move([q + 0.086 for q in here], FULL))
 
 
 # The servo timeout

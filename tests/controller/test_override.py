@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from math import nan
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests.asked import (
     direct_joint_move,
-    gravity_hold,
     joint_move,
     lin_move,
-    ptp_move,
-    ptp_stiff_move,
     smart_joint_move,
 )
 from tests.chain_checks import assert_keeps_all_promises
@@ -172,123 +168,6 @@ def test_set_at_rest_it_holds_from_the_first_tick_on(name: str) -> None:
     assert half.controller.override == 0.5
 
 
-STEPS = st.one_of(
-    st.tuples(st.sampled_from(["stop", "cancel", "clear"]), st.just(0.0), st.just(0)),
-    st.tuples(st.just("override"), st.sampled_from([0.05, 0.1, 0.4, 1.0]), st.just(0)),
-    st.tuples(
-        st.sampled_from(["lin", "ptp", "joint", "stiff", "smart", "direct"]),
-        st.sampled_from([0.02, 0.3, 1.0]),
-        st.integers(0, 2),
-    ),
-    st.tuples(st.just("gravity"), st.just(0.0), st.just(0)),
-)
-ORDERS = st.lists(st.tuples(STEPS, st.sampled_from([0, 0, 1, 20, 60, 200])), min_size=3, max_size=14)
-
-
-@pytest.mark.requirement("FRC025")
-@given(names, ORDERS)
-@example(
-    ARMS[0],
-    [
-        (("lin", 0.02, 1), 200),
-        (("stop", 0.0, 0), 0),
-        (("override", 0.1, 0), 0),
-        (("lin", 1.0, 2), 200),
-    ],
-)
-@example(ARMS[0], [(("joint", 0.02, 1), 60), (("override", 0.1, 0), 0), (("smart", 1.0, 2), 200)])
-@example(
-    ARMS[0],
-    [(("smart", 0.02, 1), 60), (("override", 0.05, 0), 0), (("smart", 1.0, 2), 20), (("smart", 1.0, 1), 200)],
-)
-@example(ARMS[0], [(("stiff", 0.02, 1), 60), (("override", 0.1, 0), 0), (("stiff", 1.0, 2), 200)])
-def test_what_begins_after_an_override_keeps_it_in_every_order_of_commands(
-    name: str, order: list[tuple[tuple[str, float, int], int]]
-) -> None:
-    robot = SteppedRobot(name)
-    robot.goes_to(PLACES[name][0])
-    watch = OverrideWatch(robot)
-    for (what, value, place), ticks in order:
-        with suppress(Refused):  # as during a hold
-            _tell(robot, watch, what, value, place)
-        watch.step(ticks)
-    watch.step(300)
-
-
-def _tell(robot: SteppedRobot, watch: OverrideWatch, what: str, value: float, place: int) -> None:
-    controller = robot.controller
-    joints = PLACES[watch.name][place]
-    speeds = [value] * len(joints)
-    match what:
-        case "stop":
-            controller.stop()
-        case "cancel":
-            controller.cancel_move()
-        case "clear":
-            controller.clear_queue()
-        case "override":
-            watch.set_override(value)
-        case "lin":
-            controller.move(lin_move(robot.tcp_frame(joints), value, 50.0))
-        case "ptp":
-            controller.move(ptp_move(robot.tcp_frame(joints), value, 50.0))
-        case "joint":
-            controller.move(joint_move(joints, speeds))
-        case "stiff":
-            controller.move(ptp_stiff_move(robot.tcp_frame(joints), value, 1000.0, [0.0] * 6))
-        case "smart":
-            controller.move(smart_joint_move(joints, speeds))
-        case "direct":
-            near = np.add(controller.end_of_queue, (0.08, -0.04, 0.0)[place])
-            controller.move(direct_joint_move(near.tolist(), speeds))
-        case "gravity":
-            controller.move(gravity_hold(1000.0))
-
-
-class OverrideWatch:
-    """Compares joint speeds with the override, as soon as nothing moves that was accepted before it was set.
-
-    What moved before may still have to brake: joints that are faster than the override then come down to it.
-    """
-
-    def __init__(self, robot: SteppedRobot) -> None:
-        self._robot = robot
-        self.name = next(name for name in ARMS if load_robot(name).name == robot.description.name)
-        self._before = 0
-        self._braking = np.zeros(len(robot.description.joints))
-
-    def set_override(self, value: float) -> None:
-        self._robot.controller.set_override(value)
-        self._before = self._robot.controller.accepted
-        self._braking = self._speed_to_come()
-
-    def step(self, ticks: int) -> None:
-        controller = self._robot.controller
-        for _ in range(ticks):
-            self._robot.step()
-            if any(map(controller.is_pending, range(1, self._before + 1))):
-                self._braking = self._speed_to_come()
-                continue
-            speed = self._speeds()[-1]
-            assert (speed <= np.maximum(controller.override, self._braking) * 1.01 + 1e-6).all(), speed
-            if not speed.any():
-                self._braking = np.zeros_like(speed)
-
-    def _speeds(self) -> np.ndarray:
-        """Of the last ticks, as parts of the velocity limits (m, n)."""
-        joints = np.array([self._robot.joints[0]] * 2 + self._robot.joints[-3:])
-        velocity = np.array(self._robot.description.velocity)
-        return np.abs(np.diff(joints, axis=0)) / (self._robot.tick_s * velocity)
-
-    def _speed_to_come(self) -> np.ndarray:
-        """What joints come to that brake from now on, first with the acceleration they have."""
-        speeds, d = self._speeds(), self._robot.description
-        velocity = np.array(d.velocity)
-        acceleration = velocity * np.abs(speeds[-1] - speeds[-2]) / self._robot.tick_s
-        more: np.ndarray = speeds[-1] + acceleration**2 / (np.array(d.jerk) * velocity)
-        return more
-
-
 @pytest.mark.requirement("FRC025")
 def test_a_pause_is_a_standstill_that_goes_on_where_it_began() -> None:
     robot = SteppedRobot()
@@ -313,31 +192,6 @@ def test_a_pause_is_a_standstill_that_goes_on_where_it_began() -> None:
     assert talk.ask("get robot status") == "2 0 1 1 1 0 0"
     robot.runs_until_stopped()
     assert robot.controller.tool_frame()[:3] == pytest.approx((450.0, 0.0, 520.0), abs=1e-6)
-    assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC025", "FRC016")
-def test_a_stop_in_a_pause_ends_the_moves_and_not_the_pause() -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    number = controller.move(joint_move(AWAY, FULL))
-    controller.move(joint_move(START, FULL))
-    robot.step(100)
-    controller.set_override(0.0)
-    robot.step(SETTLED_TICKS)
-    paused = controller.joints
-    robot.stop()
-    assert robot.runs_until_stopped() <= 1
-    assert controller.joints == paused
-    assert not controller.is_pending(number)
-    for command in (joint_move, smart_joint_move):
-        controller.move(command(START, FULL))
-        robot.step(50)
-        assert controller.joints == paused
-        assert controller.moving
-    controller.set_override(1.0)
-    robot.runs_until_stopped()
-    assert controller.joints == START
     assert_within_limits(robot)
 
 

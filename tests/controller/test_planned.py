@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
-from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
 from tests.stepped import SteppedRobot
@@ -94,18 +93,4 @@ def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
     controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=300.0))
     assert controller.planned == []
     robot.step(600)
-    assert controller.planned == []
-
-
-def test_of_a_trajectory_it_is_its_end_also_while_it_waits() -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    controller.move(joint_move(READY, FULL))
-    robot.step(50)
-    points = [TrajectoryPoint(2.0, READY), TrajectoryPoint(4.0, AWAY)]
-    controller.follow(TrajectoryRequest(robot.description.joints, points), lambda _: None)
-    assert [(each.number, each.joints) for each in controller.planned] == [(2, AWAY)], "the robot stops first"
-    robot.step(300)
-    assert [(each.number, each.joints) for each in controller.planned] == [(2, AWAY)]
-    controller.stop()
     assert controller.planned == []

@@ -25,7 +25,6 @@ from tests.asked import (
     ptp_move,
     ptp_relative_move,
     reach,
-    smart_joint_move,
 )
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
@@ -90,32 +89,6 @@ def test_a_relative_line_begins_where_the_queue_ends_and_its_target_stays() -> N
     robot.runs_until_stopped()
     assert_straight(robot, robot.joints[begun - 1 :], target)
     assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC007")
-@pytest.mark.parametrize("in_tool", [False, True])
-def test_relative_moves_there_and_back_end_where_they_began(in_tool: bool) -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    home = controller.tool_frame()
-    for way in (40.0, -40.0):
-        controller.move(ptp_relative_move(Frame(way, 0.0, way, 0.0, 0.0, 0.0), 1.0, 0.0, in_tool=in_tool))
-        controller.move(lin_relative_move(Frame(0.0, way, 0.0, 0.0, 0.0, 0.0), 1.0, 10.0, in_tool=in_tool))
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(controller.tool_frame()[:3], home[:3], atol=1e-6)
-    assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC007")
-def test_from_a_servo_a_relative_move_begins_where_the_robot_comes_to_rest() -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    controller.move(smart_joint_move(AWAY, FULL))
-    robot.step(80)
-    controller.move(lin_relative_move(Frame(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False))
-    rest = controller.goal_frame()
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(controller.tool_frame(), rest._replace(z_mm=rest.z_mm + 30.0), atol=1e-6)
 
 
 def refusal(command: Callable[[], object]) -> tuple[int, str] | None:

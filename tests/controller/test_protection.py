@@ -2,43 +2,30 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-from itertools import pairwise
-from math import dist
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.backdoor.states import States
 from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
-from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.limits_watch import Protection, Safety
-from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.asked import (
-    direct_joint_move,
-    gravity_hold,
     joint_move,
     lin_force_move,
     lin_move,
-    lin_stiff_move,
-    ptp_move,
-    smart_joint_move,
 )
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002
-NO_PUSH = (0.0,) * 6
 TORQUE_LIMITS = {name: load_robot(name).torque for name in ARMS}
 
 
@@ -103,27 +90,6 @@ def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes
     robot.runs_until_stopped()
     assert robot.controller.tool_frame().z_mm > down(robot, 0.0).z_mm - 1e-6
     assert len(robot.faults) == 1
-
-
-def test_a_robot_that_presses_beyond_its_limits_is_led_out_after_each_restore() -> None:
-    robot = watched(floor_mm=5.0)
-    start = robot.controller.tool_frame()
-    states = States(robot.controller)
-    robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
-    robot.runs_until_stopped()
-    robot.controller.reset_error()
-    robot.step(5)
-    states.save("pressed")
-    for _ in range(3):
-        states.restore("pressed")
-        robot.controller.move(lin_move(start, 0.2, 0.0))
-        robot.runs_until_stopped()
-        assert len(robot.faults) == 1
-        assert robot.controller.tool_frame() == pytest.approx(start, abs=1e-6)
-    states.restore("pressed")
-    robot.controller.move(lin_move(down(robot, 10.0), 0.1, 0.0))
-    robot.runs_until_stopped()
-    assert len(robot.faults) == 2, "but not farther in"
 
 
 def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
@@ -191,27 +157,6 @@ def test_a_collision_is_a_force_or_torque_at_the_tcp_above_its_threshold(
     unwatched.controller.load.wrench = push
     unwatched.step()
     assert not unwatched.faults
-
-
-@pytest.mark.parametrize("move", ["lin", "stiff", "hold"])
-def test_every_mode_ends_in_a_collision(move: str) -> None:
-    robot = watched()
-    robot.controller.set_collision_detection(20.0, 0.0)
-    target = down(robot, 100.0)
-    robot.controller.move(
-        {
-            "lin": lin_move(target, 0.1, 0.0),
-            "stiff": lin_stiff_move(target, 0.1, 2000.0, NO_PUSH),
-            "hold": gravity_hold(500.0),
-        }[move]
-    )
-    robot.step(20)
-    assert robot.controller.moving
-    robot.controller.load.wrench = (0.0, 25.0, 0.0, 0.0, 0.0, 0.0)
-    robot.step()
-    assert_stopped_itself(robot, "collision")
-    robot.step(200)
-    assert not robot.controller.moving
 
 
 def test_collision_detection_is_set_read_and_switched_off() -> None:
@@ -290,90 +235,3 @@ def test_no_overload_is_missed_by_the_quick_look(
     protection = Protection(description.joints, description.torque, Safety())
     parts = np.abs(load.exact_torques(joints)) / np.array(description.torque)
     assert (protection.overload(load, joints, standing=False) is not None) == bool(np.max(parts) > 1.0)
-
-
-FREE_MOVES = st.tuples(
-    st.sampled_from(["joint", "ptp", "lin", "smart", "direct", "stiff", "hold", "stop", "override"]),
-    st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7),
-    st.floats(0.05, 1.0),
-    st.integers(1, 150),
-)
-
-
-centres = st.tuples(*[st.floats(-0.2, 0.2)] * 3)
-
-
-@given(
-    name=st.sampled_from(ARMS),
-    program=st.lists(FREE_MOVES, min_size=1, max_size=6),
-    tool=st.none() | st.builds(ToolLoad, st.floats(0.01, 14.0), centres),
-)
-def test_no_free_motion_stops_itself(
-    name: str, program: list[tuple[str, list[float], float, int]], tool: ToolLoad | None
-) -> None:
-    """Whatever the arm carries that the controller knows of: neither with the least thresholds, nor with a
-    speed and a box that it keeps just so."""
-    least = {"force_n": 1e-9, "torque_nm": 1e-9}
-    way = np.array(free_way(name, program, tool, Safety(**least)))
-    speed = max(dist(before, after) / TICK_S for before, after in pairwise(way.tolist())) + 1e-9
-    box = tuple(way.min(axis=0).tolist()), tuple(way.max(axis=0).tolist())
-    again = free_way(name, program, tool, Safety(**least, tcp_speed_m_per_s=speed, box=box))  # type: ignore[arg-type]
-    assert np.array_equal(again, way)
-
-
-def free_way(
-    name: str,
-    program: list[tuple[str, list[float], float, int]],
-    tool: ToolLoad | None,
-    safety: Safety,
-) -> list[Vector]:
-    """Where the TCP is after each tick (m), far from a floor and with readings that are mostly noise; nothing
-    stops it."""
-    description = load_robot(name)
-    faults: list[str] = []
-    below = Frame(0.0, 0.0, -5000.0, 0.0, 0.0, 0.0).to_transform()
-    c = Controller(
-        description,
-        TICK_S,
-        world=World([Surface("floor", Plane(), below, 1e5, 0.0, 0.5)], 0.01),
-        noise=Noise(NoiseLevels(1, 100.0, 10.0, 10.0), len(description.joints)),
-        safety=safety,
-        tool=None if tool is None else Tool(tool, (0.01, 0.01, 0.02, 0.0, 0.0, 0.0)),
-        on_fault=lambda _, reason: faults.append(reason),
-    )
-    if tool is not None:
-        mass, x_mm, y_mm, z_mm = tool.told()  # as a driver tells it, in mm
-        c.set_tool_load(ToolLoad(mass, (1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm)))
-    way = [c.tcp().translation]
-    for kind, part, speed, ticks in program:
-        lows, highs = description.position_min, description.position_max
-        joints = [
-            0.5 * (low + high + p * (high - low)) for low, high, p in zip(lows, highs, part, strict=False)
-        ]
-        near = [q + 0.02 * p for q, p in zip(c.joints, part, strict=False)]
-        frame = c.tcp_frame_at(tuple(joints if kind == "ptp" else near))
-        with suppress(Refused):
-            match kind:
-                case "stop":
-                    c.stop()
-                case "override":
-                    c.set_override(speed)
-                case "joint":
-                    c.move(joint_move(joints, [speed] * len(joints)))
-                case "ptp":
-                    c.move(ptp_move(frame, speed, 10.0))
-                case "lin":
-                    c.move(lin_move(frame, speed, 10.0))
-                case "smart":
-                    c.move(smart_joint_move(joints, [speed] * len(joints)))
-                case "direct":
-                    c.move(direct_joint_move(near, [speed] * len(joints)))
-                case "stiff":
-                    c.move(lin_stiff_move(frame, speed, 2000.0, NO_PUSH))
-                case "hold":
-                    c.move(gravity_hold(100.0 * speed))
-        for _ in range(ticks):
-            c.step()
-            assert not faults
-            way.append(c.tcp().translation)
-    return way

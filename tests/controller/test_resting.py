@@ -168,100 +168,86 @@ def test_a_robot_that_leaves_out_its_rest_is_the_one_that_ticks_bit_for_bit(name
     assert_alike(name, seed, 12)
 
 
-class TestWhatStillTakesTime:
-    """A robot that does not move, and yet is not at rest."""
+def at_rest(**options: Any) -> Controller:
+    controller = Controller(load_robot(ARMS[0]), TICK_S, **options)
+    assert not controller.resting, "before the first tick"
+    steps(controller, 2)
+    assert controller.resting
+    return controller
 
-    def robot(self, **options: Any) -> Controller:
-        controller = Controller(load_robot(ARMS[0]), TICK_S, **options)
-        for _ in range(2):
-            controller.step()
-        assert controller.resting
-        return controller
 
-    def test_the_first_tick(self) -> None:
-        assert not Controller(load_robot(ARMS[0]), TICK_S).resting
-
-    def test_a_move_from_its_command_to_the_tick_after_its_end(self) -> None:
-        controller = self.robot()
-        controller.move(joint_move([j + 0.01 for j in controller.joints], [1.0] * 7))
-        assert not controller.resting
-        while controller.moving:
-            controller.step()
-            assert not controller.resting
-        assert any(controller.joint_velocity())
+def steps(controller: Controller, ticks: int) -> None:
+    for _ in range(ticks):
         controller.step()
-        assert controller.resting
 
-    def test_a_servo_whose_timeout_runs(self) -> None:
-        controller = self.robot(servo_timeout_s=SERVO_TIMEOUT_S)
-        controller.move(smart_joint_move(controller.joints, [1.0] * 7))
-        heard = controller.tick
-        while controller.mode is Mode.SMART:
-            assert not controller.resting
-            controller.step()
-        assert controller.tick - heard == pytest.approx(SERVO_TIMEOUT_S / TICK_S, abs=2)
-        for _ in range(2):
-            controller.step()
-        assert controller.resting
 
-    def test_a_servo_without_a_timeout_rests(self) -> None:
-        controller = self.robot()
-        controller.move(smart_joint_move(controller.joints, [1.0] * 7))
-        for _ in range(3):
-            controller.step()
-        assert controller.mode is Mode.SMART
-        assert controller.resting
-
-    def test_a_pause(self) -> None:
-        controller = self.robot()
-        controller.move(joint_move([j + 0.1 for j in controller.joints], [0.1] * 7))
-        controller.set_override(0.0)
-        for _ in range(1000):
-            controller.step()
-        assert controller.status().in_motion == 0
-        assert not controller.resting
-
-    def test_a_robot_that_yields_until_it_is_stopped(self) -> None:
-        controller = self.robot()
-        controller.move(lin_stiff_move(controller.tool_frame(), 1.0, 2000.0, (0.0,) * 6))
-        for _ in range(1000):
-            controller.step()
-        assert not controller.moving
-        assert not controller.resting
-        controller.stop()
-        for _ in range(2):
-            controller.step()
-        assert controller.resting
-
-    def test_a_gravity_hold(self) -> None:
-        controller = self.robot()
-        controller.move(gravity_hold(500.0))
-        for _ in range(1000):
-            controller.step()
-        assert not controller.resting
-
-    def test_a_surface_that_comes_into_the_tool(self) -> None:
-        controller = self.robot(world=World((), RADIUS_M))
-        top_mm = controller.tool_frame().z_mm - 1e3 * RADIUS_M + 1.0
-        pose = Frame(0.0, 0.0, top_mm, 0.0, 0.0, 0.0).to_transform()
-        controller.load.world.put(Surface("floor", Plane(), pose, 3000.0, 0.0, 0.0))
-        assert not controller.resting
-        before = controller.cartesian_force()
-        for _ in range(3):
-            controller.step()
-        assert controller.resting
-        assert controller.cartesian_force() != before
-
-    def test_what_does_not_move_the_robot_needs_no_tick(self) -> None:
-        controller = self.robot()
-        controller.io.set_output(1, on=True)
-        controller.record_error(1, "refused")
-        controller.emergency_stop()
-        assert controller.resting
-
-    def test_a_push_is_looked_at_in_one_tick(self) -> None:
-        controller = self.robot()
-        controller.load.wrench = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def test_a_move_takes_time_from_its_command_to_the_tick_after_its_end() -> None:
+    controller = at_rest()
+    controller.move(joint_move([j + 0.01 for j in controller.joints], [1.0] * 7))
+    while controller.moving:
         assert not controller.resting
         controller.step()
-        assert controller.resting
+    assert any(controller.joint_velocity())
+    assert not controller.resting
+    controller.step()
+    assert controller.resting
+
+
+@pytest.mark.parametrize("timeout_s", [None, SERVO_TIMEOUT_S])
+def test_a_servo_takes_time_while_its_timeout_runs(timeout_s: float | None) -> None:
+    controller = at_rest(servo_timeout_s=timeout_s)
+    controller.move(smart_joint_move(controller.joints, [1.0] * 7))
+    steps(controller, 3)
+    assert controller.resting == (timeout_s is None)
+    steps(controller, round(SERVO_TIMEOUT_S / TICK_S) + 2)
+    assert controller.mode is (Mode.SMART if timeout_s is None else Mode.UNKNOWN)
+    assert controller.resting
+
+
+def pauses(controller: Controller) -> None:
+    controller.move(joint_move([j + 0.1 for j in controller.joints], [0.1] * 7))
+    controller.set_override(0.0)
+
+
+@pytest.mark.parametrize(
+    ("begin", "moving"),
+    [
+        (pauses, True),
+        (lambda c: c.move(gravity_hold(500.0)), True),
+        (lambda c: c.move(lin_stiff_move(c.tool_frame(), 1.0, 2000.0, (0.0,) * 6)), False),
+    ],
+)
+def test_a_pause_and_compliance_take_time(begin: Callable[[Controller], object], moving: bool) -> None:
+    controller = at_rest()
+    begin(controller)
+    steps(controller, 1000)
+    assert (controller.moving, controller.status().in_motion) == (moving, int(moving and begin is not pauses))
+    assert not controller.resting
+    controller.set_override(1.0)
+    controller.stop()
+    steps(controller, 100)
+    assert controller.resting
+
+
+def test_a_surface_that_comes_into_the_tool_and_a_push_are_felt_at_once() -> None:
+    controller = at_rest(world=World((), RADIUS_M))
+    top_mm = controller.tool_frame().z_mm - 1e3 * RADIUS_M + 1.0
+    pose = Frame(0.0, 0.0, top_mm, 0.0, 0.0, 0.0).to_transform()
+    controller.load.world.put(Surface("floor", Plane(), pose, 3000.0, 0.0, 0.0))
+    assert not controller.resting
+    before = controller.cartesian_force()
+    steps(controller, 3)
+    assert controller.resting
+    assert controller.cartesian_force() != before
+    controller.load.wrench = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert not controller.resting
+    steps(controller, 2)
+    assert controller.resting
+
+
+def test_a_command_that_does_not_move_the_robot_needs_no_tick() -> None:
+    controller = at_rest()
+    controller.io.set_output(1, on=True)
+    controller.record_error(1, "refused")
+    controller.emergency_stop()
+    assert controller.resting

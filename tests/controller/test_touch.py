@@ -23,8 +23,7 @@ from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests import asked
-from tests.asked import lin_force_move, lin_move
-from tests.stepped import ARMS, Array, SteppedRobot, assert_same_frame, assert_within_limits, strong
+from tests.stepped import ARMS, Array, SteppedRobot, assert_within_limits, strong
 
 Law = Callable[[Array, Array], Array]
 """Forces (n, 3) in the base on a probe that has been at positions (n, 3), m, with velocities (n, 3), m/s."""
@@ -212,53 +211,6 @@ def test_down_onto_a_table(
     assert_touched(robot, way, way.touch(law, 2, threshold))
 
 
-@given(
-    watched=st.sampled_from("xz"),
-    name=names,
-    speed=speeds,
-    stiffness=stiffnesses,
-    threshold=st.floats(0.5, 20.0),
-    friction=st.sampled_from([0.2, 0.6]),
-)
-def test_down_a_slant_with_friction(
-    name: str, watched: str, speed: float, stiffness: float, threshold: float, friction: float
-) -> None:
-    surface, law = table(name, 20.0, stiffness, friction=friction)
-    robot = probe(name, surface)
-    target = beside(robot, x_mm=-DEPTH_MM, z_mm=-DEPTH_MM)
-    force_move("lin", target, speed, watching(watched, threshold))(robot)
-    way = Way(name, move("lin", target, speed))
-    assert_touched(robot, way, way.touch(law, "xyz".index(watched), threshold))
-
-
-@given(
-    name=names,
-    speed=speeds,
-    stiffness=stiffnesses,
-    threshold=st.floats(0.5, 40.0),
-    pressed_mm=st.floats(0.1, 3.0),
-    pushed_n=st.sampled_from([0.0, 15.0, -70.0]),
-)
-def test_further_down_where_it_presses_already(
-    name: str, speed: float, stiffness: float, threshold: float, pressed_mm: float, pushed_n: float
-) -> None:
-    """From what it is at the command, whether a surface or somebody's hand makes it."""
-    surface, law = table(name, 3.0 - pressed_mm, stiffness)
-    robot = probe(name, surface)
-    robot.controller.load.wrench = (0.0, pushed_n, pushed_n, 0.0, 0.0, 0.0)
-    target = beside(robot, z_mm=-DEPTH_MM)
-    way = Way(name, move("lin", target, speed))
-    offset_n = -1e-3 * pressed_mm * stiffness
-    assert robot.controller.cartesian_force()[2] == pytest.approx(offset_n + pushed_n, rel=1e-6, abs=1e-6)
-    force_move("lin", target, speed, (None, 1.0, threshold))(robot)
-
-    def both(positions: Array, velocities: Array) -> Array:
-        return law(positions, velocities) + np.array([0.0, pushed_n, -pushed_n])
-
-    expected = way.touch(both, 2, threshold, robot.controller.cartesian_force()[2])
-    assert_touched(robot, way, expected)
-
-
 @pytest.mark.requirement("FRC014")
 @pytest.mark.parametrize("name", ARMS)
 def test_moves_behind_a_touch_run_on(name: str) -> None:
@@ -306,39 +258,3 @@ def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> 
     assert contact.force_n > held_n + 5.0
     assert c.tool_frame().z_mm < up.z_mm - 1.0
     assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC012")
-@given(
-    name=names, speed=st.floats(0.1, 1.0), blending_mm=st.floats(5.0, 30.0), threshold=st.floats(2.0, 30.0)
-)
-def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: float, threshold: float) -> None:
-    """The second of three blended moves meets the table: the same path up to there, then the stop on it."""
-    surface, law = table(name, 40.0, 2e4)
-    robot = probe(strong(name), surface)
-    c = robot.controller
-    over, down, back = beside(robot, y_mm=80.0), beside(robot, y_mm=160.0, z_mm=-80.0), beside(robot)
-
-    def chain(each: SteppedRobot) -> None:
-        each.controller.move(lin_move(over, speed, blending_mm))
-        each.controller.move(lin_move(down, speed, blending_mm))
-        each.controller.move(lin_move(back, speed, 0.0))
-
-    first = c.move(lin_move(over, speed, blending_mm))
-    touching = c.move(lin_force_move(down, speed, blending_mm, (None, None, threshold)))
-    last = c.move(lin_move(back, speed, 0.0))
-    way = Way(name, chain)
-    expected = way.touch(law, 2, threshold)
-    while not robot.contacts:
-        robot.step()
-    assert robot.contacts[0].move == touching
-    assert len(robot.joints) - 1 == expected.tick
-    assert robot.joints == way.joints[: expected.tick + 1]
-    assert [c.is_pending(number) for number in (first, touching, last)] == [False, False, True]
-    robot.step(round(way.stop_s / robot.tick_s) + 1)
-    lowest = min(robot.tcp(joints).translation[2] for joints in robot.joints[expected.tick :])
-    overshoot = expected.place[2] - expected.rest[2]
-    assert lowest == pytest.approx(expected.rest[2], abs=0.01 * overshoot)
-    robot.runs_until_stopped()
-    assert_same_frame(c.tool_frame(), back)
-    assert len(robot.contacts) == 1

@@ -115,36 +115,6 @@ def swinging(
 signs = st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7).map(np.array)
 
 
-@pytest.mark.parametrize("name", ARMS)
-@given(st.data())
-def test_a_random_trajectory_is_followed_through_its_points_within_all_limits(
-    name: str, data: st.DataObject
-) -> None:
-    following = Following(name)
-    d = following.robot.description
-    count = data.draw(st.integers(2, 30), "points")
-    seed = data.draw(st.integers(0, 2**32 - 1), "seed")
-    share = data.draw(st.floats(0.05, 0.9), "share of the speed")
-    random = np.random.default_rng(seed)
-    low, high, fast = np.array(d.position_min), np.array(d.position_max), np.array(d.velocity)
-    place, time = following.home, 0.0
-    places, times = [place], [0.0]
-    for _ in range(count - 1):
-        wait = random.uniform(0.01, 0.4)
-        place = np.clip(place + random.uniform(-share, share, len(place)) * fast * wait, low, high)
-        time += wait
-        places.append(place)
-        times.append(time)
-    points = through(places, times)
-    number = following.sends(points)
-    following.runs()
-    assert following.ends == {number: TrajectoryEnd(Outcome.REACHED, "")}
-    assert following.controller.joints == tuple(places[-1].tolist())
-    assert following.controller.mode is Mode.TRAJECTORY
-    assert_within_limits(following.robot)
-    assert (following.error() <= stated_error(following, points) + 1e-9).all()
-
-
 def stated_error(following: Following, points: Sequence[TrajectoryPoint]) -> Array:
     """The largest distance from the reference: what the fastest joint goes in half the width of the
     averages."""
@@ -173,19 +143,6 @@ def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
     assert_within_limits(following.robot)
     assert (following.error() <= stated_error(following, points) + 1e-9).all()
-
-
-def test_what_asks_for_nothing_beyond_the_limits_is_followed_exactly() -> None:
-    following = Following()
-    points = swinging(following, np.linspace(0.0, 6.0, 61), 0.2, np.ones(7))
-    following.sends(points)
-    following.runs()
-    assert following.error().max() < 1e-12
-    assert np.ptp(following.actual, axis=0).min() > 0.05, "it hardly moved"
-    passed = np.array(following.robot.joints)
-    for point in points[::10]:
-        assert np.abs(passed[round(point.time_s / TICK_S)] - point.positions).max() < 1e-12
-    assert_within_limits(following.robot)
 
 
 def test_joints_may_come_in_any_order() -> None:
@@ -402,24 +359,6 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
     following.runs()
     assert following.ends[second].outcome is Outcome.REACHED
     assert following.controller.joints == tuple(NEAR)
-    assert_within_limits(following.robot)
-
-
-def test_an_emergency_stop_ends_it_and_refuses_others_until_it_is_reset() -> None:
-    following = Following()
-    number = following.sends([TrajectoryPoint(2.0, AWAY)])
-    following.step(300)
-    following.robot.notice_mode()
-    following.controller.emergency_stop()
-    following.robot.may_stop()
-    assert following.ends[number] == TrajectoryEnd(Outcome.ENDED, "emergency stop")
-    following.runs(0.2)
-    with pytest.raises(Refused, match="emergency stop"):
-        following.sends([TrajectoryPoint(2.0, AWAY)])
-    following.controller.release_emergency_stop()
-    following.controller.reset_error()
-    following.sends([TrajectoryPoint(2.0, AWAY)])
-    following.runs()
     assert_within_limits(following.robot)
 
 
