@@ -10,8 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from iiwa_sim.ros.rmi.node import PUBLISHED
-
+TOPICS = ("/robot_status", "/tool_frame", "/joint_states", "/current_speed_scale", "/io_states")
 Address = tuple[str, int]
 
 SETTLING_S = 0.5
@@ -44,9 +43,8 @@ def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
     connections = websockets(address, count)
     for connection in connections:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SLOW_BYTES)
-        for topic, (_, rate_hz) in PUBLISHED.items():
-            if rate_hz:
-                connection.sendall(says("subscribe", topic=topic))
+        for topic in TOPICS:
+            connection.sendall(says("subscribe", topic=topic))
     return connections
 
 

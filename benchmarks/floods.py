@@ -17,11 +17,10 @@ from math import isnan, nan
 from pathlib import Path
 from statistics import median
 
-from benchmarks import flooders_ros1
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.flooders import Address, Flood, bare, flooding, frame, readers_of_all_states, says, websockets
 from benchmarks.peers import ECHO, IIWA_SIM, Line, listening, started
-from iiwa_sim.ros.arm.joint_level import ACTION
+from iiwa_sim.ros.joint_interface import ACTION
 
 QUESTION = b"get joint position\r\n"
 FLOODERS = (10, 50, 200)
@@ -64,14 +63,9 @@ SLOW = Flood("rosbridge", "slow readers of five topics", b"", readers_of_all_sta
 
 
 def measure() -> list[Figure]:
-    """Measure all floods with all numbers of connections; those of ROS 1 if it is installed."""
+    """Measure all floods with all numbers of connections."""
     found = [figure for flood in FLOODS for count in FLOODERS for figure in _flooded(flood, count)]
-    found += _flooded(SLOW, SLOW_READERS)
-    if not flooders_ros1.is_there():
-        return found
-    return found + [
-        figure for flood in flooders_ros1.floods() for count in FLOODERS for figure in _flooded(flood, count)
-    ]
+    return found + _flooded(SLOW, SLOW_READERS)
 
 
 def gate() -> list[Figure]:
@@ -82,7 +76,7 @@ def gate() -> list[Figure]:
 def _flooded(flood: Flood, count: int) -> list[Figure]:
     with listening(ECHO) as echo, flooding(echo, flood._replace(connected=bare), count):
         of_echo = _replies_us(echo)
-    with _simulator(ros1=flood.port == "ros1") as (ports, process):
+    with _simulator() as (ports, process):
         address = ports["iiwa"]
         with flooding(ports[flood.port], flood, count):
             simulated_s = _simulated_s(ports["status"])
@@ -120,8 +114,8 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
 
 
 @contextlib.contextmanager
-def _simulator(*, ros1: bool) -> Iterator[tuple[dict[str, Address], int]]:
-    """A simulator; yields the addresses of its ports by name, "ros1" for the master, and its process."""
+def _simulator() -> Iterator[tuple[dict[str, Address], int]]:
+    """A simulator; yields the addresses of its ports by name, and its process."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -129,13 +123,8 @@ def _simulator(*, ros1: bool) -> Iterator[tuple[dict[str, Address], int]]:
     options = ["--protocol", "iiwa,krc4", "--port", f"0,{ports['krc4']}", "--log-level", "error"]
     for name in ("status", "rosbridge", "backdoor"):
         options += [f"--{name}-port", str(ports[name])]
-    with contextlib.ExitStack() as open_ones:
-        found: dict[str, Address] = {name: ("127.0.0.1", port) for name, port in ports.items()}
-        if ros1:
-            found["ros1"] = open_ones.enter_context(flooders_ros1.master())
-            options.append("--ros")
-        found["iiwa"], process = open_ones.enter_context(started([*IIWA_SIM[:-2], *options]))
-        yield found, process
+    with started([*IIWA_SIM[:-2], *options]) as (address, process):
+        yield {"iiwa": address, **{name: ("127.0.0.1", port) for name, port in ports.items()}}, process
 
 
 def _replies_us(address: Address) -> list[float]:

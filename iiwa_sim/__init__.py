@@ -48,7 +48,7 @@ if TYPE_CHECKING:
         Split,
     )
     from iiwa_sim.robot.description import RobotFault
-    from iiwa_sim.ros.conventions import RosFault
+    from iiwa_sim.ros.relay import RosFault
     from iiwa_sim.server.listening import ListenFault
     from iiwa_sim.simulator import Simulator
     from iiwa_sim.transcript.texts import TranscriptFault
@@ -109,7 +109,7 @@ _HOMES = {
     "options.model": ("Settings",),
     "options.sources": ("SettingError",),
     "robot.description": ("RobotFault",),
-    "ros.conventions": ("RosFault",),
+    "ros.relay": ("RosFault",),
     "server.listening": ("ListenFault",),
     "simulator": ("Simulator",),
     "transcript.texts": ("TranscriptFault",),

@@ -144,8 +144,7 @@ class Simulator(OpenPorts, RobotInTime):
         if settings.rosbridge_port is not None or settings.ros or settings.ros2:
             from iiwa_sim.ros import side
 
-            heard = self.clock.commanded
-            self._ros = side.RosSide(self._controller, self._log, settings, on_heard=heard, budget=budget)
+            self._ros = side.RosSide(self._controller, self._log, settings, self.clock)
 
     async def __aenter__(self) -> Self:
         if self._runs:

@@ -1,14 +1,18 @@
-"""A robot in simulated time as a ROS node, and the messages that go to it and come from it."""
+"""A robot in simulated time on ROS, and a client of rosbridge that drives it message by message."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
-from iiwa_sim.ros.arm.joint_level import JointLevel
+import cbor2
+
+from iiwa_sim.ros.appendix_a import AppendixA
 from iiwa_sim.ros.graph import Graph
-from iiwa_sim.ros.rmi.node import Node
+from iiwa_sim.ros.joint_interface import JointInterface
+from iiwa_sim.ros.outbox import Outbox
+from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
 
@@ -16,41 +20,41 @@ NOW_NS = 1_700_000_000_250_000_000
 
 
 class RosRobot(SteppedRobot):
-    """Everything that its node publishes is kept in `heard`."""
+    """All that it publishes on the topics that are heard is kept in `heard`, in the form of ROS 2."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, *, apply_reference: bool = True, **options: Any) -> None:
         super().__init__(**options)
         self.log = Journal(fails=True)
-        self.node = Node(self.controller, lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+        self.graph = Graph(round(1.0 / self.tick_s), lambda: NOW_NS)
+        self.appendix_a = AppendixA(self.graph, self.controller, self.log, apply_reference=apply_reference)
+        self.joint_interface = JointInterface(
+            self.graph, self.controller, self.log, self.appendix_a.joint_states
+        )
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.hears("/command_result")
 
-    @cached_property
-    def level(self) -> JointLevel:
-        return JointLevel(self.controller, lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
-
-    @cached_property
-    def graph(self) -> Graph:
-        return Graph(self.node, self.level)
-
     def hears(self, topic: str) -> list[dict[str, Any]]:
         messages = self.heard.setdefault(topic, [])
-        self.node.listen(topic, messages.append)
+        self.graph.listen(topic, lambda message, _: messages.append(message))
         return messages
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             super().step()
-            self.node.step()
+            self.appendix_a.step()
+            self.graph.step()
+            self.joint_interface.step()
 
     def gets(self, *commands: dict[str, Any], replace: bool = False) -> None:
         self.notice_mode()
-        self.node.receive("/command_list", {"commands": commands, "replace_previous_commands": replace})
+        self.graph.receive(
+            "/command_list", {"commands": list(commands), "replace_previous_commands": replace}
+        )
         self._stop_ticks = self._longest_stop if replace else self._stop_ticks
 
     def calls(self, service: str, **request: Any) -> Any:
         """The response."""
-        return self.node.call(service, request)
+        return self.graph.call(service, request)
 
     @property
     def results(self) -> list[tuple[int, int]]:
@@ -67,6 +71,52 @@ class RosRobot(SteppedRobot):
             self.step()
             ticks += 1
             assert ticks * self.tick_s < limit_s, self.results
+
+
+class RosClient:
+    """A client of rosbridge."""
+
+    def __init__(self, robot: RosRobot, secret: str | None = None) -> None:
+        self.robot = robot
+        self.outbox = Outbox()
+        self.session = RosbridgeSession(
+            robot.graph,
+            robot.joint_interface,
+            self.outbox,
+            robot.log,
+            "test",
+            secret=secret,
+            now_s=lambda: 1e-9 * NOW_NS,
+        )
+
+    def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
+        """What is answered."""
+        return self.sends(json.dumps({"op": operation, **fields}).encode())
+
+    def sends(self, text: bytes) -> list[dict[str, Any]]:
+        self.session.receive(text)
+        return self.hears()
+
+    def hears(self) -> list[dict[str, Any]]:
+        """All that may be sent now."""
+        heard = []
+        while (frame := self.outbox.next(self.robot.controller.tick * self.robot.tick_s)[0]) is not None:
+            heard.append(json.loads(frame) if isinstance(frame, str) else cbor2.loads(frame))
+        return heard
+
+    def is_told(self, operation: str, **fields: Any) -> str:
+        """The words of the error that is the only answer."""
+        (status,) = self.says(operation, **fields)
+        assert (status["op"], status["level"]) == ("status", "error")
+        assert status.get("id") == fields.get("id")
+        return str(status["msg"])
+
+    def calls(self, service: str, args: Any = None, **fields: Any) -> dict[str, Any]:
+        (response,) = self.says(
+            "call_service", service=service, **({} if args is None else {"args": args}), **fields
+        )
+        assert (response["op"], response["service"]) == ("service_response", service)
+        return response
 
 
 def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, Any]:

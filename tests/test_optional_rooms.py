@@ -25,7 +25,7 @@ def rooms_loaded(**options: object) -> set[str]:
 def test_the_ros_room_is_loaded_only_for_a_robot_on_ros() -> None:
     loaded = {name for name in rooms_loaded() if name.startswith("iiwa_sim.ros")}
     assert loaded == set()
-    assert "iiwa_sim.ros.rosbridge.server" in rooms_loaded(rosbridge_port=0)
+    assert "iiwa_sim.ros.rosbridge_server" in rooms_loaded(rosbridge_port=0)
 
 
 def test_the_room_of_recordings_and_its_library_are_loaded_only_for_a_robot_that_is_recorded() -> None:

@@ -268,7 +268,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     folder = "folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)"
     parser.add_argument("folder", nargs="?", type=path, default=None, metavar="FOLDER", help=folder)
     own, _ = parser.parsed(words)
-    from iiwa_sim.ros.ros2.environment import default_folder, make, python_in
+    from iiwa_sim.ros.ros2_env import default_folder, make, python_in
 
     made = own.folder or default_folder()
     lacking = make(made)

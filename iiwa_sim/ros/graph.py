@@ -1,78 +1,150 @@
-"""The topics, services and the action of a robot, under the names and types of ROS 2.
+"""The topics, services and the clients' view of one robot on ROS, whatever the transport."""
 
-First what is of Appendix A, then what is of the joint level.
-"""
-
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, JointLevel
-from iiwa_sim.ros.arm.joint_level import PUBLISHED as OF_ARM
-from iiwa_sim.ros.arm.joint_level import SUBSCRIBED as TO_ARM
-from iiwa_sim.ros.arm.messages import in_ros1, in_ros2
-from iiwa_sim.ros.rmi.definitions import message, service
-from iiwa_sim.ros.rmi.message_text import BadMessage
-from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Message, Node
+from iiwa_sim.ros.messages import BadMessage, Message, checked, time_of
 
-Listener = Callable[[Message], None]
+Content = Callable[[], Message]
+Listener = Callable[[Message, int], None]
+"""Takes a message of a topic and its number."""
+
+
+class Rate:
+    """When something recurs at a rate (Hz of simulated time), at most once a tick."""
+
+    def __init__(self, rate_hz: int, tick_rate_hz: int) -> None:
+        self.rate_hz = rate_hz
+        self._tick_rate_hz = tick_rate_hz
+        self._part = 0  # of the next time, in units of 1 / tick_rate_hz
+
+    def due(self) -> bool:
+        """Notice a tick; return whether it is time."""
+        self._part += self.rate_hz
+        if not self.rate_hz or self._part < self._tick_rate_hz:
+            return False
+        self._part = min(self._part - self._tick_rate_hz, self._tick_rate_hz)
+        return True
+
+    def skip(self, ticks: int) -> None:
+        """Count ticks in which nothing is done."""
+        self._part = (self._part + ticks * self.rate_hz) % self._tick_rate_hz
+
+
+@dataclass
+class Topic:
+    """A topic that the robot publishes. Types are named as in ROS 2."""
+
+    kind: str
+    rate: Rate
+    content: Content | None
+    """Makes a message; None for a topic that is published when something happens."""
+    in_ros1: bool
+    """Whether clients of ROS 1 know it in their form."""
+    seq: int = 0
+    listeners: list[Listener] = field(default_factory=list)
+
+    @property
+    def recurs(self) -> bool:
+        """Whether a message may be left out, since the next one says it anew."""
+        return self.rate.rate_hz > 0
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether every subscriber gets one message, at once."""
+        return self.content is not None and not self.recurs
+
+    def publish(self, message: Message) -> None:
+        """Tell all listeners a message."""
+        for listener in list(self.listeners):
+            listener(message, self.seq)
+        self.seq = (self.seq + 1) % 2**32
+
+
+@dataclass
+class Served:
+    """A topic that the robot subscribes to, or a service."""
+
+    kind: str
+    take: Callable[[Any], Any]
+    """Takes a checked message; returns the response of a service."""
+    in_ros1: bool
 
 
 class Graph:
-    """A robot's topics and services under the names and types of ROS 2."""
+    """Topics and services by name, with a leading slash. Appendix A and the joint interface add theirs."""
 
-    def __init__(self, node: Node, arm: JointLevel) -> None:
-        self.node = node
-        self.arm = arm
-        of_node = {name: _ros2_name(kind, "srv") for name, kind in node.services.items()}
-        self.services: dict[str, str] = {**of_node, **arm.services}
-        """Type of each service."""
-        self.published: dict[str, tuple[str, bool]] = {
-            **{topic: (_ros2_name(kind, "msg"), False) for topic, (kind, _) in PUBLISHED.items()},
-            **{topic: (kind, rate_hz == 0) for topic, (kind, rate_hz) in OF_ARM.items()},
-        }
-        """Type of each topic, and whether a subscriber that comes later gets the last message."""
-        self.recurring = {topic for topic, (_, rate_hz) in {**OF_ARM, **PUBLISHED}.items() if rate_hz}
-        """Topics of which a message may be left out, since the next one says it anew."""
-        self.subscribed: dict[str, str] = {
-            **{topic: _ros2_name(kind, "msg") for topic, kind in SUBSCRIBED.items()},
-            **TO_ARM,
-        }
-        """Type of each topic that the robot listens to."""
-        self.actions: Mapping[str, str] = {ACTION: ACTION_TYPE}
-        """Type of each action."""
+    def __init__(self, tick_rate_hz: int, now_ns: Callable[[], int]) -> None:
+        """`now_ns` returns the time that goes into headers (ns)."""
+        self.tick_rate_hz = tick_rate_hz
+        self.now_ns = now_ns
+        self.published: dict[str, Topic] = {}
+        self.subscribed: dict[str, Served] = {}
+        self.services: dict[str, Served] = {}
 
-    def listen(self, topic: str, hear: Listener) -> Callable[[], None]:
-        """Have the messages of a topic heard, to be told `in_ros2`; gives what ends that."""
-        of = self.node if topic in PUBLISHED else self.arm
-        of.listen(topic, hear)
-        return partial(of.unlisten, topic, hear)
+    def publish(
+        self, name: str, kind: str, rate_hz: int, content: Content | None, *, in_ros1: bool = False
+    ) -> Topic:
+        """Add a topic; one with content and a rate of 0 is latched."""
+        rate = Rate(rate_hz, self.tick_rate_hz)
+        topic = self.published[name] = Topic(kind, rate, content, in_ros1)
+        return topic
 
-    def in_ros2(self, topic: str, content: Message) -> Message:
-        """A message that was heard, in the form of ROS 2."""
-        if topic not in PUBLISHED:
-            return content
-        return in_ros2(self.node.definition(PUBLISHED[topic][0]), content)
+    def subscribe(self, name: str, kind: str, take: Callable[[Any], None], *, in_ros1: bool = False) -> None:
+        """Add a topic to which the robot subscribes."""
+        self.subscribed[name] = Served(kind, take, in_ros1)
 
-    def receive(self, topic: str, content: Any, who: str) -> None:
+    def serve(self, name: str, kind: str, take: Callable[[Any], Message], *, in_ros1: bool = False) -> None:
+        """Add a service."""
+        self.services[name] = Served(kind, take, in_ros1)
+
+    @property
+    def stamp(self) -> dict[str, int]:
+        """The time that goes into headers."""
+        return time_of(self.now_ns())
+
+    def header(self, frame: str = "") -> Message:
+        """A header as of now."""
+        return {"stamp": self.stamp, "frame_id": frame}
+
+    @property
+    def watching(self) -> bool:
+        """Whether a tick may publish something that somebody hears."""
+        return any(topic.listeners and topic.recurs for topic in self.published.values())
+
+    def listen(self, name: str, listener: Listener) -> Callable[[], None]:
+        """Register a listener for a topic; return what ends that."""
+        topic = self.published[name]
+        topic.listeners.append(listener)
+        if topic.is_latched:
+            assert topic.content is not None
+            listener(topic.content(), 0)
+        return partial(topic.listeners.remove, listener)
+
+    def receive(self, name: str, content: Any) -> None:
         """Take a message for a topic of `subscribed`. Raises BadMessage, and then nothing of it is done."""
-        if topic in SUBSCRIBED:
-            self.node.receive(topic, in_ros1(message(SUBSCRIBED[topic]), content))
-            return
+        topic = self.subscribed[name]
         try:
-            self.arm.receive(topic, content, who)
+            topic.take(checked(content, topic.kind))
         except Refused as refused:
             raise BadMessage(refused.reason) from None
 
     def call(self, name: str, request: Any) -> Message:
-        """Call a service of `services`; gives the response. Raises BadMessage."""
-        if name in self.arm.services:
-            return self.arm.call(name, request)
-        both = service(self.node.services[name])
-        return in_ros2(both.response, self.node.call(name, in_ros1(both.request, request)))
+        """Call a service; return the response. Raises BadMessage."""
+        service = self.services[name]
+        response: Message = service.take(checked(request, service.kind, "srv"))
+        return response
 
+    def step(self) -> None:
+        """Notice that a tick has been made: publish what is due."""
+        for topic in self.published.values():
+            if topic.rate.due() and topic.listeners and topic.content is not None:
+                topic.publish(topic.content())
 
-def _ros2_name(kind: str, of: str) -> str:
-    """package/msg/Type or package/srv/Type of package/Type."""
-    return kind.replace("/", f"/{of}/")
+    def skip(self, ticks: int) -> None:
+        """Notice that the robot has made ticks at once, while nobody was `watching`."""
+        for topic in self.published.values():
+            topic.rate.skip(ticks)

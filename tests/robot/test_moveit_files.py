@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, STATES
+from iiwa_sim.ros.joint_interface import ACTION, COMMANDS, STATES
 from tests.stepped import ALL_ROBOTS
 
 ROBOTS = Path(__file__).parents[2] / "robots"

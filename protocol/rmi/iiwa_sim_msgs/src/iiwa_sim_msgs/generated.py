@@ -3,6 +3,8 @@
 Needs nothing but genpy, so that it works in the Python that ROS is installed for.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +30,9 @@ def services(package: str) -> dict[str, Any]:
     halves = {
         name + half: part
         for name, text in texts.items()
-        for half, part in zip(HALVES, text.split("---\n"), strict=True)
+        for half, part in zip(HALVES, text.split("---\n"))  # noqa: B905  # Python 3.8
     }
-    made = _made(_texts("msg") | halves, list(halves))
+    made = _made({**_texts("msg"), **halves}, list(halves))
     context = _context()
     classes = {}
     for name, text in texts.items():
@@ -42,7 +44,8 @@ def services(package: str) -> dict[str, Any]:
             "_response_class": response,
         }
         short = name.split("/")[1]
-        classes |= {short: type(short, (), members), f"{short}Request": request, f"{short}Response": response}
+        classes[short] = type(short, (), members)
+        classes[f"{short}Request"], classes[f"{short}Response"] = request, response
     return classes
 
 

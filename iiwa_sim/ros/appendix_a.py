@@ -1,0 +1,309 @@
+"""The topics and services of drag&bot's drivers (Appendix A of its requirements), for one robot.
+
+Every command gets one result, in the order of the commands. When one fails, later commands are not carried
+out, since they begin where it should have ended; their results say so.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from math import isfinite
+from typing import Any
+
+from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
+from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
+from iiwa_sim.controller.requests import Kind
+from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.ros.commands import read_command
+from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.messages import BadMessage, Message
+
+COMMAND_LIST = "/command_list"
+COMMAND_RESULT = "/command_result"
+LONGEST_QUEUE = 1000
+"""Commands that have no result yet; more are refused."""
+RESULTS_AT_ONCE = 50
+"""Results published in one tick; more wait for the next tick."""
+LOWEST_SCALE = 0.01
+"""Replaces a speed below 0."""
+PLAIN = (Kind.LIN.value, Kind.PTP.value)
+"""Types of moves that are sent ahead, so that the robot can blend them."""
+NO_ERROR, NO_SUCH_GROUP = 0, 3
+"""Errors of services of inputs and outputs, besides those of `iiwa_sim.controller.io`."""
+_RMI = "robot_movement_interface"
+
+
+class _Command:
+    """A command whose result is not published yet."""
+
+    def __init__(self, message: Any) -> None:
+        self.message = message
+        self.remark = ""
+        self.result: tuple[int, str] | None = None
+        """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
+
+    def end(self, code: int, information: str) -> None:
+        self.result = self.result or (code, information)
+
+    @property
+    def is_sent_ahead(self) -> bool:
+        return self.message.command_type in PLAIN
+
+
+class AppendixA:
+    """Commands of a robot and their results, its states, and services for speed, inputs and outputs."""
+
+    def __init__(
+        self, graph: Graph, controller: Controller, log: ProtocolLog, *, apply_reference: bool
+    ) -> None:
+        """`apply_reference` says whether a pose_reference_frame is applied."""
+        self._graph = graph
+        self._controller = controller
+        self._log = log
+        self._apply_reference = apply_reference
+        self._begun: deque[_Command] = deque()  # sent or refused; not published
+        self._waiting: deque[_Command] = deque()  # not sent yet
+        self._servo = ""  # the type of the command whose target the servo follows
+        self._failed = False
+        self._results = graph.publish(COMMAND_RESULT, f"{_RMI}/msg/Result", 0, None, in_ros1=True)
+        for name, kind, rate_hz, content in (
+            ("/robot_status", "industrial_msgs/msg/RobotStatus", 50, self._status),
+            ("/tool_frame", f"{_RMI}/msg/EulerFrame", 100, self._tool_frame),
+            ("/joint_states", "sensor_msgs/msg/JointState", 100, self.joint_states),
+            ("/current_speed_scale", "std_msgs/msg/Float32", 10, lambda: {"data": controller.override}),
+            ("/io_states", f"{_RMI}/msg/IOStates", 10, self._io_states),
+        ):
+            graph.publish(name, kind, rate_hz, content, in_ros1=True)
+        graph.subscribe(COMMAND_LIST, f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
+        for name, kind, answer in (
+            ("/scale_speed", f"{_RMI}/srv/SetFloat", self._scale_speed),
+            ("/get_io", f"{_RMI}/srv/GetIO", self._get_io),
+            ("/set_io", f"{_RMI}/srv/SetIO", self._set_io),
+            ("/stop_robot_right_now", "std_srvs/srv/Trigger", self._stop_right_now),
+            ("/robot/get_digital_ios", f"{_RMI}/srv/GetDigitalIOs", self._get_digital_ios),
+            ("/robot/set_digital_ios", f"{_RMI}/srv/SetDigitalIOs", self._set_digital_ios),
+        ):
+            graph.serve(name, kind, answer, in_ros1=True)
+
+    # Commands
+
+    @property
+    def has_commands(self) -> bool:
+        """Whether a coming tick will send a command or publish a result."""
+        if self._begun:
+            return self._begun[0].result is not None or self._failed
+        return bool(self._waiting) and self._is_ready
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether every command has its result, and no tick has anything to do."""
+        return not (self._begun or self._waiting or self._failed)
+
+    @property
+    def _is_ready(self) -> bool:
+        return self._controller.override > 0.0
+
+    def _take(self, message: Any) -> None:
+        """Take a CommandList: its commands follow those before, or take their place.
+
+        An empty list that replaces stops the robot.
+        """
+        commands: Sequence[Any] = message.commands
+        if message.replace_previous_commands:
+            follows = self._servo and commands and commands[0].command_type == self._servo
+            self._end_all("replaced by a newer list of commands")
+            if not follows:  # a servo takes a new target without stopping
+                self._stop()
+        room = max(0, LONGEST_QUEUE - len(self._begun) - len(self._waiting))
+        self._waiting.extend(map(_Command, commands[:room]))
+        for each in commands[room:]:
+            reason = f"not taken: {LONGEST_QUEUE} commands have no result yet"
+            self._publish(each.command_id, EXECUTION, reason)
+
+    def step(self) -> None:
+        """Notice a tick: send commands whose time has come, and publish results."""
+        if self._failed:
+            self._failed = False
+            self._stop_what_goes_on()
+        if self._waiting and self._is_ready:
+            self._send_next()
+        self._publish_ended()
+
+    def _send_next(self) -> None:
+        """Send a command, unless it has to wait for those before.
+
+        A servo move would replace the running move, and a force move compares with the forces at its command.
+        """
+        command = self._waiting[0]
+        last = next((other for other in reversed(self._begun) if other.result is None), None)
+        if last is not None and not (last.is_sent_ahead and command.is_sent_ahead):
+            return
+        self._begun.append(self._waiting.popleft())
+        try:
+            move, command.remark = read_command(
+                command.message, self._controller, apply_reference=self._apply_reference
+            )
+            self._servo = move.kind.value if move.kind.is_servo else ""
+            self._controller.move(move, lambda ending: self._end(command, ending.code, ending.reason))
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            self._end(command, refused.code, refused.reason)
+
+    def _end(self, command: _Command, code: int, information: str) -> None:
+        if command.result is not None:
+            return
+        command.end(code, "; ".join(filter(None, (information, command.remark))))
+        if code != SUCCESS:
+            self._failed = True
+            number = command.message.command_id
+            if code != STOP_TRIGGERED:
+                self._log.refused("ros", f"command {number}", code, information)
+            for other in self._waiting:
+                other.end(code, f"not carried out, after command {number}: {information}")
+            self._begun.extend(self._waiting)
+            self._waiting.clear()
+
+    def _end_all(self, reason: str) -> None:
+        self._begun.extend(self._waiting)
+        self._waiting.clear()
+        for command in self._begun:
+            command.end(STOP_TRIGGERED, reason)
+        self._publish_ended()
+
+    def _cancel(self, reason: str) -> None:
+        self._end_all(reason)
+        self._stop()
+
+    def _stop(self) -> None:
+        self._servo = ""
+        self._controller.stop()
+
+    def _stop_what_goes_on(self) -> None:
+        """Stop moves that were sent behind a failed one, or a servo whose next target was refused."""
+        codes = [None if each.result is None else each.result[0] for each in self._begun]
+        failed = next((place for place, code in enumerate(codes) if code), len(codes))
+        if None in codes[failed:] or (self._servo and None not in codes):
+            self._stop()
+
+    def _publish_ended(self) -> None:
+        """Publish some of the results that are ready; a long list is spread over ticks."""
+        for _ in range(RESULTS_AT_ONCE):
+            if not self._begun or (result := self._begun[0].result) is None:
+                break
+            self._publish(self._begun.popleft().message.command_id, *result)
+
+    def _publish(self, number: int, code: int, information: str) -> None:
+        message = {
+            "header": self._graph.header(),
+            "command_id": number,
+            "result_code": code,
+            "additional_information": information,
+        }
+        self._results.publish(message)
+
+    # States
+
+    def joint_states(self) -> Message:
+        """The message of /joint_states."""
+        return {
+            "header": self._graph.header(),
+            "name": list(self._controller.description.joints),
+            "position": list(self._controller.joints),
+            "velocity": list(self._controller.joint_velocity()),
+            "effort": [],
+        }
+
+    def _status(self) -> Message:
+        status = self._controller.status()
+        *flags, code = status
+        values = {name: {"val": flag} for name, flag in zip(status._fields[:-1], flags, strict=True)}
+        return {"header": self._graph.header(), **values, "error_code": code}
+
+    def _tool_frame(self) -> Message:
+        x_mm, y_mm, z_mm, alpha, beta, gamma = self._controller.tool_frame()
+        places = {"x": 1e-3 * x_mm, "y": 1e-3 * y_mm, "z": 1e-3 * z_mm}
+        return {**places, "alpha": alpha, "beta": beta, "gamma": gamma}
+
+    def _io_states(self) -> Message:
+        io = self._controller.io
+        rows = {"inputs": enumerate(io.inputs, len(io.outputs) + 1), "outputs": enumerate(io.outputs, 1)}
+        return {
+            name: [{"pin_number": number, "pin_value": value} for number, value in row]
+            for name, row in rows.items()
+        }
+
+    # Services. The common numbering of pins has outputs first, with the controller's numbers; inputs follow.
+
+    def _scale_speed(self, request: Any) -> Message:
+        """Set the speed: below 0 means 0.01, above 1 means 1. At 0 the robot stops and drops its commands."""
+        if not isfinite(request.value):
+            raise BadMessage("value: expected a finite number")
+        scale = LOWEST_SCALE if request.value < 0.0 else min(request.value, 1.0)
+        if scale == 0.0:
+            self._cancel("cancelled by scale_speed 0")
+        self._controller.set_override(max(scale, LEAST_OVERRIDE) if scale else 0.0)
+        return {}
+
+    def _stop_right_now(self, _: Any) -> Message:
+        self._cancel("cancelled by stop_robot_right_now")
+        return {"success": True, "message": ""}
+
+    def _get_io(self, request: Any) -> Message:
+        row = (*self._controller.io.outputs, *self._controller.io.inputs)
+        if not 1 <= request.number <= len(row):
+            return {"value": False, "error": NUMBER_OUT_OF_RANGE}
+        return {"value": row[request.number - 1], "error": NO_ERROR}
+
+    def _set_io(self, request: Any) -> Message:
+        io, number = self._controller.io, request.number
+        if not 1 <= number <= len(io.outputs) + len(io.inputs):
+            return {"error": NUMBER_OUT_OF_RANGE}
+        if number > len(io.outputs):
+            return {"error": NOT_AN_OUTPUT}
+        io.set_output(number, request.value)
+        return {"error": NO_ERROR}
+
+    def _pin(self, group: str, number: int) -> bool:
+        """The state of a pin that is numbered in its group. Raises `Refused`."""
+        io = self._controller.io
+        row = {"DI": io.inputs, "DO": io.outputs}.get(group)
+        if row is None:
+            raise Refused(NO_SUCH_GROUP, "expected a group_id DI or DO")
+        if not 1 <= number <= len(row):
+            raise Refused(NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}")
+        return row[number - 1]
+
+    def _get_digital_ios(self, request: Any) -> Message:
+        io = self._controller.io
+        counts = {"DI": len(io.inputs), "DO": len(io.outputs)}
+        every = [(group, number) for group, count in counts.items() for number in range(1, count + 1)]
+        ios, errors, stamp = list[Message](), list[Message](), self._graph.stamp
+        for pin in [(each.group_id, each.pin_number) for each in request.ios] or every:
+            try:
+                ios.append({"id": _pin_id(*pin), "value": self._pin(*pin), "stamp": stamp})
+            except Refused as refused:
+                errors.append(_pin_error(pin, refused))
+        return {"ios": ios, "success": not errors, "errors": errors}
+
+    def _set_digital_ios(self, request: Any) -> Message:
+        """Switch all outputs or none."""
+        errors = list[Message]()
+        for each in request.ios:
+            group, number = each.id.group_id, each.id.pin_number
+            try:
+                self._pin(group, number)
+                if group == "DI":
+                    raise Refused(NOT_AN_OUTPUT, f"{group} {number} is an input")
+            except Refused as refused:
+                errors.append(_pin_error((group, number), refused))
+        for each in [] if errors else request.ios:
+            self._controller.io.set_output(each.id.pin_number, each.value)
+        return {"success": not errors, "errors": errors}
+
+
+def _pin_id(group: str, number: int) -> Message:
+    return {"group_id": group, "pin_number": number}
+
+
+def _pin_error(pin: tuple[str, int], refused: Refused) -> Message:
+    return {"id": _pin_id(*pin), "error": refused.code, "message": refused.reason}

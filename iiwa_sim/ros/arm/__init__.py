@@ -1,2 +1,0 @@
-"""The robot as ROS 2 users expect it, without a transport: joint states, transforms, joint
-trajectories."""

@@ -1,0 +1,306 @@
+"""What ROS 2 users expect of an arm: joint states, transforms, a clock, and joint trajectories.
+
+Codes and statuses of goals are those of joint_trajectory_controller; MoveIt judges by the status.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
+from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.controller.trajectories import Outcome, Progress, TrajectoryEnd
+from iiwa_sim.controller.trajectory_request import Tolerance, TrajectoryPoint, TrajectoryRequest, order_of
+from iiwa_sim.frames import Transform, quaternion_from_rotation
+from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.robot.model import arm_model
+from iiwa_sim.ros.graph import Graph, Rate
+from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
+
+T = TypeVar("T")
+
+_CONTROLLER = "/joint_trajectory_controller"  # as examples of ros2_control name it
+ACTION = f"{_CONTROLLER}/follow_joint_trajectory"
+ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
+TRAJECTORY = f"{_CONTROLLER}/joint_trajectory"
+STATES, COMMANDS = "/robot_joint_states", "/robot_joint_commands"
+"""Topics by which joint_state_topic_hardware_interface, and so ros2_control, drives a robot."""
+CLOCK = "/clock"
+TOOL = "tool"
+"""The frame of the TCP."""
+FEEDBACK_HZ = 20
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+"""action_msgs/GoalStatus."""
+SUCCESSFUL, INVALID_GOAL, PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = 0, -1, -4, -5
+"""Codes of FollowJointTrajectory's result."""
+_ENDS = {
+    Outcome.REACHED: (SUCCEEDED, SUCCESSFUL),
+    Outcome.CANCELLED: (CANCELED, SUCCESSFUL),
+    Outcome.PATH_TOLERANCE: (ABORTED, PATH_TOLERANCE_VIOLATED),
+    Outcome.GOAL_TOLERANCE: (ABORTED, GOAL_TOLERANCE_VIOLATED),
+    Outcome.ENDED: (ABORTED, INVALID_GOAL),
+}
+
+
+class GoalEnd(NamedTuple):
+    """The end of a goal."""
+
+    status: int
+    """A status of action_msgs/GoalStatus."""
+    result: Message
+    """control_msgs/FollowJointTrajectory_Result."""
+
+
+class JointInterface:
+    """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        controller: Controller,
+        log: ProtocolLog,
+        joint_states: Callable[[], Message],
+    ) -> None:
+        """`joint_states` makes a sensor_msgs/JointState."""
+        self._graph = graph
+        self._controller = controller
+        self._log = log
+        self._names = controller.description.joints
+        links = arm_model(controller.description).links
+        self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
+        self._feedback_rate = Rate(FEEDBACK_HZ, graph.tick_rate_hz)
+        self._feedback: dict[int, Callable[[Message], None]] = {}  # by the number of the trajectory
+        self._goal = 0  # the number of the newest one
+        for topic, kind, rate_hz, content in (
+            (CLOCK, "rosgraph_msgs/msg/Clock", 100, self._clock),
+            ("/tf", "tf2_msgs/msg/TFMessage", 100, self._moving_transforms),
+            ("/wrench", "geometry_msgs/msg/WrenchStamped", 100, self._wrench),
+            (STATES, "sensor_msgs/msg/JointState", 100, joint_states),
+            ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1, self._diagnosis),
+            ("/tf_static", "tf2_msgs/msg/TFMessage", 0, self._fixed_transforms),
+            ("/robot_description", "std_msgs/msg/String", 0, lambda: {"data": controller.description.urdf}),
+        ):
+            graph.publish(topic, kind, rate_hz, content)
+        graph.subscribe(TRAJECTORY, "trajectory_msgs/msg/JointTrajectory", self._follow)
+        graph.subscribe(COMMANDS, "sensor_msgs/msg/JointState", self._head_for)
+        graph.subscribe("/set_speed_scale", "std_msgs/msg/Float64", self._set_speed_scale)
+        graph.serve("/stop", "std_srvs/srv/Trigger", _trigger(controller.stop))
+        graph.serve("/reset_error", "std_srvs/srv/Trigger", _trigger(controller.reset_error))
+        graph.serve("/emergency_stop", "std_srvs/srv/SetBool", _switch(self._emergency_stop))
+        for number in range(1, len(controller.io.output_names) + 1):
+            graph.serve(f"/set_output_{number}", "std_srvs/srv/SetBool", _switch(self._output(number)))
+
+    # The action and the topics that move the robot
+
+    @property
+    def watching(self) -> bool:
+        """Whether a tick may tell somebody feedback."""
+        return bool(self._feedback)
+
+    def send_goal(
+        self,
+        args: Any,
+        ended: Callable[[GoalEnd], None],
+        hear: Callable[[Message], None] | None,
+        who: str,
+    ) -> int:
+        """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
+
+        Args:
+            args: A FollowJointTrajectory_Goal.
+            ended: Called once, at its end.
+            hear: Called with feedback, at 20 Hz of simulated time.
+            who: Name of the client, for the log.
+        """
+        request = _goal(checked(args, ACTION_TYPE, "action"), self._graph.now_ns())
+        number = 0
+
+        def end(told: TrajectoryEnd) -> None:
+            self._feedback.pop(number, None)
+            status, code = _ENDS[told.outcome]
+            ended(GoalEnd(status, {"error_code": code, "error_string": told.reason}))
+
+        number, remark = self._recorded(lambda: self._controller.follow(request, end))
+        if remark:
+            self._log.odd(who, ACTION, remark)
+        self._goal = number
+        if hear is not None:
+            self._feedback[number] = hear
+        return number
+
+    def forget(self, number: int) -> None:
+        """Tell nobody the feedback of that goal any more."""
+        self._feedback.pop(number, None)
+
+    def cancel(self, number: int | None = None) -> None:
+        """Cancel the goal of that number, or the newest one."""
+        self._controller.cancel_trajectory(self._goal if number is None else number)
+
+    def step(self) -> None:
+        """Notice that a tick has been made."""
+        progress = self._controller.trajectory if self._feedback_rate.due() and self._feedback else None
+        hear = None if progress is None else self._feedback.get(progress.number)
+        if progress is not None and hear is not None:
+            hear(_feedback(progress, self._names, self._graph.header()))
+
+    def skip(self, ticks: int) -> None:
+        """Notice that the robot has made ticks at once, while nobody was told anything."""
+        self._feedback_rate.skip(ticks)
+
+    def _follow(self, trajectory: Any) -> None:
+        request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
+        _, remark = self._recorded(lambda: self._controller.follow(request, None))
+        if remark:
+            self._log.odd("ros", TRAJECTORY, remark)
+
+    def _head_for(self, wanted: Any) -> None:
+        order = order_of(wanted.name, self._names)
+        if len(wanted.position) != len(order):
+            raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
+        target = tuple(wanted.position[place] for place in order)
+        move = MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order))
+        self._recorded(lambda: self._controller.move(move))
+
+    def _set_speed_scale(self, message: Any) -> None:
+        scale = message.data
+        if not 0.0 <= scale <= 1.0:
+            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0 to 1")
+        if 0.0 < scale < LEAST_OVERRIDE:
+            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
+        self._controller.set_override(scale)
+
+    def _recorded(self, do: Callable[[], T]) -> T:
+        """Do it; a refusal is the robot's last error, too."""
+        try:
+            return do()
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            raise
+
+    def _emergency_stop(self, pressed: bool) -> None:
+        if pressed:
+            self._controller.emergency_stop()
+        elif self._controller.status().error_code == EMERGENCY_STOP:
+            self._controller.release_emergency_stop()
+
+    def _output(self, number: int) -> Callable[[bool], None]:
+        return lambda on: self._controller.io.set_output(number, on)
+
+    # States
+
+    def _clock(self) -> Message:
+        return {"clock": time_of(round(1e9 * self._controller.tick * self._controller.tick_s))}
+
+    def _moving_transforms(self) -> Message:
+        controller, header = self._controller, self._graph.header
+        told = [
+            _transform(header(parent), link.name, link.pose_at(controller.joints))
+            for parent, link in self._links
+            if link.joint is not None
+        ]
+        tool = _transform(header(controller.description.flange), TOOL, controller.tool_in_flange)
+        return {"transforms": [*told, tool]}
+
+    def _fixed_transforms(self) -> Message:
+        fixed = [(parent, link) for parent, link in self._links if link.joint is None]
+        header = self._graph.header
+        return {"transforms": [_transform(header(parent), link.name, link.pose) for parent, link in fixed]}
+
+    def _wrench(self) -> Message:
+        wrench = self._controller.cartesian_force()
+        force, torque = (dict(zip("xyz", part, strict=True)) for part in (wrench[:3], wrench[3:]))
+        return {"header": self._graph.header(TOOL), "wrench": {"force": force, "torque": torque}}
+
+    def _diagnosis(self) -> Message:
+        status, last = self._controller.status(), self._controller.last_error
+        reason = "" if last is None else last.reason
+        told = {
+            "level": 2 if status.in_error else 0,
+            "name": "iiwa_sim: robot",
+            "message": reason if status.in_error else "ok",
+            "hardware_id": "iiwa_sim",
+            "values": [{"key": "error_code", "value": str(status.error_code if status.in_error else 0)}],
+        }
+        return {"header": self._graph.header(), "status": [told]}
+
+
+def _trigger(do: Callable[[], None]) -> Callable[[Any], Message]:
+    """The handler of a std_srvs/Trigger."""
+
+    def answer(_: Any) -> Message:
+        try:
+            do()
+        except Refused as refused:
+            return {"success": False, "message": refused.reason}
+        return {"success": True, "message": ""}
+
+    return answer
+
+
+def _switch(do: Callable[[bool], None]) -> Callable[[Any], Message]:
+    """The handler of a std_srvs/SetBool."""
+    return lambda request: _trigger(lambda: do(request.data))(request)
+
+
+def _transform(header: Message, child: str, pose: Transform) -> Message:
+    """geometry_msgs/TransformStamped."""
+    return {
+        "header": header,
+        "child_frame_id": child,
+        "transform": {
+            "translation": dict(zip("xyz", pose.translation, strict=True)),
+            "rotation": dict(zip("xyzw", quaternion_from_rotation(pose.rotation), strict=True)),
+        },
+    }
+
+
+def _seconds(time: Any) -> float:
+    return float(time.sec + 1e-9 * time.nanosec)
+
+
+def _goal(goal: Any, now_ns: int) -> TrajectoryRequest:
+    """A FollowJointTrajectory_Goal as a request. Raises `Refused`."""
+    if goal.multi_dof_trajectory.joint_names or goal.multi_dof_trajectory.points:
+        raise Refused(EXECUTION, "multi_dof_trajectory: expected an empty one")
+    if goal.component_path_tolerance or goal.component_goal_tolerance:
+        raise Refused(EXECUTION, "component tolerances: expected none")
+    path, end = (
+        {each.name: Tolerance(each.position, each.velocity) for each in told}
+        for told in (goal.path_tolerance, goal.goal_tolerance)
+    )
+    return _trajectory(goal.trajectory, now_ns)._replace(
+        path_tolerance=path, goal_tolerance=end, goal_time_s=_seconds(goal.goal_time_tolerance)
+    )
+
+
+def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
+    """A trajectory_msgs/JointTrajectory as a request; a stamp of 0 means now. Raises `Refused`."""
+    if any(point.effort for point in trajectory.points):
+        raise Refused(EXECUTION, "effort: expected none")
+    stamp = trajectory.header.stamp
+    stamp_ns = stamp.sec * NS_PER_S + stamp.nanosec
+    points = [
+        TrajectoryPoint(_seconds(p.time_from_start), p.positions, p.velocities, p.accelerations)
+        for p in trajectory.points
+    ]
+    return TrajectoryRequest(trajectory.joint_names, points, 1e-9 * (stamp_ns - now_ns) if stamp_ns else 0.0)
+
+
+def _feedback(progress: Progress, names: Sequence[str], header: Message) -> Message:
+    """control_msgs/FollowJointTrajectory_Feedback."""
+    since = time_of(round(1e9 * progress.time_s))
+    desired, actual = progress.desired, progress.actual
+    error = ([a - b for a, b in zip(*both, strict=True)] for both in zip(desired[:2], actual, strict=True))
+
+    def point(positions: Sequence[float], velocities: Sequence[float], *rest: Sequence[float]) -> Message:
+        accelerations = list(rest[0]) if rest else []
+        told = {"positions": list(positions), "velocities": list(velocities), "accelerations": accelerations}
+        return {**told, "effort": [], "time_from_start": since}
+
+    return {
+        "header": header,
+        "joint_names": list(names),
+        "desired": point(*desired),
+        "actual": point(*actual),
+        "error": point(*error),
+    }

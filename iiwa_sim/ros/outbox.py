@@ -1,0 +1,114 @@
+"""Traffic of rosbridge: frames that wait for a client, and whose message is handled next.
+
+The frames are bounded however slowly a client reads.
+"""
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+
+MOST_REPLIES = 1000
+MOST_REPLY_LETTERS = 4_194_304
+LONGEST_FEED = 1000
+
+Frame = str | bytes
+"""Text, or the content of a binary frame."""
+
+
+class _Feed:
+    """The messages of one topic, each made when it is sent."""
+
+    def __init__(self) -> None:
+        self.throttle_s = 0.0
+        self.waiting: deque[Callable[[], Frame]] = deque(maxlen=1)
+        self.due_s = 0.0
+
+
+class Outbox:
+    """Replies are sent in order, before messages of topics. Times are of one clock, in s."""
+
+    def __init__(self) -> None:
+        self.overflown = False
+        """Whether the client has left too many replies unread: nothing more is kept for it."""
+        self._news = asyncio.Event()
+        self._replies: deque[Frame] = deque()
+        self._reply_letters = 0
+        self._feeds: dict[str, _Feed] = {}
+
+    def reply(self, message: Frame) -> None:
+        """Queue a message that must not be lost."""
+        if self.overflown:
+            return
+        self._replies.append(message)
+        self._reply_letters += len(message)
+        if len(self._replies) > MOST_REPLIES or self._reply_letters > MOST_REPLY_LETTERS:
+            self.overflown = True
+            self._replies.clear()
+            self._feeds.clear()
+        self._news.set()
+
+    def set_feed(self, topic: str, throttle_s: float, queue_length: int) -> None:
+        """Send messages of a topic at least `throttle_s` apart, and keep the newest `queue_length`."""
+        feed = self._feeds.setdefault(topic, _Feed())
+        feed.throttle_s = throttle_s
+        feed.waiting = deque(feed.waiting, maxlen=min(max(queue_length, 1), LONGEST_FEED))
+
+    def end_feed(self, topic: str) -> None:
+        """Drop the waiting messages of a topic."""
+        self._feeds.pop(topic, None)
+
+    def feed(self, topic: str, message: Callable[[], Frame]) -> None:
+        """Queue a message of a topic; if too many wait, the oldest is dropped before it was made."""
+        feed = self._feeds.get(topic)
+        if feed is not None:
+            feed.waiting.append(message)
+            self._news.set()
+
+    def next(self, now_s: float) -> tuple[Frame | None, float | None]:
+        """Take out the frame to send now; else return the seconds until one is due, None if none waits."""
+        if self._replies:
+            message = self._replies.popleft()
+            self._reply_letters -= len(message)
+            return message, None
+        waiting = [feed for feed in self._feeds.values() if feed.waiting]
+        if not waiting:
+            return None, None
+        feed = min(waiting, key=lambda each: each.due_s)
+        if feed.due_s > now_s:
+            return None, feed.due_s - now_s
+        feed.due_s = now_s + feed.throttle_s
+        return feed.waiting.popleft()(), None
+
+    async def deliver(self, send: Callable[[Frame], Awaitable[None]]) -> None:
+        """Send all frames as they come, until this is cancelled or the client has gone."""
+        now_s = asyncio.get_running_loop().time
+        while True:
+            message, wait_s = self.next(now_s())
+            if message is not None:
+                await send(message)
+                await asyncio.sleep(0)  # others get their turn
+                continue
+            self._news.clear()
+            try:
+                async with asyncio.timeout(wait_s):
+                    await self._news.wait()
+            except TimeoutError:
+                pass
+
+
+class Turns:
+    """Has messages of all clients handled one after the other, one in each turn of the event loop."""
+
+    def __init__(self, before: Callable[[], None], after: Callable[[], None]) -> None:
+        """`before` and `after` are called around each message."""
+        self._before = before
+        self._after = after
+        self._lock = asyncio.Lock()  # it serves who waits in order
+
+    async def take(self, handle: Callable[[], None]) -> None:
+        """Handle a message when it is the client's turn."""
+        async with self._lock:
+            self._before()
+            handle()
+            self._after()
+            await asyncio.sleep(0)

@@ -1,0 +1,107 @@
+"""The two pipes between a relay and iiwa-sim: messages of rosbridge, one in each line, as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import sys
+import threading
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+ANSWER_S = 60.0
+"""A call without a response by then fails: iiwa-sim is there while standard input is, but may be slow."""
+LONGEST_BYTES = 1 << 20
+"""A trajectory of 2,000 points with all they can have fits."""
+
+
+class Fault(Exception):
+    """There can be no node. The message is for the user."""
+
+
+class Pipe:
+    """Standard input and output, for several threads; what libraries print goes to standard error."""
+
+    def __init__(self) -> None:
+        self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+        os.dup2(2, 1)
+        self._lock = threading.Lock()
+        self._number = 0
+        self._closed = False
+        self._waiting: dict[int, list[Any]] = {}  # an event and the response, by the id of the call
+
+    def say(self, op: str, **fields: Any) -> bool:
+        """Send a message, unless it is too long; return whether it was sent."""
+        text = json.dumps({"op": op, **fields})
+        if len(text) > LONGEST_BYTES:
+            self.say("status", level="error", msg=f"{op} of {len(text)} bytes as JSON: that is too long")
+            return False
+        with self._lock:
+            self._out.write(text + "\n")
+            self._out.flush()
+        return True
+
+    def call(self, service: str, args: Any) -> tuple[Any, str]:
+        """Call a service of iiwa-sim; return its values, or the reason for which there are none."""
+        there = threading.Event()
+        waiting: list[Any] = [there, None]
+        with self._lock:
+            self._number += 1
+            number = self._number
+            self._waiting[number] = waiting
+        if self._closed:
+            there.set()
+        if not self.say("call_service", service=service, args=args, id=number):
+            return None, "the request is too long"
+        there.wait(ANSWER_S)
+        with self._lock:
+            del self._waiting[number]
+        response = waiting[1]
+        if response is None:
+            return None, "the robot has gone" if self._closed else f"not answered in {ANSWER_S:g} s"
+        return (response["values"], "") if response["result"] else (None, response["values"])
+
+    def read(self, take: Callable[[dict[str, Any]], None]) -> None:
+        """Take messages until standard input ends; responses go to those who wait for them."""
+        try:
+            for line in sys.stdin:
+                message = json.loads(line)
+                if message["op"] == "service_response":
+                    with self._lock:
+                        waiting = self._waiting.get(message["id"])
+                    if waiting is not None:
+                        waiting[1] = message
+                        waiting[0].set()
+                else:
+                    take(message)
+        finally:
+            self._closed = True
+            for there, _ in list(self._waiting.values()):
+                there.set()
+
+
+def shortest(value: float) -> float:
+    """Return the shortest decimal that a float32 stands for: 0.1, not 0.10000000149, above a limit."""
+    for digits in range(6, 9):
+        told = float(f"{value:.{digits}g}")
+        if struct.pack("f", told) == struct.pack("f", value):
+            return told
+    return value
+
+
+def run(name: str) -> None:
+    """Be a relay until standard input ends."""
+    pipe = Pipe()
+    first = sys.stdin.readline()
+    if first:
+        try:
+            import_module(f"relays.{name}").serve(pipe, json.loads(first))
+        except ImportError as fault:
+            pipe.say("lacks", msg=str(fault))
+        except Fault as fault:
+            pipe.say("fault", msg=" ".join(str(fault).split())[:300])
+        except (BrokenPipeError, KeyboardInterrupt):
+            pass
+    os._exit(0)  # a thread of ROS that has not ended would keep the process

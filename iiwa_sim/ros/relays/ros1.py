@@ -1,0 +1,220 @@
+"""The node of ROS 1: it relays topics and services of iiwa-sim by rospy."""
+
+from __future__ import annotations
+
+import http.client
+import logging
+import os
+import sys
+import tempfile
+import threading
+import xmlrpc.client
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import genpy
+import rosgraph
+import rospy
+from genpy.dynamic import generate_dynamic
+
+from .pipe import Fault, Pipe, shortest
+
+WATCH_S = 2.0
+"""Time (s) between two checks whether the master knows the node."""
+STATES_WAIT, RESULTS_WAIT = 10, 1000
+"""Messages of a topic kept for a slow subscriber."""
+FAULTS = (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error)
+
+
+def serve(pipe: Pipe, config: dict[str, Any]) -> None:
+    """Be a node until standard input ends. Raises Fault."""
+    logging.basicConfig(level=logging.WARNING, format="%(message)s")
+    master = str(rosgraph.get_master_uri(argv=[])).rstrip("/")
+    try:
+        online = rosgraph.is_master_online(master)
+    except (OSError, ValueError):
+        online = False
+    if not online:
+        raise Fault(
+            f"no ROS master at {master[:80]}: start one (roscore, or rosmaster --core), or set ROS_MASTER_URI"
+        )
+    sys.path.append(str(Path(config["packages"], "iiwa_sim_msgs", "src")))
+    try:
+        _start_node(config["node"])
+        relay = Relay(pipe, config)
+    except (*FAULTS, rospy.ROSException, ValueError) as fault:
+        raise Fault(f"no ROS node with the master at {master}: {fault}") from None
+    pipe.say("ready", without=[], node=master)
+    for topic, (_, _, recurs) in relay.publishers.items():
+        if not recurs:
+            pipe.say("subscribe", topic=topic)
+    threading.Thread(target=relay.watch, name="ros-master", daemon=True).start()
+    try:
+        pipe.read(relay.take)
+    finally:
+        relay.ends = True
+        # a master that hangs must not keep the process
+        leaving = threading.Thread(target=lambda: rospy.signal_shutdown("the robot ends"), daemon=True)
+        leaving.start()
+        leaving.join(5.0)
+
+
+def _start_node(name: str) -> None:
+    """Call rospy.init_node without its signal handlers and log files."""
+    # Without a logging file of its own, rospy takes one that replaces all handlers and writes files.
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
+        nothing_new.write("{version: 1, incremental: true}\n")
+        nothing_new.flush()
+        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
+        rospy.init_node(name, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True)
+
+
+class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
+    """What the node has at its master."""
+
+    def __init__(self, pipe: Pipe, config: dict[str, Any]) -> None:
+        super().__init__()
+        self.ends = False
+        self._pipe = pipe
+        self.publishers: dict[str, tuple[Any, type, bool]] = {}
+        self._handles: list[Any] = []  # rospy's publishers, services and subscribers
+        rospy.on_shutdown(self._shut_down)
+        types = self._types = _Types(config["result"])
+        for topic, kind, recurs in config["publish"]:
+            made = types.of(kind)
+            publisher = rospy.Publisher(
+                topic,
+                made,
+                subscriber_listener=self if recurs else None,
+                tcp_nodelay=True,
+                queue_size=STATES_WAIT if recurs else RESULTS_WAIT,
+            )
+            self.publishers[topic] = (publisher, made, recurs)
+            self._handles.append(publisher)
+        for name, kind in config["serve"]:
+            made = types.of(kind, "srv")
+            self._handles.append(rospy.Service(name, made, self._serves(name, made)))
+        for topic, kind in config["subscribe"]:
+            heard = rospy.Subscriber(topic, types.of(kind), self._hears(topic), tcp_nodelay=True)
+            self._handles.append(heard)
+
+    def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
+        """Somebody subscribes to a topic, says rospy."""
+        self._pipe.say("subscribe", topic=topic)
+
+    def peer_unsubscribe(self, topic: str, count: int) -> None:
+        """A subscriber has gone, says rospy."""
+        if not count:
+            self._pipe.say("unsubscribe", topic=topic)
+
+    def take(self, message: dict[str, Any]) -> None:
+        """Publish a message that comes from iiwa-sim."""
+        if message["op"] == "publish" and not rospy.is_shutdown():
+            publisher, made, _ = self.publishers[message["topic"]]
+            publisher.publish(self._types.filled(made(), message["msg"]))
+
+    def watch(self) -> None:
+        """Keep the node registered, also at a master that is started anew."""
+        master, answers = rosgraph.Master(rospy.get_name()), True
+        while not (self.ends or rospy.is_shutdown()):
+            try:
+                try:
+                    master.lookupNode(rospy.get_name())
+                except rosgraph.MasterError:  # the master knows no such node
+                    self._register(master)
+                    self._tell("the ROS master no longer knew this node: it has registered again")
+                if not answers:
+                    self._tell("the ROS master answers again")
+                answers = True
+            except FAULTS as fault:
+                if answers:
+                    self._tell(f"the ROS master does not answer: new nodes do not find this one ({fault})")
+                answers = False
+            threading.Event().wait(WATCH_S)
+
+    def _register(self, master: Any) -> None:
+        uri = rospy.get_node_uri()
+        for handle in self._handles:
+            name = handle.resolved_name
+            if isinstance(handle, rospy.Service):
+                master.registerService(name, handle.uri, uri)
+            elif isinstance(handle, rospy.Publisher):
+                master.registerPublisher(name, handle.type, uri)
+            else:
+                publishers = master.registerSubscriber(name, handle.type, uri)
+                # the same call by which the master announces new publishers
+                with xmlrpc.client.ServerProxy(uri) as ourselves:
+                    ourselves.publisherUpdate("/master", name, publishers)
+
+    def _shut_down(self) -> None:
+        if not self.ends:
+            self._tell("the ROS node was shut down from outside: its topics and services are gone")
+
+    def _tell(self, text: str) -> None:
+        self._pipe.say("status", level="warning", msg=text)
+
+    def _hears(self, topic: str) -> Callable[[Any], None]:
+        def hear(message: Any) -> None:
+            self._pipe.say("publish", topic=topic, msg=_plain(message))
+
+        return hear
+
+    def _serves(self, name: str, made: Any) -> Callable[[Any], Any]:
+        def serve(request: Any) -> Any:
+            values, fault = self._pipe.call(name, _plain(request))
+            if fault:
+                raise rospy.ServiceException(fault)
+            return self._types.filled(made._response_class(), values)
+
+        return serve
+
+
+class _Types:
+    """Classes of messages and services that genpy makes of the definitions in iiwa-sim's folder."""
+
+    def __init__(self, result: str) -> None:
+        """`result` is the definition of the message Result, of which years have different ones."""
+        self._generated = import_module("iiwa_sim_msgs.generated")
+        self._made: dict[str, Any] = {}
+        self._result = result
+
+    def of(self, name: str, kind: str = "msg") -> Any:
+        """Return the class of package/Type."""
+        package, own = name.split("/")
+        if name == "robot_movement_interface/Result":
+            header = Path(self._generated.PACKAGES, "std_msgs", "msg", "Header.msg").read_text()
+            text = "".join([self._result, "=" * 80, "\nMSG: std_msgs/Header\n", header])
+            return generate_dynamic(name, text)[name]
+        if package + kind not in self._made:
+            load = self._generated.messages if kind == "msg" else self._generated.services
+            self._made[package + kind] = load(package)
+        return self._made[package + kind][own]
+
+    def filled(self, message: Any, values: dict[str, Any]) -> Any:
+        """Put values into a message."""
+        for name, kind in zip(message.__slots__, message._slot_types):  # noqa: B905  # Python 3.8 of ROS 1
+            value = values.get(name)
+            if value is None:
+                continue
+            if kind == "time":
+                value = genpy.Time(value["secs"], value["nsecs"])
+            elif "/" in kind and kind.endswith("[]"):
+                value = [self.filled(self.of(kind[:-2])(), each) for each in value]
+            elif "/" in kind:
+                value = self.filled(getattr(message, name), value)
+            setattr(message, name, value)
+        return message
+
+
+def _plain(value: Any, kind: str = "") -> Any:
+    """Return a message as dicts, lists and numbers; `kind` is its type, where that is no message."""
+    if isinstance(value, genpy.dict[str, Any]):
+        names = zip(value.__slots__, value._slot_types)  # noqa: B905  # Python 3.8 of ROS 1 knows no strict
+        return {name: _plain(getattr(value, name), each) for name, each in names}
+    if isinstance(value, genpy.TVal):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if isinstance(value, (list, tuple)):
+        return [_plain(each, kind.partition("[")[0]) for each in value]
+    return shortest(value) if kind == "float32" else value

@@ -1,1 +1,0 @@
-"""The topics and services of drag&bot's drivers (Appendix A of its requirements): messages, no transport."""

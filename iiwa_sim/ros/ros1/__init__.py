@@ -1,1 +1,0 @@
-"""The ROS side as a node of ROS 1, by rospy."""

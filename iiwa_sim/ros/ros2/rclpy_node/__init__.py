@@ -1,1 +1,0 @@
-"""The node of ROS 2 as a program of an interpreter that has rclpy and nothing of iiwa-sim."""

@@ -1,0 +1,108 @@
+"""The environment of the node of ROS 2: where it is looked for, and how one is made from wheels."""
+
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+
+from iiwa_sim.ros.relay import RosFault
+from iiwa_sim.wording import shortened
+
+PACKAGES = (
+    "ros-rclpy[fastrtps]",
+    "ros-sensor-msgs",
+    "ros-std-srvs",
+    "ros-trajectory-msgs",
+    "ros-geometry-msgs",
+    "ros-diagnostic-msgs",
+    "ros-rosgraph-msgs",
+)
+"""Wheels on PyPI, for x86-64 Linux and CPython 3.10 to 3.14, of a third party: ros-python-wheels."""
+
+INTERFACES = (
+    "ros2/control_msgs",
+    "ros2/tf2_msgs",
+    "rmi/ros2/industrial_msgs",
+    "rmi/ros2/robot_movement_interface",
+)
+"""Packages that the wheels lack, below `protocol`: made there where a C++ compiler is."""
+STAMP = "iiwa-sim-interfaces"
+"""A file in the environment: of what its interfaces were made."""
+
+
+def default_folder() -> Path:
+    """Where `iiwa-sim ros2-env` makes the environment, and `--ros2` looks for it."""
+    cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(cache) / "iiwa-sim" / "ros2"
+
+
+def python_in(folder: Path) -> Path:
+    """The interpreter of an environment."""
+    return folder / "bin" / "python"
+
+
+def found_python() -> Path:
+    """The interpreter for the node, where none is named: that environment's, else one of a sourced
+    distribution.
+
+    Raises RosFault where there is none.
+    """
+    made = python_in(default_folder())
+    if made.exists():
+        return made
+    if "AMENT_PREFIX_PATH" in os.environ:
+        return Path("/usr/bin/python3")
+    raise RosFault(
+        "--ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env, source a distribution of "
+        "ROS 2, or name one by --ros2-python"
+    )
+
+
+def make(folder: Path) -> str:
+    """Make the environment, or bring it up to date; what pip says goes to standard error. Raises RosFault.
+
+    Gives why the interfaces were not made that the wheels lack; "" where they were.
+    """
+    if sys.platform != "linux" or os.uname().machine != "x86_64":
+        raise RosFault("the wheels of rclpy are for x86-64 Linux alone: use a distribution, or rosbridge")
+    try:
+        venv.create(folder, with_pip=True)
+    except (OSError, subprocess.CalledProcessError) as fault:
+        raise RosFault(f"{folder} cannot be made an environment: {fault}") from None
+    pip = [
+        str(python_in(folder)),
+        "-m",
+        "pip",
+        "--disable-pip-version-check",
+        "install",
+        "--quiet",
+        *PACKAGES,
+    ]
+    if subprocess.run(pip, stdout=sys.stderr, check=False).returncode:
+        raise RosFault(f"pip could not install {PACKAGES[0]} into {folder}: what it says is above")
+    return _add_interfaces(folder)
+
+
+def _add_interfaces(folder: Path) -> str:
+    """Make what the wheels lack, unless it is there; gives why it cannot be made."""
+    packages = [Path(str(files("iiwa_sim.protocol").joinpath(name))) for name in INTERFACES]
+    script = Path(str(files("iiwa_sim.ros").joinpath("ros2_interfaces.py")))
+    sources = [script, *sorted(each for package in packages for each in package.rglob("*.*"))]
+    made_of = sha256(b"".join(each.read_bytes() for each in sources)).hexdigest()
+    stamp = folder / STAMP
+    if stamp.exists() and stamp.read_text(encoding="utf-8") == made_of:
+        return ""
+    for compiler in ("cc", "c++"):
+        if shutil.which(compiler) is None:
+            return f"there is no compiler {compiler}"
+    made = subprocess.run(
+        [str(python_in(folder)), script, *packages], capture_output=True, text=True, check=False
+    )
+    if made.returncode:
+        return shortened(" ".join(made.stderr.split()), 500)
+    stamp.write_text(made_of, encoding="utf-8")
+    return ""

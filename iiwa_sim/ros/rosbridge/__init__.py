@@ -1,1 +1,0 @@
-"""The ROS side for clients of rosbridge: JSON and CBOR over WebSockets."""

@@ -1,0 +1,178 @@
+"""The WebSocket server of rosbridge, by the library websockets."""
+
+import asyncio
+import contextlib
+import http
+import logging
+import socket
+from collections.abc import Callable
+
+from websockets.asyncio.server import Server, ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.server import ServerProtocol
+
+from iiwa_sim.ros.outbox import Outbox, Turns
+from iiwa_sim.ros.rosbridge_session import RosbridgeSession
+from iiwa_sim.server.listening import Acceptor, open_listener, peer_of
+from iiwa_sim.server.web_access import WebAccess
+
+LONGEST_FRAME_BYTES = 262_144
+"""A longer message closes its connection. About a hundred commands fit in."""
+READ_BYTES = 512
+"""Bytes read from a connection at once: the library handles all frames in them without a break, 85 pings."""
+SYSTEM_BYTES = 16_384
+"""Size of the system's buffers each way: small, so that a slow client gets recent messages."""
+MOST_UNREAD_BYTES = 65_536
+"""Bytes of answers to pings that a client may leave unread before nothing more is read from it."""
+CLOSING_S = 1.0
+"""Time (s) for a client to answer the closing handshake."""
+POLICY_VIOLATION = 1008
+
+logger = logging.getLogger(__name__)
+
+
+class _Connection(ServerConnection):
+    """A connection whose work between two turns of the loop is bounded, and what it leaves unread."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's transports of sockets
+        super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if self.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
+            self.transport.pause_reading()
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        if not self.transport.is_closing():
+            self.transport.resume_reading()
+
+
+class _Port:
+    """The listening socket, as far as the library asks an asyncio.Server."""
+
+    sockets = ()
+
+    def __init__(self, acceptor: Acceptor) -> None:
+        self._acceptor = acceptor
+        self._serves = True
+
+    def is_serving(self) -> bool:
+        return self._serves
+
+    def get_loop(self) -> asyncio.AbstractEventLoop:
+        return asyncio.get_running_loop()
+
+    def close(self) -> None:
+        self._serves = False
+        self._acceptor.close()
+
+    async def wait_closed(self) -> None:
+        pass
+
+
+class _OneLine(logging.Filter):
+    """Drops the records of the library; logs a refused connection in one line."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        fault = record.exc_info[1] if record.exc_info else None
+        if record.levelno >= logging.ERROR and fault is not None:
+            connection = getattr(record, "websocket", None)
+            name = "a client" if connection is None else _name_of(connection)
+            _log_refused(name, str(fault.__cause__ or fault))
+        return False
+
+
+_of_library = logging.getLogger(f"{__name__}.connections")
+_of_library.addFilter(_OneLine())
+
+
+class RosbridgeServer:
+    """Serves every connection to `host`:`port` that has access, whatever path it asks for."""
+
+    def __init__(
+        self,
+        open_session: Callable[[str, Outbox], RosbridgeSession],
+        host: str,
+        port: int,
+        turns: Turns,
+        access: WebAccess,
+    ) -> None:
+        self._open_session = open_session
+        self._asked = (host, port)
+        self._turns = turns
+        self._access = access
+        self._acceptor: Acceptor | None = None
+        self._server: Server | None = None
+
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        listener = await open_listener(*self._asked)
+        for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
+            listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
+        server = Server(self._serve, process_request=self._admit, logger=_of_library)
+        self._acceptor = Acceptor(listener, lambda: self._connection(server))
+        server.wrap(_Port(self._acceptor))  # type: ignore[arg-type]
+        self._server = server
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the server does not listen")
+        return self._acceptor.address
+
+    async def close(self) -> None:
+        """Stop listening, close every connection, and wait until all have gone."""
+        server, self._server, self._acceptor = self._server, None, None
+        if server is not None:
+            server.close()
+            await server.wait_closed()
+
+    def _connection(self, server: Server) -> ServerConnection:
+        protocol = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_of_library)
+        return _Connection(protocol, server, ping_interval=None, close_timeout=CLOSING_S, write_limit=0)
+
+    def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        headers = request.headers
+        refusal = self._access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
+        if refusal is None:
+            return None
+        _log_refused(_name_of(connection), refusal)
+        return connection.respond(http.HTTPStatus.FORBIDDEN, f"{refusal}\n")
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        """Serve a client until it goes."""
+        name, outbox = _name_of(connection), Outbox()
+        mark = {"fields": {"session": name}}
+        session = self._open_session(name, outbox)
+        sending = asyncio.create_task(outbox.deliver(connection.send))
+        logger.info("%s connected", name, extra=mark)
+        try:
+            while not session.closing:
+                text = await connection.recv(decode=False)
+                await self._turns.take(lambda text=text: session.receive(text))  # type: ignore[misc]
+                if outbox.overflown:
+                    logger.warning("%s asks and does not read the answers: it is dropped", name, extra=mark)
+                    connection.transport.abort()
+            while (message := outbox.next(0.0)[0]) is not None:
+                await connection.send(message)
+            await connection.close(POLICY_VIOLATION)
+        except ConnectionClosed:
+            pass
+        finally:
+            session.end()
+            sending.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
+                await sending
+            logger.info("%s disconnected", name, extra=mark)
+
+
+def _name_of(connection: ServerConnection) -> str:
+    return f"{peer_of(connection.transport)} (rosbridge)"
+
+
+def _log_refused(name: str, reason: str) -> None:
+    logger.warning("%s refused: %s", name, reason, extra={"fields": {"session": name}})

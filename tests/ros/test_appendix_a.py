@@ -1,0 +1,305 @@
+"""Appendix A on the stepped core: commands, results, states and services."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, SUCCESS
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.frames import Frame
+from iiwa_sim.ros.messages import BadMessage, checked
+from tests.asked import joint_move
+from tests.ros_robot import RosRobot, command, ptp
+from tests.stepped import assert_within_limits
+
+A = (0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0)
+B = (0.6, 0.5, 0.0, -1.2, 0.0, 1.0, 0.0)
+C = (0.2, 0.7, 0.1, -1.0, 0.0, 1.0, 0.0)
+STAMP = {"sec": 1_700_000_000, "nanosec": 250_000_000}
+CANNOT = 3023  # joint limits
+
+
+@pytest.fixture
+def robot() -> RosRobot:
+    return RosRobot()
+
+
+def lin(robot: RosRobot, identifier: int, joints: tuple[float, ...], **fields: Any) -> dict[str, Any]:
+    """A LIN command to where the TCP is at joint positions."""
+    x, y, z, *angles = robot.tcp_frame(joints)
+    return command(identifier, "LIN", "EULER_INTRINSIC_ZYX", [x / 1e3, y / 1e3, z / 1e3, *angles], **fields)
+
+
+@pytest.mark.requirement("FRA002", "FRA005", "FRC014")
+def test_a_list_is_carried_out_in_order_with_a_result_each(robot: RosRobot) -> None:
+    robot.gets(ptp(7, A), lin(robot, 8, B), ptp(9, C, velocity_type="RAD/S", velocity=[1.0]))
+    robot.runs_until_results(3)
+    assert robot.results == [(7, SUCCESS), (8, SUCCESS), (9, SUCCESS)]
+    assert robot.controller.joints == pytest.approx(C)
+    first = robot.heard["/command_result"][0]
+    assert first["header"]["stamp"] == STAMP
+    robot.step(100)
+    assert len(robot.results) == 3
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC015")
+@pytest.mark.parametrize(
+    ("kind", "blending"),
+    [
+        ("PTP", {"blending_type": "%", "blending": [0.3]}),
+        ("PTP", {"blending_type": "RAD", "blending": [0.1]}),
+        ("LIN", {"blending_type": "M", "blending": [0.05]}),
+        ("LIN", {"blending_type": "PERCENT", "blending": [30]}),
+    ],
+)
+def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict[str, Any]) -> None:
+    robot.goes_to(A)
+    target = {"PTP": ptp, "LIN": lambda n, q, **f: lin(robot, n, q, **f)}[kind]
+    robot.gets(target(1, B, **blending), target(2, C))
+    robot.runs_until_results(2)
+    assert robot.results == [(1, SUCCESS), (2, SUCCESS)]
+    passes = min(np.abs(np.subtract(q, B)).max() for q in robot.joints)
+    assert passes > 1e-4, "the corner is cut"
+    still = [k for k in range(5, len(robot.joints)) if robot.joints[k] == robot.joints[k - 1]]
+    assert min(still, default=len(robot.joints)) >= len(robot.joints) - 3, "without a stop"
+    assert_within_limits(robot)
+
+
+def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
+    robot.goes_to(A)
+    robot.gets(lin(robot, 1, B, velocity_type="M/S", velocity=[0.1]))
+    robot.runs_until_results(1)
+    places = np.array([robot.tcp(q).translation for q in robot.joints])
+    fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s).max()
+    assert 0.09 < fastest < 0.1 * (1.0 + 1e-6)
+
+
+def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
+    robot.goes_to(A)
+    robot.gets(command(1, "LIN", "JOINTS", B))
+    robot.runs_until_results(1)
+    assert robot.controller.joints == pytest.approx(B)
+    robot.gets(command(2, "PTP", "QUATERNION", [0.5, 0.1, 0.4, 0.0, 1.0, 0.0, 0.0]))
+    robot.runs_until_results(2)
+    assert robot.results == [(1, SUCCESS), (2, SUCCESS)]
+    reached = robot.controller.tool_frame()
+    assert reached[:3] == pytest.approx((500.0, 100.0, 400.0))
+
+
+@pytest.mark.requirement("FRC021")
+def test_what_cannot_be_reached_gets_its_code_and_those_before_are_done(robot: RosRobot) -> None:
+    robot.gets(ptp(1, A), ptp(2, (9.0, *A[1:])), ptp(3, B))
+    robot.runs_until_results(3)
+    assert robot.results == [(1, SUCCESS), (2, CANNOT), (3, CANNOT)]
+    assert robot.words[1].startswith("A1 at 9 rad is outside")
+    assert robot.words[2].startswith("not carried out, after command 2: A1 at 9 rad")
+    assert robot.controller.joints == pytest.approx(A)
+    assert robot.log.refusals == [("ros", "command 2", CANNOT, robot.words[1])], "one line, not one for each"
+
+
+@pytest.mark.requirement("FRC013", "FRC016")
+def test_a_list_that_replaces_stops_what_runs(robot: RosRobot) -> None:
+    robot.gets(ptp(1, B), ptp(2, A))
+    robot.step(100)
+    robot.gets(ptp(3, C), replace=True)
+    assert robot.results == [(1, STOP_TRIGGERED), (2, STOP_TRIGGERED)]
+    robot.runs_until_results(3)
+    assert robot.results[2] == (3, SUCCESS)
+    assert robot.controller.joints == pytest.approx(C)
+    assert_within_limits(robot)
+
+
+def test_smart_commands_wait_for_each_other_or_take_their_place(robot: RosRobot) -> None:
+    robot.goes_to(A)
+    robot.gets(command(1, "SMART", "JOINTS", B), command(2, "SMART", "JOINTS", A))
+    robot.runs_until_results(1)
+    assert robot.controller.joints == pytest.approx(B)
+    robot.runs_until_results(2)
+    assert robot.controller.joints == pytest.approx(A)
+    robot.gets(command(3, "SMART", "JOINTS", B))
+    robot.step(50)
+    speed = np.abs(robot.controller.joint_velocity()).max()
+    robot.gets(command(4, "SMART", "JOINTS", C), replace=True)
+    robot.step(2)
+    assert np.abs(robot.controller.joint_velocity()).max() > 0.5 * speed, "without a stop"
+    robot.runs_until_results(4)
+    assert robot.results == [(1, SUCCESS), (2, SUCCESS), (3, STOP_TRIGGERED), (4, SUCCESS)]
+    assert robot.controller.mode is Mode.SMART
+
+
+def test_smart_goes_with_the_flange(robot: RosRobot) -> None:
+    robot.goes_to(A)
+    flange = robot.model.flange(B)
+    x, y, z, *angles = Frame.from_transform(flange)
+    robot.gets(command(1, "SMART", "EULER_INTRINSIC_ZYX", [x / 1e3, y / 1e3, z / 1e3, *angles]))
+    robot.runs_until_results(1)
+    assert tuple(robot.controller.flange_frame()) == pytest.approx(
+        tuple(Frame.from_transform(flange)), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("kind", ["LINFORCE", "PTPFORCE"])
+def test_a_force_move_ends_at_a_contact_with_success_and_the_list_goes_on(robot: RosRobot, kind: str) -> None:
+    robot.goes_to(A)
+    x, y, z, *angles = robot.tcp_frame(A)
+    down = [x / 1e3, y / 1e3, z / 1e3 - 0.2, *angles]
+    forces = {"effort_type": "N", "effort": [5.0, 5.0, 5.0], "velocity": [0.1]}
+    robot.gets(command(1, kind, "EULER_INTRINSIC_ZYX", down, **forces), ptp(2, A))
+    robot.step(200)
+    robot.controller.load.wrench = (0.0, 0.0, -8.0, 0.0, 0.0, 0.0)
+    robot.runs_until_results(1)
+    assert robot.results == [(1, SUCCESS)]
+    assert "force of -8.000 N along z of the TCP" in robot.words[0]
+    assert robot.controller.tool_frame().z_mm > z - 150.0
+    robot.runs_until_results(2)
+    assert robot.controller.joints == pytest.approx(A)
+
+
+def test_an_emergency_stop_ends_all_and_refuses_new_ones(robot: RosRobot) -> None:
+    robot.gets(ptp(1, A), ptp(2, B), command(3, "SMART", "JOINTS", C))
+    robot.step(50)
+    robot.controller.emergency_stop()
+    robot.step()
+    assert robot.results == [(1, EMERGENCY_STOP), (2, EMERGENCY_STOP), (3, EMERGENCY_STOP)]
+    robot.gets(ptp(4, A))
+    robot.step()
+    assert robot.results[3] == (4, EMERGENCY_STOP)
+    assert "no move before reset error" in robot.words[3]
+
+
+@pytest.mark.requirement("FRC017", "FRA007")
+def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
+    published = {name: topic for name, topic in robot.graph.published.items() if topic.recurs}
+    heard = {name: robot.hears(name) for name in published}
+    robot.controller.move(joint_move(B, [0.5] * 7))
+    robot.controller.io.set_output(2, True)
+    robot.step(500)
+    for name, topic in published.items():
+        assert len(heard[name]) == topic.rate.rate_hz, name
+        if name != "/diagnostics":  # whose level is a byte, which nobody sends us
+            checked(heard[name][-1], topic.kind)
+    joints = heard["/joint_states"][50]
+    assert joints["name"] == ["A1", "A2", "A3", "A4", "A5", "A6", "A7"]
+    place = robot.joints.index(tuple(joints["position"]))
+    assert joints["velocity"] == pytest.approx(
+        np.subtract(robot.joints[place], robot.joints[place - 1]) / robot.tick_s
+    )
+    frame = heard["/tool_frame"][-1]
+    expected = robot.controller.tool_frame()
+    assert [frame[name] for name in ("x", "y", "z")] == pytest.approx([v / 1e3 for v in expected[:3]])
+    assert [frame[name] for name in ("alpha", "beta", "gamma")] == pytest.approx(expected[3:])
+    status = heard["/robot_status"][10]
+    assert status["mode"]["val"] == 2
+    assert status["in_motion"]["val"] == 1
+    assert heard["/robot_status"][-1]["in_motion"]["val"] == 0
+    assert status["header"]["stamp"] == STAMP
+    assert heard["/current_speed_scale"][-1] == {"data": 1.0}
+    states = heard["/io_states"][-1]
+    assert states["outputs"][1] == {"pin_number": 2, "pin_value": True}
+    assert [pin["pin_number"] for pin in states["inputs"]] == list(range(17, 33))
+
+
+@pytest.mark.requirement("FRC025")
+@pytest.mark.parametrize(("value", "scale"), [(0.5, 0.5), (-0.1, 0.01), (1.5, 1.0)])
+def test_scale_speed_crops(robot: RosRobot, value: float, scale: float) -> None:
+    assert robot.calls("/scale_speed", value=value) == {}
+    assert robot.controller.override == scale
+
+
+def test_scale_speed_0_stops_and_cancels_and_holds_what_comes(robot: RosRobot) -> None:
+    robot.gets(ptp(1, A), ptp(2, B))
+    robot.step(60)
+    robot.notice_mode()
+    assert robot.calls("/scale_speed", value=0.0) == {}
+    assert robot.results == [(1, STOP_TRIGGERED), (2, STOP_TRIGGERED)]
+    assert "scale_speed 0" in robot.words[0]
+    assert robot.runs_until_stopped() < 60
+    rests = robot.controller.joints
+    robot.gets(ptp(3, A))
+    robot.step(100)
+    assert robot.controller.joints == rests
+    assert robot.calls("/scale_speed", value=1.0) == {}
+    robot.runs_until_results(3)
+    assert robot.results[2] == (3, SUCCESS)
+
+
+def test_scale_speed_takes_no_nan(robot: RosRobot) -> None:
+    with pytest.raises(BadMessage, match="value: expected a finite number"):
+        robot.calls("/scale_speed", value=float("nan"))
+    assert robot.controller.override == 1.0
+
+
+@pytest.mark.requirement("FRC003")
+def test_stop_robot_right_now(robot: RosRobot) -> None:
+    robot.gets(ptp(1, A), command(2, "SMART", "JOINTS", B))
+    robot.step(60)
+    assert robot.calls("/stop_robot_right_now") == {"success": True, "message": ""}
+    assert robot.results == [(1, STOP_TRIGGERED), (2, STOP_TRIGGERED)]
+    assert robot.runs_until_stopped() < 60
+    robot.gets(ptp(3, A))
+    robot.runs_until_results(3)
+    assert robot.results[2] == (3, SUCCESS)
+
+
+@pytest.mark.requirement("FRC022", "FRC023")
+def test_outputs_are_numbered_first_then_inputs(robot: RosRobot) -> None:
+    assert robot.calls("/set_io", number=5, value=True) == {"error": 0}
+    assert robot.controller.io.output(5)
+    assert robot.calls("/get_io", number=5) == {"value": True, "error": 0}
+    robot.controller.io.wire(3, True)
+    assert robot.calls("/get_io", number=19) == {"value": True, "error": 0}
+    assert robot.calls("/get_io", number=18) == {"value": False, "error": 0}
+
+
+def test_an_input_cannot_be_set(robot: RosRobot) -> None:
+    assert robot.calls("/set_io", number=17, value=True) == {"error": 2}
+    assert robot.controller.io.input(1) is False
+
+
+@pytest.mark.requirement("FRC024")
+def test_digital_ios_of_anyrobot(robot: RosRobot) -> None:
+    on = [{"id": {"group_id": "DO", "pin_number": n}, "value": True} for n in (3, 4)]
+    assert robot.calls("/robot/set_digital_ios", ios=on) == {"success": True, "errors": []}
+    told = robot.calls("/robot/get_digital_ios")
+    assert (told["success"], told["errors"]) == (True, [])
+    assert len(told["ios"]) == 32
+    assert [{"id": pin["id"], "value": True} for pin in told["ios"] if pin["value"]] == on
+    one = robot.calls("/robot/get_digital_ios", ios=[{"group_id": "DI", "pin_number": 16}])
+    (pin,) = one["ios"]
+    assert pin == {
+        "id": {"group_id": "DI", "pin_number": 16},
+        "value": False,
+        "stamp": STAMP,
+    }
+
+
+@pytest.mark.parametrize(
+    ("pin", "error", "words"),
+    [
+        ({"group_id": "DO", "pin_number": 17}, 1, "no pin 17 in DO"),
+        ({"group_id": "AO", "pin_number": 1}, 3, "expected a group_id DI or DO"),
+        ({"group_id": "DI", "pin_number": 1}, 2, "is an input"),
+    ],
+)
+def test_of_digital_ios_all_are_switched_or_none(
+    robot: RosRobot, pin: dict[str, Any], error: int, words: str
+) -> None:
+    good = {"group_id": "DO", "pin_number": 1}
+    told = robot.calls("/robot/set_digital_ios", ios=[{"id": each, "value": True} for each in (good, pin)])
+    assert told["success"] is False
+    ((where, number, message_),) = [tuple(each.values()) for each in told["errors"]]
+    assert (where, number) == (pin, error)
+    assert words in message_
+    assert not any(robot.controller.io.outputs)
+
+
+def test_a_speed_in_rad_s_above_its_limit(robot: RosRobot) -> None:
+    speeds = [*[0.5] * 6, 4.0]
+    robot.gets(ptp(1, A, velocity_type="RAD/S", velocity=speeds))
+    robot.step()
+    assert robot.results == [(1, EXECUTION)]
+    assert "A7 goes up to" in robot.words[0]

@@ -1,0 +1,171 @@
+"""Command messages read: units, and what is refused. Moves themselves are in test_appendix_a.py."""
+
+from __future__ import annotations
+
+from math import dist, inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.frames import Frame, compose, transform_from_euler
+from iiwa_sim.ros.commands import read_command
+from iiwa_sim.ros.messages import checked
+from tests.ros_robot import RosRobot
+
+ROBOT = RosRobot().controller
+JOINTS = [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
+EULER = [0.4, 0.1, 0.5, 0.2, 3.0, -0.1]
+BASE: dict[str, Any] = {
+    "command_type": "LIN",
+    "pose_type": "EULER_INTRINSIC_ZYX",
+    "pose": EULER,
+    "velocity_type": "%",
+    "velocity": [0.5],
+}
+ON_JOINTS = {"command_type": "PTP", "pose_type": "JOINTS", "pose": JOINTS}
+FORCES = {"effort_type": "N", "effort": [5.0, 6.0, 7.0]}
+WAY_MM = dist(ROBOT.tool_frame()[:3], (400.0, 100.0, 500.0))
+LARGEST_RAD = max(abs(a - b) for a, b in zip(ROBOT.joints, JOINTS, strict=True))
+NAMES = ("x", "y", "z", "alpha", "beta", "gamma")
+numbers = st.floats(-3.0, 3.0)
+
+
+def read_with_remark(*, apply_reference: bool = True, **fields: Any) -> tuple[MoveRequest, str]:
+    message = checked({**BASE, **fields}, "robot_movement_interface/msg/Command")
+    return read_command(message, ROBOT, apply_reference=apply_reference)
+
+
+def read(**fields: Any) -> MoveRequest:
+    return read_with_remark(**fields)[0]
+
+
+def refusal(**fields: Any) -> str:
+    with pytest.raises(Refused) as refused:
+        read(**fields)
+    assert refused.value.code == EXECUTION
+    return refused.value.reason
+
+
+@pytest.mark.requirement("FRC004", "FRC005", "FRC008", "FRC009", "FRC010", "FRC011")
+@pytest.mark.parametrize("kind", ["LIN", "PTP", "SMART", "DIRECT"])
+def test_frames_are_in_m_and_rad_and_joints_in_rad(kind: str) -> None:
+    move = read(command_type=kind)
+    assert (move.kind.value, move.speed) == (kind, 0.5)
+    assert move.target == pytest.approx(Frame(400.0, 100.0, 500.0, 0.2, 3.0, -0.1))
+    assert tuple(read(**{**ON_JOINTS, "command_type": kind}).target) == tuple(JOINTS)
+
+
+@pytest.mark.requirement("FRC005")
+def test_a_quaternion_is_x_y_z_w() -> None:
+    target = read(pose_type="QUATERNION", pose=[0.4, 0.1, 0.5, 0.0, 1.0, 0.0, 0.0]).target
+    assert isinstance(target, Frame)
+    turned = Frame(400.0, 100.0, 500.0, 0.0, 3.14159265, 0.0).to_transform()
+    assert target.to_transform().rotation == pytest.approx(turned.rotation, abs=1e-8)
+
+
+@given(st.tuples(*[numbers] * 6), st.tuples(*[numbers] * 6), st.sampled_from(["", "table", "world"]))
+def test_a_pose_in_a_reference_frame(frame: tuple[float, ...], pose: tuple[float, ...], name: str) -> None:
+    frame = (1.0 + abs(frame[0]), *frame[1:])
+    told = dict(zip(NAMES, frame, strict=True))
+    fields = {"pose": list(pose), "pose_reference": name, "pose_reference_frame": told}
+    move, remark = read_with_remark(**fields)
+    assert isinstance(move.target, Frame)
+    expected = compose(transform_from_euler(*frame), transform_from_euler(*pose))
+    assert move.target.to_transform().translation == pytest.approx(expected.translation, abs=1e-9)
+    assert move.target.to_transform().rotation == pytest.approx(expected.rotation, abs=1e-9)
+    assert remark == f"pose_reference '{name}' was applied"
+    ignored, remark = read_with_remark(apply_reference=False, **fields)
+    assert ignored == read(pose=list(pose))
+    assert remark == f"pose_reference '{name}' was taken as applied already"
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{"pose_reference": "world"}, {"pose_reference": "/base_link", "pose_reference_frame": {"x": 1.0}}],
+)
+def test_a_frame_of_zeros_and_the_base_move_nothing(fields: dict[str, Any]) -> None:
+    assert read_with_remark(**fields) == (read(), "")
+
+
+@pytest.mark.requirement("FRC012", "FRC015")
+@pytest.mark.parametrize(
+    ("fields", "read_as"),
+    [
+        ({"velocity_type": "PERCENT", "velocity": [50]}, {"speed": 0.5}),
+        ({"velocity_type": "M/S", "velocity": [2]}, {"tcp_speed_m_s": 2.0}),
+        ({**ON_JOINTS, "velocity": [0.25] * 7}, {"speeds": (0.25,) * 7}),
+        ({**ON_JOINTS, "velocity": [0.5] + [0.0] * 6}, {"speeds": (0.5, *[0.0] * 6)}),
+        ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [0.0]}, {"speeds": (0.0,) * 7}),
+        ({}, {"blending": 0.0}),
+        ({"blending_type": "M", "blending": [0.02]}, {"blending": 20.0}),
+        ({"blending_type": "?", "blending": [0.0]}, {"blending": 0.0}),
+        ({"blending_type": "%", "blending": [0.2]}, {"blending": pytest.approx(0.2 * WAY_MM)}),
+        ({"blending_type": "PERCENT", "blending": [20.0]}, {"blending": pytest.approx(0.2 * WAY_MM)}),
+        (
+            {**ON_JOINTS, "blending_type": "RAD", "blending": [0.2]},
+            {"blending": pytest.approx(0.2 / LARGEST_RAD)},
+        ),
+        ({**ON_JOINTS, "blending_type": "%", "blending": [0.2]}, {"blending": 0.2}),
+        ({"command_type": "LINFORCE", **FORCES}, {"kind": Kind.LIN, "thresholds": (5.0, 6.0, 7.0)}),
+        ({"command_type": "PTPFORCE", **FORCES}, {"kind": Kind.PTP, "thresholds": (5.0, 6.0, 7.0)}),
+        ({"acceleration_type": "%", "acceleration": [1.0]}, {"acceleration": None}),
+        (
+            {"acceleration_type": "PERCENT", "acceleration": [50]},
+            {"acceleration": AccelerationCap((0.5,), AccelerationUnit.RELATIVE)},
+        ),
+        (
+            {**ON_JOINTS, "acceleration_type": "RAD/S^2", "acceleration": [0.25] * 7},
+            {"acceleration": AccelerationCap((0.25,) * 7, AccelerationUnit.RAD_S2)},
+        ),
+        (
+            {"acceleration_type": "M/S^2", "acceleration": [0.5]},
+            {"acceleration": AccelerationCap((0.5,), AccelerationUnit.TCP_M_S2)},
+        ),
+    ],
+)
+def test_speeds_blending_forces_and_accelerations(fields: dict[str, Any], read_as: dict[str, Any]) -> None:
+    move = read(**fields)
+    assert {name: getattr(move, name) for name in read_as} == read_as
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"command_type": "CIRC"}, "command_type 'CIRC': expected one of LIN, PTP, SMART, DIRECT, LINFORCE"),
+        ({"pose_type": "EULER_ZYZ"}, "pose_type 'EULER_ZYZ'"),
+        ({"pose": EULER[:5]}, "expected 6 values"),
+        ({"velocity": []}, "expected 1 value, got 0"),
+        ({"velocity": [50.0]}, "above 0 and up to 1"),
+        ({"velocity_type": "MM/S"}, "velocity_type 'MM/S'"),
+        ({"velocity_type": "RAD/S"}, "RAD/S: only for"),
+        ({**ON_JOINTS, "velocity_type": "M/S"}, "M/S: only for LIN"),
+        ({**ON_JOINTS, "velocity_type": "RAD/S", "velocity": [*[0.5] * 6, 4.0]}, "A7 goes up to"),
+        ({"blending_type": "RAD", "blending": [0.1]}, "RAD: only for PTP"),
+        ({**ON_JOINTS, "blending_type": "M", "blending": [0.1]}, "expected RAD, % or PERCENT"),
+        ({"blending_type": "%", "blending": [1.1]}, "up to 1"),
+        ({"command_type": "SMART", "blending_type": "M", "blending": [0.1]}, "do not blend"),
+        ({"acceleration_type": "PERCENT", "acceleration": [0.0]}, "above 0 and up to 100"),
+        ({**ON_JOINTS, "acceleration_type": "M/S^2", "acceleration": [1.0]}, "M/S^2: only for LIN"),
+        ({"effort": [1.0]}, "effort of LIN"),
+        ({"command_type": "LINFORCE"}, "got 0"),
+        ({"command_type": "LINFORCE", **FORCES, "effort_type": "NM"}, "effort_type 'NM'"),
+        ({"command_type": "PTPFORCE", **FORCES, "effort": [5.0, 0.0, 5.0]}, "above 0"),
+        ({**ON_JOINTS, "command_type": "PTPFORCE", **FORCES}, "pose_type"),
+        ({"additional_values": [1.0]}, "additional_parameters"),
+        ({"pose": [nan] * 6}, "pose: expected finite numbers"),
+        ({"velocity": [inf]}, "velocity: expected finite numbers"),
+    ],
+)
+def test_what_is_not_supported_is_refused_with_its_reason(fields: dict[str, Any], words: str) -> None:
+    assert words in refusal(**fields)
+
+
+def test_words_of_others_stay_on_one_short_line() -> None:
+    reason = refusal(command_type="A\n\x1b[31m" + "B" * 1000)
+    assert reason.isprintable()
+    assert len(reason) < 200

@@ -1,0 +1,359 @@
+"""One client of rosbridge that speaks as ROS 2 does, message by message, on the stepped core."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, COMMANDS, STATES, TRAJECTORY
+from iiwa_sim.ros.messages import BadMessage
+from iiwa_sim.ros.rosbridge_session import CANCEL_SERVICE
+from tests.ros_robot import NOW_NS, RosClient, RosRobot
+from tests.stepped import assert_within_limits
+
+PARTS = ("goal", "result", "feedback")
+HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
+AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
+NOW = {"sec": NOW_NS // 10**9, "nanosec": NOW_NS % 10**9}
+
+
+class Client(RosClient):
+    """A client that sends goals."""
+
+    def goal(self, identifier: str, points: Sequence[Any], **fields: Any) -> list[dict[str, Any]]:
+        args = {"trajectory": trajectory(points), **fields.pop("args", {})}
+        said = {"action": ACTION, "action_type": ACTION_TYPE, "args": args, "feedback": True, **fields}
+        return self.says("send_action_goal", id=identifier, **said)
+
+    def runs(self) -> list[dict[str, Any]]:
+        heard = []
+        for _ in range(20_000):
+            self.robot.step()
+            heard += self.hears()
+            if not self.robot.controller.moving:
+                self.robot.step(2)
+                return heard + self.hears()
+        raise AssertionError("still moving")
+
+
+def trajectory(points: Sequence[tuple[float, Sequence[float]]], **fields: Any) -> dict[str, Any]:
+    rows = [
+        {"positions": list(place), "time_from_start": {"sec": int(t), "nanosec": round(t % 1 * 10**9)}}
+        for t, place in points
+    ]
+    return {"joint_names": [f"A{k}" for k in range(1, 8)], "points": rows, **fields}
+
+
+@pytest.fixture
+def robot() -> RosRobot:
+    return RosRobot()
+
+
+@pytest.fixture
+def client(robot: RosRobot) -> Client:
+    return Client(robot)
+
+
+def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: RosRobot) -> None:
+    assert client.goal("send_action_goal:1", [(1.0, AWAY)]) == []
+    heard = client.runs()
+    (result,) = [each for each in heard if each["op"] == "action_result"]
+    assert result == {
+        "op": "action_result",
+        "action": ACTION,
+        "values": {"error_code": 0, "error_string": ""},
+        "status": 4,
+        "result": True,
+        "id": "send_action_goal:1",
+    }
+    told = [each["values"] for each in heard if each["op"] == "action_feedback"]
+    assert len(told) == pytest.approx(20, abs=3)
+    assert told[0]["joint_names"] == list(robot.description.joints)
+    assert told[0]["header"] == {"stamp": NOW, "frame_id": ""}
+    for each in told:
+        for wanted, there, off in zip(
+            each["desired"]["positions"], each["actual"]["positions"], each["error"]["positions"], strict=True
+        ):
+            assert off == pytest.approx(wanted - there, abs=1e-12)
+    assert robot.controller.joints == tuple(AWAY)
+    assert robot.controller.mode is Mode.TRAJECTORY
+
+
+def test_a_goal_is_cancelled_by_its_id(client: Client, robot: RosRobot) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    assert client.hears() == []
+    assert client.says("cancel_action_goal", id="other", action=ACTION)[0]["op"] == "status"
+    (result,) = client.says("cancel_action_goal", id="one", action=ACTION)
+    assert (result["status"], result["result"], result["values"]["error_code"]) == (5, True, 0)
+    client.runs()
+    assert robot.controller.joints != tuple(AWAY)
+    assert client.says("cancel_action_goal", id="one", action=ACTION)[0]["op"] == "status"
+
+
+def test_all_goals_are_cancelled_as_roslibjs_does(client: Client, robot: RosRobot) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    result, response = client.says("call_service", service=CANCEL_SERVICE, args={})
+    assert (result["status"], response["values"]["return_code"]) == (5, 0)
+
+
+def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> None:
+    client.goal("one", [(2.0, AWAY)])
+    robot.step(300)
+    heard = client.goal("two", [(2.0, HERE)])
+    (result,) = [each for each in heard if each["op"] == "action_result"]
+    assert (result["id"], result["status"], result["values"]["error_code"]) == ("one", 6, -1)
+    assert result["values"]["error_string"] == "preempted by a newer trajectory"
+    (last,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (last["id"], last["status"]) == ("two", 4)
+
+
+@pytest.mark.parametrize(
+    ("args", "status", "code"),
+    [
+        ({"path_tolerance": [{"name": "A3", "position": 1e-4}]}, 6, -4),
+        (
+            {
+                "goal_tolerance": [{"name": "A3", "position": 1e-9}],
+                "goal_time_tolerance": {"nanosec": 1_000_000},
+            },
+            6,
+            -5,
+        ),
+        ({"path_tolerance": [{"name": "A3", "position": -1.0}]}, 4, 0),
+    ],
+)
+def test_tolerances_have_the_codes_of_joint_trajectory_controller(
+    client: Client, args: dict[str, Any], status: int, code: int
+) -> None:
+    client.goal("one", [(0.5, AWAY), (1.0, HERE)], args=args)
+    (result,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (result["status"], result["values"]["error_code"], result["result"]) == (status, code, True)
+
+
+def test_points_and_ends_are_taken_as_joint_trajectory_controller_takes_them(
+    client: Client, robot: RosRobot
+) -> None:
+    """Times rise by as little as 1 ns, and the last velocity is 0 in a float32."""
+    rows = trajectory([(1.0, AWAY), (1.000000001, AWAY), (2.0, HERE)])
+    rows["points"][-1]["velocities"] = [1.1e-7, -1.1e-7, *[0.0] * 5]
+    assert client.goal("one", [], args={"trajectory": rows}) == []
+    (result,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (result["status"], result["values"]["error_code"]) == (4, 0)
+    assert robot.controller.joints == tuple(HERE)
+    rows["points"][-1]["velocities"][0] = 1.3e-7
+    (result,) = client.goal("two", [], args={"trajectory": rows})
+    assert "the last one, has a velocity other than 0" in result["values"]
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"args": {"trajectory": trajectory([(1.0, AWAY[:6])])}}, "6 positions"),
+        (
+            {"args": {"trajectory": trajectory([(1.0, AWAY)]) | {"joint_names": list("ABCDEFG")}}},
+            "no joint 'A'",
+        ),
+        ({"args": {"trajectory": trajectory([(2.0, AWAY), (1.0, HERE)])}}, "is not later than"),
+        ({"args": {"trajectory": trajectory([(1e-3, AWAY)])}}, "faster"),
+        ({"args": {"speed": 1}}, "unknown field `speed`"),
+        ({"args": {"multi_dof_trajectory": {"joint_names": ["x"]}}}, "multi_dof_trajectory"),
+        ({"args": {"trajectory": trajectory([(1.0, AWAY)]) | {"header": {"stamp": {"sec": 5}}}}}, "stamp"),
+        ({"action": "/other"}, "there is no action /other"),
+    ],
+)
+def test_a_goal_that_is_rejected_says_why_and_moves_nothing(
+    client: Client, robot: RosRobot, fields: dict[str, Any], words: str
+) -> None:
+    said = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory([(1.0, AWAY)])}}
+    (result,) = client.says("send_action_goal", id="one", **(said | fields))
+    assert (result["op"], result["id"], result["status"], result["result"]) == (
+        "action_result",
+        "one",
+        0,
+        False,
+    )
+    assert words in result["values"]
+    assert not robot.controller.moving
+
+
+def test_a_goal_while_the_emergency_stop_is_pressed_and_after_a_reset(
+    client: Client, robot: RosRobot
+) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    result, response = client.says("call_service", service="/emergency_stop", args={"data": True})
+    assert (result["status"], result["values"]) == (6, {"error_code": -1, "error_string": "emergency stop"})
+    assert response["values"] == {"success": True, "message": ""}
+    client.runs()
+    assert client.goal("two", [(2.0, AWAY)])[0]["result"] is False
+    (refused,) = client.says("call_service", service="/reset_error")
+    assert refused["values"] == {"success": False, "message": "the emergency stop has to be released first"}
+    client.says("call_service", service="/emergency_stop", args={"data": False})
+    assert client.says("call_service", service="/reset_error")[0]["values"]["success"] is True
+    client.goal("three", [(2.0, AWAY)])
+    robot.step(300)
+    responses = {each["op"]: each for each in client.says("call_service", service="/stop")}
+    assert responses["service_response"]["values"]["success"] is True
+    assert responses["action_result"]["values"] == {"error_code": -1, "error_string": "stopped"}
+
+
+def test_trajectories_come_by_topic_and_a_bad_one_is_told(client: Client, robot: RosRobot) -> None:
+    kind = "trajectory_msgs/msg/JointTrajectory"
+    assert client.says("advertise", topic=TRAJECTORY, type=kind) == []
+    assert client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY)])) == []
+    robot.step(100)
+    (status,) = client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY[:3])]), id="x")
+    assert (status["op"], status["id"]) == ("status", "x")
+    assert "3 positions" in status["msg"]
+    client.runs()
+    assert robot.controller.joints == tuple(AWAY)
+
+
+def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
+    client: Client, robot: RosRobot
+) -> None:
+    client.says("subscribe", topic=STATES, type="sensor_msgs/msg/JointState", queue_length=1000)
+    names = list(reversed(robot.description.joints))
+    home = np.array(robot.controller.joints)
+    wanted = home
+    for k in range(300):
+        wanted = home + 0.2 * (1.0 - np.cos(0.02 * k))
+        message = {"name": names, "position": wanted[::-1].tolist()}
+        assert all(each["op"] == "publish" for each in client.says("publish", topic=COMMANDS, msg=message))
+        robot.notice_mode()
+        robot.step(5)
+        off = np.abs(np.subtract(robot.controller.joints, wanted)).max()
+        assert off < 0.05, "it does not follow"
+    robot.runs_until_stopped()
+    assert robot.controller.joints == pytest.approx(wanted, abs=1e-9)
+    assert robot.controller.mode is Mode.DIRECT
+    assert_within_limits(robot)
+    states = [each["msg"] for each in client.hears()]
+    assert states[-1]["name"] == list(robot.description.joints)
+
+
+def test_a_client_that_goes_leaves_its_goal_going(client: Client, robot: RosRobot) -> None:
+    client.goal("one", [(1.0, AWAY)])
+    client.says("subscribe", topic="/tf", type="tf2_msgs/msg/TFMessage")
+    robot.step(100)
+    client.session.end()
+    assert not robot.joint_interface.watching
+    assert not robot.graph.watching
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(AWAY)
+
+
+def test_topics_come_at_their_rates(client: Client, robot: RosRobot) -> None:
+    recurring = {name: topic for name, topic in robot.graph.published.items() if topic.recurs}
+    for name, topic in recurring.items():
+        assert client.says("subscribe", topic=name, type=topic.kind, queue_length=1000) == []
+    robot.step(1000)
+    counts = Counter(each["topic"] for each in client.hears())
+    assert counts == {name: 2 * topic.rate.rate_hz for name, topic in recurring.items()}
+    for name in recurring:
+        client.says("unsubscribe", topic=name)
+    robot.step(1000)
+    assert client.hears() == []
+
+
+def test_what_they_say(client: Client, robot: RosRobot) -> None:
+    def hears(topic: str) -> dict[str, Any]:
+        heard = client.says("subscribe", topic=topic)
+        if not heard:
+            robot.step(500)
+            heard = client.hears()
+        client.says("unsubscribe", topic=topic)
+        message: dict[str, Any] = heard[-1]["msg"]
+        return message
+
+    assert hears("/robot_description")["data"] == robot.description.urdf
+    links = {each["child_frame_id"] for each in hears("/tf")["transforms"]}
+    still = {each["child_frame_id"] for each in hears("/tf_static")["transforms"]}
+    assert len(links) == 8
+    assert "tool" in links
+    assert robot.description.flange in still
+    assert hears("/clock") == {"clock": {"sec": 2, "nanosec": 0}} or hears("/clock")["clock"]["sec"] >= 1
+    assert hears("/wrench")["wrench"]["force"] == {"x": 0.0, "y": 0.0, "z": 0.0}
+    assert hears("/diagnostics")["status"][0]["message"] == "ok"
+    robot.controller.emergency_stop()
+    (status,) = hears("/diagnostics")["status"]
+    assert (status["level"], status["message"]) == (2, "emergency stop")
+
+
+def test_cbor_is_cbor(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="/tf", compression="cbor")
+    robot.step(10)
+    assert len(client.hears()[0]["msg"]["transforms"]) == 8
+    (status,) = client.says("subscribe", topic="/wrench", compression="cbor-raw")
+    assert "expected none, cbor" in status["msg"]
+
+
+def asks(client: Client, of: str, **args: Any) -> Any:
+    (response,) = client.says("call_service", service=f"/rosapi/{of}", args=args)
+    assert response["result"] is True, response
+    return response["values"]
+
+
+def test_rosapi_answers_in_the_words_in_which_it_is_asked(client: Client) -> None:
+    assert asks(client, "action_servers") == {"action_servers": [ACTION]}
+    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/JointState"}
+    assert asks(client, "get_time")["time"]["secs"] == NOW["sec"]
+    (header, *_) = asks(client, "message_details", type="std_msgs/msg/Header")["typedefs"]
+    assert (header["type"], header["fieldnames"]) == ("std_msgs/Header", ["stamp", "frame_id"])
+    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/msg/JointState"}
+    assert asks(client, "get_time") == {"time": NOW}
+
+
+def test_rosapi_tells_all_there_is(client: Client, robot: RosRobot) -> None:
+    assert asks(client, "get_ros_version")["version"] == 2
+    topics = asks(client, "topics_and_raw_types")
+    named = dict(zip(topics["topics"], topics["types"], strict=True))
+    assert set(named) == {*robot.graph.published, *robot.graph.subscribed}
+    assert all(kind.split("/")[1] == "msg" for kind in named.values())
+    texts = dict(zip(topics["topics"], topics["typedefs_full_text"], strict=True))
+    assert "MSG: geometry_msgs/Transform\n" in texts["/tf"]
+    services = asks(client, "services")["services"]
+    assert {"/stop", "/get_io", "/rosapi/topics", *robot.graph.services} <= set(services)
+    types = {name: asks(client, "service_type", service=name)["type"] for name in services}
+    assert all(kind.split("/")[1] == "srv" for kind in types.values())
+    assert {*named.values(), *types.values(), ACTION_TYPE} == set(asks(client, "interfaces")["interfaces"])
+    for kind in set(types.values()):
+        if not kind.startswith("rosapi_msgs/"):  # their definitions are rosbridge's own
+            assert asks(client, "service_request_details", type=kind)["typedefs"]
+            assert asks(client, "service_response_details", type=kind)["typedefs"]
+    assert asks(client, "action_type", action=ACTION) == {"type": ACTION_TYPE}
+    parts = [asks(client, f"action_{part}_details", type=ACTION_TYPE)["typedefs"] for part in PARTS]
+    assert [part[0]["type"] for part in parts] == [
+        f"control_msgs/FollowJointTrajectory_{part.capitalize()}" for part in PARTS
+    ]
+    assert ("SUCCESSFUL", "0") in zip(parts[1][0]["constnames"], parts[1][0]["constvalues"], strict=True)
+    assert asks(client, "service_node", service="stop") == {"node": "/iiwa_sim"}
+    assert asks(client, "publishers", topic="tf") == {"publishers": ["/iiwa_sim"]}
+    assert asks(client, "subscribers", topic="tf") == {"subscribers": []}
+    assert asks(client, "topics_for_type", type="tf2_msgs/msg/TFMessage") == {"topics": ["/tf", "/tf_static"]}
+    assert asks(client, "node_details", node="/iiwa_sim")["subscribing"] == list(robot.graph.subscribed)
+    assert asks(client, "get_param", name="/x:y")["successful"] is False
+    (response,) = client.says(
+        "call_service", service="/rosapi/message_details", args={"type": "std_srvs/srv/Trigger"}
+    )
+    assert (response["result"], response["values"]) == (False, "there is no std_srvs/srv/Trigger")
+
+
+def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: RosRobot) -> None:
+    robot.graph.receive("/set_speed_scale", {"data": 0.5})
+    assert robot.controller.override == 0.5
+    for wrong in (-0.1, 1.1, float("nan"), 1e-9):
+        with pytest.raises(BadMessage, match="a speed scale of"):
+            robot.graph.receive("/set_speed_scale", {"data": wrong})
+    (answer,) = client.says("call_service", service="/set_output_3", args={"data": True})
+    assert answer["values"] == {"success": True, "message": ""}
+    assert robot.controller.io.outputs[2]
+    (answer,) = client.says("call_service", service="/set_output_99", args={"data": True})
+    assert not answer["result"]

@@ -1,0 +1,310 @@
+"""The robot as a node of ROS 2, with rclpy in processes and an environment of their own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from collections.abc import Iterator
+from itertools import pairwise
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.sync.client import connect
+
+from iiwa_sim.ros.ros2_env import default_folder, found_python, python_in
+from iiwa_sim.ros.rosbridge_session import CANCEL_SERVICE
+from iiwa_sim.simulator import Simulator
+from tests.processes import refused, running, succeeds
+from tests.ros.users import AWAY, CELL, HERE, NAMES, User, compiled, rclpy_python, user
+from tests.ros_robot import command, ptp
+from tests.talking import DEADLINE_S, Client, until, wait_until
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "ros2_rclpy.py"
+ROS2 = ("--port", "0", "--ros2")
+NODE = f"ROS 2 node /{CELL}/iiwa_sim\n"
+LISTENER = """
+import sys
+import time
+
+import rclpy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+PATIENCE_S = 50.0
+COUNT = 50
+
+rclpy.init()
+node = rclpy.create_node("listener", namespace=sys.argv[1])
+clocks, states = [], []
+best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+node.create_subscription(Clock, "/clock", clocks.append, best_effort)
+node.create_subscription(JointState, "joint_states", states.append, best_effort)
+end_s = time.monotonic() + PATIENCE_S
+while not (clocks and len(states) >= COUNT):
+    if time.monotonic() > end_s:
+        sys.exit(f"{len(clocks)} of /clock, {len(states)} joint states")
+    rclpy.spin_once(node, timeout_sec=0.1)
+print("clock", clocks[-1].clock.sec * 10**9 + clocks[-1].clock.nanosec)
+print(*(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in states), flush=True)
+node.destroy_node()
+rclpy.shutdown()
+"""
+"""Of a user: prints the time of /clock, then the stamps of 50 joint states, in ns."""
+RMI = "robot_movement_interface"
+JOINT_STATE = "sensor_msgs/msg/JointState"
+
+
+@pytest.fixture(scope="module")
+def python() -> Iterator[Path]:
+    """An interpreter that has rclpy."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        yield rclpy_python(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def whole_python(python: Path) -> Path:
+    """One that has the types that no wheel has, too."""
+    compiled(python)
+    return python
+
+
+@pytest.fixture(scope="module")
+def shared(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
+    """A robot whose time runs ten times as fast, and a user.
+
+    It ends with its file: robots that others start in this domain would share its /clock.
+    """
+    with (
+        Simulator(
+            clock="10x", ros2=True, ros2_python=whole_python, ros_namespace=CELL, rosbridge_port=0
+        ) as robot,
+        user(whole_python) as someone,
+    ):
+        yield robot, someone
+
+
+@pytest.fixture
+def cell(shared: tuple[Simulator, User]) -> tuple[Simulator, User]:
+    """These two, with the robot as it was at its start: the test before may have left it on its way."""
+    robot, _ = shared
+
+    def begins() -> bool:
+        if robot.controller.moving:
+            robot.controller.stop()
+            return False
+        robot.backdoor.restore_state("start")
+        return True
+
+    wait_until(lambda: robot.call(begins))
+    return shared
+
+
+# Robots of their own come first: the shared one has the same namespace, and all have one /clock.
+
+
+@pytest.mark.slow
+def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
+    with running("--ros2", "--ros2-python", str(python), "--ros-namespace", CELL) as process:
+        assert process.line() == NODE
+        lines = succeeds([python, EXAMPLE, CELL]).splitlines()
+        code, log = process.ends(signal.SIGTERM)
+    assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
+    assert code == 0, log
+
+
+@pytest.mark.slow
+async def test_states_come_100_times_in_a_second_of_simulated_time(python: Path) -> None:
+    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_stamps": "simulated"}
+    async with Simulator(clock="stepped", ros_namespace=CELL, **options) as simulator:
+        assert simulator.ros2_node == f"/{CELL}/iiwa_sim"
+        listening = asyncio.create_task(asyncio.to_thread(succeeds, [python, "-c", LISTENER, CELL]))
+        while not listening.done():  # time passes in steps until it has heard enough
+            await simulator.clock.advance(0.1)
+            await asyncio.wait([listening], timeout=0.05)
+        told, stamps = (await listening).splitlines()
+        now_ns = round(1e9 * simulator.controller.tick * simulator.clock.tick_s)
+    times = [int(each) for each in stamps.split()]
+    apart = {later - earlier for earlier, later in pairwise(times)}
+    assert all(each > 0 and each % 10_000_000 == 0 for each in apart), "one each 10 ms, but for those lost"
+    assert 0 < int(told.split()[1]) <= now_ns
+    assert times[-1] <= now_ns
+
+
+@pytest.mark.slow
+async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
+    async with Simulator(ros2=True, ros2_python=python) as simulator:
+        assert simulator._ros is not None
+        relay = simulator._ros._ros2
+        assert relay is not None
+        first = relay._process
+        assert first is not None
+        assert first.stdin is not None
+        first.stdin.close()  # killed it would leave segments of shared memory
+        await until(lambda: relay._session is not None and relay._process is not first)
+        client = await Client.connect(simulator.port)
+        assert await client.ask("get status") == "stopped"
+        await client.leaves()
+        second = relay._process
+    assert second is not None
+    assert second.returncode == 0, "it ends with the robot"
+    assert len(asyncio.all_tasks()) == 1, "nothing watches over it any more"
+
+
+def test_a_namespace_that_is_none_is_told(python: Path) -> None:
+    said = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
+    assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
+
+
+def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    said = refused(*ROS2, "--ros2-python", sys.executable)
+    assert "has no rclpy that works" in said
+    assert said.endswith("iiwa-sim ros2-env makes an environment that has it\n")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    said = refused(*ROS2)
+    assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
+
+
+def test_an_interpreter_is_found_where_a_distribution_is_sourced(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/kilted")
+    assert found_python() == Path("/usr/bin/python3")
+    made = python_in(default_folder())
+    made.parent.mkdir(parents=True)
+    made.touch()
+    assert found_python() == made
+
+
+def test_a_fleet_needs_a_namespace_for_each() -> None:
+    said = refused(*ROS2, "--count", "2")
+    assert "--ros-namespace: expected a different one for each robot on ROS 2" in said
+
+
+def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    assert someone.sends("reached", [(2.0, AWAY), (4.0, HERE)])
+    end = someone.asks("result", name="reached")
+    assert (end["status"], end["result"]) == (4, {"error_code": 0, "error_string": ""})
+    assert [round(each, 6) for each in robot.joints] == [round(each, 6) for each in HERE]
+    # Feedback is 20 times in a second of simulated time; what is not read in time is left out.
+    assert 1 <= len(end["feedback"]) <= 81
+    first = end["feedback"][0]
+    assert first["joint_names"] == [f"A{k}" for k in range(1, 8)]
+    there = zip(first["desired"]["positions"], first["actual"]["positions"], strict=True)
+    assert [a - b for a, b in there] == pytest.approx(first["error"]["positions"], abs=1e-12)
+
+    # Cancelled: an hour's way, so that no slow machine is at its end before.
+    assert someone.sends("cancelled", [(3600.0, AWAY)])
+    someone.asks("feedback", name="cancelled", count=1)
+    assert someone.asks("cancel", name="cancelled") == {"code": 0, "canceling": 1}
+    end = someone.asks("result", name="cancelled")
+    assert (end["status"], end["result"]["error_code"]) == (5, 0)
+    assert someone.asks("cancel", name="cancelled")["canceling"] == 0, "it has ended"
+
+    # Preempted by a newer one, and that by the service.
+    assert someone.sends("old", [(3600.0, AWAY)])
+    assert someone.sends("new", [(3600.0, AWAY)])
+    end = someone.asks("result", name="old")
+    assert (end["status"], end["result"]["error_code"]) == (6, -1)
+    assert end["result"]["error_string"] == "preempted by a newer trajectory"
+    assert someone.calls("stop", "std_srvs/srv/Trigger")["success"]
+    assert someone.asks("result", name="new")["result"]["error_code"] == -1
+
+
+def test_a_goal_that_another_client_cancels_is_aborted(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    assert someone.sends("mine", [(3600.0, AWAY)])
+    with connect(f"ws://127.0.0.1:{robot.rosbridge_port}") as other:
+        other.send(json.dumps({"op": "call_service", "service": CANCEL_SERVICE}))
+        other.recv(DEADLINE_S)
+    end = someone.asks("result", name="mine")
+    assert (end["status"], end["result"]) == (6, {"error_code": -1, "error_string": "cancelled"})
+
+
+def test_commands_end_with_their_results(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    someone.asks("hear", topic="command_result", kind=f"{RMI}/msg/Result")
+    results = {}
+    for asked in (ptp(1, AWAY), ptp(2, [99.0] * 7), command(3, "PTP", "JOINTS", [nan] * 7)):
+        listed = {"commands": [asked], "replace_previous_commands": True}
+        someone.asks("publish", topic="command_list", kind=f"{RMI}/msg/CommandList", messages=[listed])
+        (told,) = someone.asks("wait", topic="command_result", count=1)["messages"]
+        results[told["command_id"]] = (told["result_code"], told["additional_information"])
+    assert results[1] == (0, "")
+    assert results[2][0] == 3023
+    assert results[3][0] == 3000
+    assert "finite" in results[3][1]
+    assert [round(each, 6) for each in robot.joints] == list(AWAY)
+    status = someone.hears("robot_status", "industrial_msgs/msg/RobotStatus", 1)[-1]
+    assert (status["drives_powered"], status["in_error"]) == ({"val": 1}, {"val": 0})
+
+
+def test_override_inputs_and_outputs(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    assert someone.calls("scale_speed", f"{RMI}/srv/SetFloat", value=0.25) is not None
+    assert robot.controller.override == 0.25
+    assert someone.calls("set_io", f"{RMI}/srv/SetIO", number=2, value=True) == {"error": 0}
+    assert someone.calls("get_io", f"{RMI}/srv/GetIO", number=2) == {"value": True, "error": 0}
+    assert someone.calls("set_io", f"{RMI}/srv/SetIO", number=99, value=True)["error"] != 0
+    states = someone.calls("robot/get_digital_ios", f"{RMI}/srv/GetDigitalIOs", ios=[])
+    assert states["success"]
+    assert [each["value"] for each in states["ios"] if each["id"] == {"group_id": "DO", "pin_number": 2}] == [
+        True
+    ]
+    # A call that fails is answered, since ROS 2 has no other way; the robot goes on as before.
+    someone.calls("scale_speed", f"{RMI}/srv/SetFloat", value=nan)
+    assert robot.controller.override == 0.25
+    assert someone.calls("stop_robot_right_now", "std_srvs/srv/Trigger") == {"success": True, "message": ""}
+
+
+@pytest.mark.slow
+def test_two_robots_in_one_graph_are_told_apart(whole_python: Path) -> None:
+    options: dict[str, Any] = {"ros2": True, "ros2_python": whole_python}
+    with (
+        Simulator(ros_namespace="left", **options) as left,
+        Simulator(ros_namespace="right", **options) as right,
+        user(whole_python, "left") as one,
+        user(whole_python, "right") as other,
+    ):
+        assert one.sends("there", [(1.0, AWAY)])
+        assert one.asks("result", name="there")["status"] == 4
+        assert other.calls("set_output_1", "std_srvs/srv/SetBool", data=True)["success"]
+        for someone, place in ((one, AWAY), (other, HERE)):
+            assert someone.hears("joint_states", JOINT_STATE, 1)[-1]["position"] == pytest.approx(
+                place, abs=1e-6
+            )
+        assert left.joints == pytest.approx(AWAY, abs=1e-6)
+        assert right.joints == pytest.approx(HERE, abs=1e-6)
+        assert (left.controller.io.outputs[0], right.controller.io.outputs[0]) == (False, True)
+
+
+@pytest.mark.slow
+async def test_a_robot_at_rest_whose_node_nobody_hears_does_not_tick(
+    whole_python: Path, cell: tuple[Simulator, User]
+) -> None:
+    ros = cell[0]._ros
+    assert ros is not None
+    await until(lambda: not ros.watching)
+    with user(whole_python) as someone:
+        await asyncio.to_thread(someone.asks, "hear", topic="joint_states", kind=JOINT_STATE)
+        await until(lambda: ros.watching)
+    await until(lambda: not ros.watching)
+
+
+def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -> None:
+    _, someone = cell
+    kind = "tf2_msgs/msg/TFMessage"
+    moving = someone.hears("tf", kind, 1)[-1]["transforms"]
+    assert [each["child_frame_id"] for each in moving][-1] == "tool"
+    assert len(moving) == len(NAMES) + 1
+    (fixed,) = someone.hears("tf_static", kind, 1, latched=True)
+    assert fixed["transforms"]
+    (description,) = someone.hears("robot_description", "std_msgs/msg/String", 1, latched=True)
+    assert description["data"].startswith("<?xml") or "<robot" in description["data"]

@@ -1,0 +1,318 @@
+"""One client of rosbridge, message by message, on the stepped core."""
+
+from __future__ import annotations
+
+import struct
+from hashlib import sha512
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.ros.joint_interface import ACTION
+from tests.ros_robot import NOW_NS, RosRobot, ptp
+from tests.ros_robot import RosClient as Client
+from tests.samples import some
+
+A = (0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0)
+NOW_S = NOW_NS // 1_000_000_000
+SECRET = "0123456789abcdef"
+
+
+@pytest.fixture
+def robot() -> RosRobot:
+    return RosRobot()
+
+
+@pytest.fixture
+def client(robot: RosRobot) -> Client:
+    return Client(robot)
+
+
+def test_a_published_list_moves_the_robot_and_its_results_come(client: Client, robot: RosRobot) -> None:
+    kind = "robot_movement_interface/CommandList"
+    assert client.says("advertise", topic="/command_list", type=kind, id="advertise:1") == []
+    assert client.says("subscribe", topic="command_result", type="robot_movement_interface/Result") == []
+    assert client.says("publish", topic="/command_list", msg={"commands": [ptp(3, A)]}) == []
+    robot.runs_until_results(1)
+    (result,) = client.hears()
+    assert (result["op"], result["topic"]) == ("publish", "command_result"), "named as the client names it"
+    assert result["msg"]["command_id"] == 3
+    assert result["msg"]["result_code"] == 0
+    assert client.says("unadvertise", topic="/command_list") == []
+
+
+def test_throttle_and_queue_of_several_subscriptions(client: Client, robot: RosRobot) -> None:
+    def heard_in_a_second() -> int:
+        count = 0
+        for _ in range(500):
+            robot.step()
+            count += len(client.hears())
+        return count
+
+    client.says("subscribe", topic="/joint_states", id="1", throttle_rate=200)
+    assert heard_in_a_second() == 5
+    client.says("subscribe", topic="/joint_states", id="2", throttle_rate=50, queue_length=1)
+    assert heard_in_a_second() == pytest.approx(20, abs=1)
+    client.says("unsubscribe", topic="/joint_states", id="2")
+    assert heard_in_a_second() == pytest.approx(5, abs=1)
+    client.says("subscribe", topic="/joint_states", id="3")
+    assert heard_in_a_second() == pytest.approx(100, abs=3)
+    client.says("unsubscribe", topic="/joint_states")
+    assert heard_in_a_second() == 0
+
+
+def test_a_client_that_goes_hears_nothing_more_and_stops_nothing(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="/joint_states")
+    client.says("publish", topic="/command_list", msg={"commands": [ptp(1, A)]})
+    robot.step(20)
+    client.session.end()
+    assert not robot.graph.watching
+    robot.runs_until_results(1)
+    assert robot.results == [(1, 0)]
+
+
+def test_services_by_name_and_by_place(client: Client, robot: RosRobot) -> None:
+    assert client.calls("/scale_speed", {"value": 0.5}, id="a") == {
+        "op": "service_response",
+        "service": "/scale_speed",
+        "values": {},
+        "result": True,
+        "id": "a",
+    }
+    assert client.calls("scale_speed", [0.25])["result"] is True
+    assert robot.controller.override == 0.25
+    assert client.calls("/get_io", {"number": 1})["values"] == {"value": False, "error": 0}
+    assert client.calls("/stop_robot_right_now")["values"] == {"success": True, "message": ""}
+
+
+@pytest.mark.parametrize(
+    ("service", "args", "words"),
+    [
+        ("/nothing", None, "there is no /nothing"),
+        ("/scale_speed", {"value": "x"}, "Expected `float`"),
+        ("/scale_speed", [1, 2], "up to 1 arguments, got 2"),
+        ("/rosapi/message_details", {"type": "a/B"}, "there is no a/B"),
+    ],
+)
+def test_a_call_that_fails_answers_false_and_a_string(
+    client: Client, robot: RosRobot, service: str, args: Any, words: str
+) -> None:
+    response = client.calls(service, args, id=7)
+    assert response["result"] is False
+    assert words in response["values"]
+    assert response["id"] == 7
+    assert robot.controller.override == 1.0
+
+
+def test_cbor_has_numbers_as_typed_arrays(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="joint_states", compression="cbor")
+    robot.step(5)
+    (heard,) = client.hears()
+    assert (heard["op"], heard["topic"]) == ("publish", "joint_states")
+    assert heard["msg"]["name"] == list(robot.controller.description.joints)
+    position = heard["msg"]["position"]
+    assert position.tag == 86  # float64, little-endian
+    assert struct.unpack("<7d", position.value) == robot.controller.joints
+
+
+def test_raw_cbor_has_the_bytes_of_ros_1(client: Client, robot: RosRobot) -> None:
+    plain = Client(robot)
+    for each in (client, plain):
+        each.says("subscribe", topic="/joint_states")
+    client.says("subscribe", topic="/joint_states", id="2", compression="cbor")
+    client.says("subscribe", topic="/joint_states", id="3", compression="cbor-raw")
+    robot.step(5)
+    (raw,), (told,) = client.hears(), plain.hears()
+    assert (raw["op"], raw["topic"]) == ("publish", "/joint_states")
+    assert (raw["msg"]["secs"], raw["msg"]["nsecs"]) == divmod(NOW_NS, 10**9)
+    header, names, joints = told["msg"]["header"], told["msg"]["name"], robot.controller.joints
+    expected = struct.pack("<IIII", header["seq"], header["stamp"]["secs"], header["stamp"]["nsecs"], 0)
+    expected += struct.pack("<I", 7) + b"".join(struct.pack("<I2s", 2, name.encode()) for name in names)
+    expected += struct.pack("<I7d", 7, *joints) + struct.pack("<I7dI", 7, *[0.0] * 7, 0)
+    assert raw["msg"]["bytes"] == expected
+    client.says("unsubscribe", topic="/joint_states", id="3")
+    client.says("unsubscribe", topic="/joint_states", id="2")
+    robot.step(5)
+    assert client.hears() == plain.hears(), "the subscription without an encoding is left"
+
+
+def test_what_tools_ask_when_they_connect(client: Client) -> None:
+    """Foxglove asks for the texts of all types, roslibjs for the rest where a program does."""
+    raw = client.calls("/rosapi/topics_and_raw_types")["values"]
+    assert set(raw) == {"topics", "types", "typedefs_full_text"}
+    texts = dict(zip(raw["types"], raw["typedefs_full_text"], strict=True))
+    own, *parts = texts["sensor_msgs/JointState"].split("\n" + 80 * "=" + "\n")
+    assert "float64[] position" in own
+    assert [part.splitlines()[0] for part in parts] == ["MSG: std_msgs/Header"]
+    assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": [ACTION]}
+    assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
+    assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}
+    assert client.calls("/rosapi/get_param", ["/x", "[1]"])["values"] == {"value": "[1]"}
+    assert client.calls("/rosapi/get_param", ["/x", "word"])["values"] == {"value": '"word"'}
+    assert client.calls("/rosapi/topic_type", ["/joint_states"])["values"] == {
+        "type": "sensor_msgs/JointState"
+    }
+
+
+def test_rosapi(client: Client) -> None:
+    topics = client.calls("/rosapi/topics")["values"]
+    named = dict(zip(topics["topics"], topics["types"], strict=True))
+    assert named["/joint_states"] == "sensor_msgs/JointState"
+    assert named["/command_list"] == "robot_movement_interface/CommandList"
+    assert client.calls("/rosapi/topic_type", {"topic": "joint_states"})["values"] == {
+        "type": "sensor_msgs/JointState"
+    }
+    assert client.calls("/rosapi/topic_type", {"topic": "/x"})["values"] == {"type": ""}
+    services = client.calls("/rosapi/services")["values"]["services"]
+    for service in services:
+        assert client.calls("/rosapi/service_type", {"service": service})["values"]["type"]
+    assert client.calls("/rosapi/services_for_type", {"type": "std_srvs/Trigger"})["values"] == {
+        "services": ["/stop_robot_right_now"]
+    }
+    (header, *_) = client.calls("/rosapi/message_details", {"type": "std_msgs/Header"})["values"]["typedefs"]
+    assert header["fieldnames"] == ["seq", "stamp", "frame_id"]
+    assert header["fieldtypes"] == ["uint32", "time", "string"]
+    assert client.calls("/rosapi/get_time")["values"]["time"]["secs"] == NOW_S
+    assert client.calls("/rosapi/nodes")["values"] == {"nodes": ["/iiwa_sim"]}
+
+
+@pytest.mark.parametrize(
+    ("operation", "fields", "words"),
+    [
+        ("publish", {"topic": "/joint_states", "msg": {}}, "nobody listens to /joint_states"),
+        ("publish", {"topic": "/command_list", "msg": {"commands": [{"pose": [None]}]}}, "commands[0].pose"),
+        ("publish", {"topic": 5}, "topic: expected a name"),
+        ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
+        ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
+        ("subscribe", {"topic": "/joint_states", "type": "a/B"}, "is of type sensor_msgs/JointState"),
+        ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none, cbor, cbor-raw"),
+        ("subscribe", {"topic": "/joint_states", "fragment_size": 1000}, "messages are sent whole"),
+        ("subscribe", {"topic": "/joint_states", "throttle_rate": -1}, "throttle_rate: expected a number"),
+        ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
+        ("call_service", {}, "service: expected a name"),
+        ("dance", {}, "op dance: expected advertise"),
+        ("fragment", {}, "op fragment: expected advertise"),
+    ],
+)
+def test_misuse_is_told_with_the_id_and_changes_nothing(
+    client: Client, robot: RosRobot, operation: str, fields: dict[str, Any], words: str
+) -> None:
+    assert words in client.is_told(operation, id="mine", **fields)
+    assert words in client.is_told(operation, **fields)
+    assert not robot.controller.moving
+    assert not robot.graph.watching
+    assert robot.log.refusals[-1][2] == 3040
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"[]",
+        b'{"op":"publish","topic":"/command_list","msg":{"commands":[{"pose":[NaN]}]}}',
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b"\x16\x00\x00\x00\x02op\x00\x05\x00\x00\x00auth\x00\x00",
+    ],
+)
+def test_what_is_no_message_is_told(client: Client, text: bytes) -> None:
+    (status,) = client.sends(text)
+    assert status["op"] == "status"
+    assert len(status["msg"]) < 1000
+    assert client.calls("/rosapi/nodes")["result"] is True
+
+
+_json = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+_fields = st.fixed_dictionaries(
+    {},
+    optional={
+        "topic": st.sampled_from(["/command_list", "/joint_states"]) | _json,
+        "service": st.sampled_from(["/get_io", "/rosapi/topic_type", "/rosapi/message_details"]) | _json,
+        **dict.fromkeys(("msg", "args", "id", "type", "level", "throttle_rate", "queue_length"), _json),
+    },
+)
+_operations = st.sampled_from(
+    ["publish", "subscribe", "unsubscribe", "advertise", "call_service", "auth", "set_level", "status"]
+)
+ROBOT = RosRobot()
+
+
+@settings(max_examples=some(100))
+@given(st.lists(st.tuples(_operations | st.text(max_size=5), _fields), max_size=5))
+def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
+    client = Client(ROBOT)  # its log raises what is a fault of ours
+    for operation, fields in messages:
+        client.says(operation, **fields)
+    client.says("set_level", level="error")
+    assert client.calls("/rosapi/nodes")["result"] is True
+    client.session.end()
+    assert not ROBOT.graph.watching
+
+
+def test_a_fault_of_ours_costs_no_connection(
+    client: Client, robot: RosRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    faults: list[Exception] = []
+
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(robot.graph, "receive", fails)
+    monkeypatch.setattr(robot.log, "exception", lambda *told: faults.append(told[-1]))
+    assert "internal error" in client.is_told("publish", topic="/command_list", msg={}, id="1")
+    assert isinstance(faults[0], ZeroDivisionError)
+
+
+def auth(secret: str = SECRET, **fields: Any) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "client": "me",
+        "dest": "robot",
+        "rand": "xyz",
+        "t": NOW_S,
+        "level": "admin",
+        "end": NOW_S + 60,
+        **fields,
+    }
+    summed = secret + "".join(str(told[name]) for name in ("client", "dest", "rand", "t", "level", "end"))
+    return {"mac": sha512(summed.encode()).hexdigest(), **told}
+
+
+def test_without_a_secret_any_auth_is_taken(client: Client) -> None:
+    assert client.says("auth", mac="?") == []
+    assert client.says("auth") == []
+    assert client.calls("/rosapi/nodes")["result"] is True
+
+
+def test_with_a_secret_a_client_that_knows_it_is_let_in(robot: RosRobot) -> None:
+    client = Client(robot, SECRET)
+    assert client.says("auth", **auth()) == []
+    assert client.calls("/rosapi/nodes")["result"] is True
+    assert not client.session.closing
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (auth("another"), "mac: made with another secret"),
+        (auth(t=NOW_S - 6), "t is more than 5 s"),
+        (auth(end=NOW_S - 1), "end is over"),
+        ({**auth(), "mac": 7}, "mac: expected text"),
+        ({}, "client: expected text"),
+    ],
+)
+def test_with_a_secret_others_are_closed(robot: RosRobot, message: dict[str, Any], words: str) -> None:
+    client = Client(robot, SECRET)
+    assert words in client.is_told("auth", **message)
+    assert client.session.closing
+
+
+def test_with_a_secret_nothing_goes_before_auth(robot: RosRobot) -> None:
+    client = Client(robot, SECRET)
+    assert "expected op auth" in client.is_told("call_service", service="/stop_robot_right_now")
+    assert client.session.closing
