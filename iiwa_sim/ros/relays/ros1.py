@@ -210,7 +210,7 @@ class _Types:
 
 def _plain(value: Any, kind: str = "") -> Any:
     """Return a message as dicts, lists and numbers; `kind` is its type, where that is no message."""
-    if isinstance(value, genpy.dict[str, Any]):
+    if isinstance(value, genpy.Message):
         names = zip(value.__slots__, value._slot_types)  # noqa: B905  # Python 3.8 of ROS 1 knows no strict
         return {name: _plain(getattr(value, name), each) for name, each in names}
     if isinstance(value, genpy.TVal):
