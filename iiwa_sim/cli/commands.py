@@ -46,8 +46,10 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     for key in given if is_recorded else ():
         raise SettingError(f"--{key}: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cell_of
-    from iiwa_sim.plot.script import PlotFault, read_script
+    from iiwa_sim.recordings.fault import needs_mcap
 
+    with needs_mcap():
+        from iiwa_sim.plot.motion import PlotFault, motion_in, read_script, run
     try:
         from iiwa_sim.plot.draw import picture
     except ModuleNotFoundError as fault:
@@ -56,12 +58,8 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'") from None
     if is_recorded:
         with _opened(own.commands) as recorded:
-            from iiwa_sim.plot.recorded import motion_in
-
             motion = motion_in(recorded)
     else:
-        from iiwa_sim.plot.run import run
-
         cell = cell_of(settings.robot, settings.cell)
         motion = run(read_script(str(own.commands)), cell, settings.rate_hz)
     try:

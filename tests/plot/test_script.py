@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.plot.script import Command, PlotFault, Wait, parse_script, read_script
+from iiwa_sim.plot.motion import Command, PlotFault, Wait, parse_script, read_script
 
 TEXT = b"""\xef\xbb\xbf# a heading
 

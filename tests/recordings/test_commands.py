@@ -11,7 +11,7 @@ import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
-from iiwa_sim.plot.recorded import motion_in
+from iiwa_sim.plot.motion import motion_in
 from iiwa_sim.recordings.read import Recorded, transcript_of
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Connects, Leaves, Said
@@ -123,7 +123,7 @@ def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
 
 def test_plot_thins_out_a_long_recording(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = motion_in(Recorded(run))
-    monkeypatch.setattr("iiwa_sim.plot.recorded.MOST_SAMPLES", 50)
+    monkeypatch.setattr("iiwa_sim.plot.motion.MOST_SAMPLES", 50)
     thin = motion_in(Recorded(run))
     step = -(-len(whole.times_s) // 50)
     assert len(thin.times_s) <= 50
