@@ -95,8 +95,8 @@ async def test_a_surface_is_touched_by_a_line_of_the_krc4(simulator: Simulator, 
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
     assert any(seen.joint_torque)
-    tick = simulator.controller.tick
     simulator.backdoor.move_surface("table", Frame(x_mm, y_mm, top_mm - 19, 0, 0, 0))
+    tick = simulator.controller.tick
     await until(lambda: simulator.controller.tick > tick)
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(40.0, rel=1e-3), "it pushes on"
