@@ -97,32 +97,6 @@ def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: f
     assert_within_limits(robot)
 
 
-@pytest.mark.parametrize("arm", ARMS)
-@given(
-    shares=st.tuples(st.floats(0.05, 1.0), st.floats(0.05, 1.0)),
-    kinds=st.tuples(st.sampled_from(["ptp", "lin"]), st.sampled_from(["ptp", "lin"])),
-    blending_mm=st.floats(0.0, 60.0),
-)
-def test_moves_that_blend_keep_each_its_own(
-    arm: str, shares: tuple[float, float], kinds: tuple[str, str], blending_mm: float
-) -> None:
-    robot = Robot(arm)
-    for target, kind, share in zip((robot.aside, robot.farther), kinds, shares, strict=True):
-        move = ptp_move if kind == "ptp" else lin_move
-        robot.controller.move(move(target, 1.0, blending_mm, acceleration=relative(share)))
-    robot.runs_until_stopped()
-    used = (robot.accelerations() / robot.description.acceleration).max(axis=1)[1:-1]
-    assert used.max() <= TOLERANCE * max(shares)
-    corner = np.array(robot.aside[:3]) / 1000.0
-    away = np.linalg.norm([np.subtract(robot.tcp(q).translation, corner) for q in robot.joints], axis=1)
-    inside = away <= blending_mm / 1000.0 + 1e-6
-    first, last = (int(inside.argmax()), len(away) - int(inside[::-1].argmax())) if inside.any() else (0, 0)
-    if inside.any():  # differences at a tick also look at the ticks beside it
-        assert used[: max(first - 2, 0)].max(initial=0.0) <= TOLERANCE * shares[0]
-        assert used[last + 2 :].max(initial=0.0) <= TOLERANCE * shares[1]
-    assert_within_limits(robot)
-
-
 @pytest.mark.parametrize("cap", [relative(1e-7), rad_s2(1e-9), m_s2(1e-12)])
 def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap) -> None:
     robot = Robot("lbr_iiwa_7_r800")

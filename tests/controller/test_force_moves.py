@@ -10,12 +10,16 @@ import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
 
+from iiwa_sim.cell.cell import Cell
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.frames import Frame
+from iiwa_sim.controller.force_guard import Thresholds
+from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from tests import asked
-from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move
-from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
+from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
+from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, strong
 
 STOP_S = 0.1
 START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
@@ -26,6 +30,71 @@ def at_start(name: str = ARMS[0]) -> SteppedRobot:
     robot = SteppedRobot(name)
     robot.goes_to(STARTS[name])
     return robot
+
+
+START_MM = {ARMS[0]: (600.0, 0.0, 410.410161514), ARMS[1]: (445.0, 0.0, 660.0)}
+"""The TCP of a tool of 150 mm at home, where it points down: its x and z are against those of the base."""
+BELOW_MM, STIFFNESS = 20.0, 2e4
+
+
+def above_table(name: str, damping: float = 0.0) -> SteppedRobot:
+    """A robot with a probe that points down, `BELOW_MM` above a table."""
+    description, tool = strong(name), Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
+    top = Transform(IDENTITY.rotation, (0.0, 0.0, 1e-3 * (START_MM[name][2] - BELOW_MM)))
+    table = Surface("table", Plane(), top, STIFFNESS, damping, 0.0)
+    return SteppedRobot(cell=Cell(description, description.home, tool, 0.003, (table,)))
+
+
+def beside(robot: SteppedRobot, y_mm: float = 0.0, z_mm: float = 0.0) -> Frame:
+    """A frame turned as the TCP is, so far from it in the axes of the base."""
+    here = robot.controller.tool_frame()
+    return here._replace(y_mm=here.y_mm + y_mm, z_mm=here.z_mm + z_mm)
+
+
+def along_z(threshold: float) -> Thresholds:
+    return (None, None, threshold)
+
+
+@pytest.mark.requirement("FRC005", "FRC008", "FRC009")
+@given(
+    kind=st.sampled_from(["lin", "ptp"]),
+    name=st.sampled_from(ARMS),
+    speed=st.floats(0.02, 1.0),
+    threshold=st.floats(0.5, 60.0),
+    pushed_n=st.sampled_from([0.0, 15.0, -70.0]),
+    damping=st.sampled_from([0.0, 0.5]),
+    override=st.sampled_from([1.0, 0.3]),
+)
+def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
+    kind: str, name: str, speed: float, threshold: float, pushed_n: float, damping: float, override: float
+) -> None:
+    """The robot is then on the path of one that is cancelled in that tick."""
+    robot, cancelled = above_table(name, damping), above_table(name, damping)
+    target = beside(robot, z_mm=-100.0)
+    for each in (robot, cancelled):
+        each.controller.load.wrench = (0.0, pushed_n, pushed_n, 0.0, 0.0, 0.0)
+        each.controller.set_override(override)
+    number = force_move(robot, kind)(target, speed, 0.0, (None, 1.0, threshold))
+    cancelled.controller.move(getattr(asked, f"{kind}_move")(target, speed, 0.0))
+    while abs(cancelled.controller.cartesian_force()[2] - pushed_n) <= threshold:
+        assert not robot.contacts
+        for each in (robot, cancelled):
+            each.step()
+    (contact,) = robot.contacts
+    assert contact[:2] == (number, "z")
+    assert (contact.offset_n, contact.threshold_n) == (pushed_n, threshold)
+    assert contact.force_n == robot.controller.cartesian_force()[2]
+    assert contact.tcp == robot.controller.tool_frame()
+    cancelled.cancel()
+    assert cancelled.runs_until_stopped() * robot.tick_s <= STOP_S + 1e-9
+    robot.runs_until_stopped()
+    assert robot.joints == cancelled.joints
+    depth_m = 1e-3 * (START_MM[name][2] - BELOW_MM + 3.0 - robot.controller.tool_frame().z_mm)
+    felt_n = robot.controller.cartesian_force()[2]
+    assert felt_n == pytest.approx(pushed_n - STIFFNESS * depth_m, rel=1e-3, abs=1e-2)
+    assert not robot.controller.is_pending(number)
+    assert robot.controller.last_error is None
+    assert_within_limits(robot)
 
 
 def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
@@ -197,4 +266,53 @@ def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:
     assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
     robot.controller.move(joint_move(START, [1.0] * 7))
     assert rest_of(robot) == tuple(START)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC014")
+@pytest.mark.parametrize("name", ARMS)
+def test_moves_behind_a_touch_run_on(name: str) -> None:
+    robot = above_table(name)
+    c = robot.controller
+    down, up, aside = beside(robot, z_mm=-60.0), beside(robot), beside(robot, y_mm=100.0)
+    touching = c.move(lin_force_move(down, 0.05, 0.0, along_z(10.0)))
+    left = c.move(lin_force_move(up, 0.5, 0.0, (5.0, 5.0, 200.0)))
+    last = c.move(ptp_move(aside, 0.5, 0.0))
+    while not robot.contacts:
+        robot.step()
+    assert [c.is_pending(number) for number in (touching, left, last)] == [False, True, True]
+    assert c.queue == 2
+    robot.runs_until_stopped()
+    assert [contact.move for contact in robot.contacts] == [touching]
+    assert c.tool_frame() == pytest.approx(aside, abs=1e-6)
+    assert c.cartesian_force() == (0.0,) * 6
+    assert robot.faults == []
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> None:
+    robot = above_table(name)
+    c = robot.controller
+    down, up = beside(robot, z_mm=-60.0), beside(robot)
+    first = c.move(lin_force_move(down, 0.2, 0.0, along_z(10.0)))
+    queued = c.move(lin_force_move(down, 0.2, 0.0, along_z(10.0)))  # at this command there is no force
+    robot.runs_until_stopped()
+    assert [contact.move for contact in robot.contacts] == [first, queued]
+    held_n = c.cartesian_force()[2]
+    assert held_n < -10.0
+    here = c.tool_frame()
+    deeper = c.move(lin_force_move(down, 0.02, 0.0, along_z(5.0)))
+    robot.runs_until_stopped()
+    contact = robot.contacts[-1]
+    assert (contact.move, contact.offset_n) == (deeper, held_n)
+    assert held_n - 2.0 * 5.0 < contact.force_n < held_n - 5.0
+    assert here.z_mm - 3.0 < c.tool_frame().z_mm < here.z_mm - 0.25
+    held_n = c.cartesian_force()[2]
+    leaving = c.move(lin_force_move(up, 0.05, 0.0, along_z(5.0)))  # less force is a change, too
+    robot.runs_until_stopped()
+    contact = robot.contacts[-1]
+    assert (contact.move, contact.offset_n) == (leaving, held_n)
+    assert contact.force_n > held_n + 5.0
+    assert c.tool_frame().z_mm < up.z_mm - 1.0
     assert_within_limits(robot)

@@ -120,26 +120,6 @@ def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
     assert np.abs(np.subtract(c.joints, before)).max() < 1e-4, "it is at rest there"
 
 
-def test_a_robot_that_leans_on_a_wall_rests_and_notices_when_the_wall_goes() -> None:
-    robot = Robot(wall(stiffness=500.0))
-    c = robot.controller
-    robot.goes_to(INTO_THE_WALL)
-    for _ in range(5):
-        c.step()
-    assert c.resting
-    leaning = c.joint_torque()
-    assert leaning[0] < 0.0
-    c.load.world.move("wall", at(0.0, WALL_Y + 0.41, 0.6))
-    assert not c.resting
-    c.step()
-    assert leaning[0] < c.joint_torque()[0] < 0.0, "less deep"
-    c.load.world.remove("wall")
-    for _ in range(3):
-        c.step()
-    assert set(c.joint_torque()) == {0.0}
-    assert c.resting
-
-
 FOLDED: Joints = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 

@@ -11,15 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.robot.description import load_robot
 from tests.asked import (
     direct_joint_move,
     joint_move,
     lin_move,
     smart_joint_move,
 )
-from tests.chain_checks import assert_keeps_all_promises
-from tests.chains import Recorder
 from tests.protocols.fake_robot import Conversation
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
@@ -193,24 +190,6 @@ def test_a_pause_is_a_standstill_that_goes_on_where_it_began() -> None:
     robot.runs_until_stopped()
     assert robot.controller.tool_frame()[:3] == pytest.approx((450.0, 0.0, 520.0), abs=1e-6)
     assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC025")
-def test_moves_that_are_sent_in_a_pause_blend_when_it_ends() -> None:
-    recorder = Recorder(load_robot())
-    recorder.lin(0.0, 200.0, 0.0, 30.0, speed_rel=0.3)
-    recorder.wait(50)
-    recorder.override(0.0)
-    recorder.wait(SETTLED_TICKS)
-    recorder.lin(0.0, 0.0, -150.0, 30.0)
-    recorder.wait(50)
-    recorder.override(1.0)
-    recorder.finish()
-    assert_keeps_all_promises(recorder)
-    (run,) = recorder.runs
-    assert len(run.moves) == 2
-    corner = np.array(run.robot.tcp(run.moves[0].corner).translation)
-    assert 1e-5 < float(np.linalg.norm(run.ticks.p - corner, axis=1).min()) < 0.03
 
 
 @pytest.mark.requirement("FRC025")

@@ -59,13 +59,6 @@ def test_velocities_add_up_to_the_way(tick_s: float) -> None:
     assert np.max(np.abs(velocities), axis=0)[0] > 0.05
 
 
-def test_the_error_is_that_of_get_error() -> None:
-    robot = SteppedRobot()
-    assert snapshot(robot.controller).error == ErrorState(0, "none")
-    robot.controller.record_error(3021, "out of reach")
-    assert snapshot(robot.controller).error == ErrorState(3021, "out of reach")
-
-
 def test_taking_it_changes_nothing() -> None:
     watched, left_alone = SteppedRobot(), SteppedRobot()
     for robot in (watched, left_alone):
