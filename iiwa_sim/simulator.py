@@ -1,18 +1,23 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Coroutine
 from contextlib import AsyncExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import Cell, cell_of
+from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
+from iiwa_sim.clock.pace import Pace, pace
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.log import SessionLog
-from iiwa_sim.loop_or_thread import RUNNING
-from iiwa_sim.open_ports import OpenPorts
+from iiwa_sim.loop_thread import LoopThread
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import from_keywords
 from iiwa_sim.protocols.faults import WireFaults
@@ -21,19 +26,30 @@ from iiwa_sim.protocols.protocols import Protocol, protocol_for
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.status import StatusLines, StatusSession
 from iiwa_sim.recordings.recordings import Recording, Recordings
-from iiwa_sim.robot_in_time import RobotInTime
+from iiwa_sim.remembered import RememberedDialogue
+from iiwa_sim.robot.urdf_check import differing_limits
+from iiwa_sim.robot_events import RobotEvents, log_discarded
 from iiwa_sim.server.admission import Admission
 from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.server import close_all
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
+    from iiwa_sim.backdoor.http import BackdoorHttp
     from iiwa_sim.ros.side import RosSide
 
+LEAVE_S = 10.0
+"""Seconds that the thread has to leave the context before it counts as blocked."""
+RUNNING = "the simulator runs already"
 
-class Simulator(OpenPorts, RobotInTime):
+T = TypeVar("T")
+logger = logging.getLogger(__name__)
+
+
+class Simulator:
     """A robot that listens and moves while the context is open: in a thread of its own,
 
     with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator: driver = MyDriver(simulator.host,
@@ -79,8 +95,25 @@ class Simulator(OpenPorts, RobotInTime):
         known = cell if isinstance(cell, Cell) else None
         named = {"robot": robot, "cell": None if known else cell}
         self.settings = settings = from_keywords(named | options, settings)
-        found = known or cell_of(settings.robot, settings.cell)
-        super().__init__(found, settings.rate_hz, settings.clock, settings.servo_timeout_s)
+        self._thread: LoopThread | None = None
+        self.cell = known or cell_of(settings.robot, settings.cell)
+        for line in differing_limits(self.cell.description):
+            logger.warning("%s", line)
+        self.clock = Clock(settings.rate_hz, _pace(settings.clock))
+        self.dialogue = RememberedDialogue(self._tick)
+        """What is said in all protocols; `dialogue.listeners.append(listener)` hears it, and from
+        `dialogue.remember()` on it can be asked for."""
+        self._events = RobotEvents(self.dialogue)
+        self._controller = self.cell.controller(
+            self.clock.tick_s,
+            servo_timeout_s=settings.servo_timeout_s,
+            on_fault=self._events.fault,
+            on_contact=self._events.contact,
+            on_touch=self._events.touch,
+        )
+        self._controller.endings.on_discarded = log_discarded
+        if self._controller.handling is not None:
+            self._controller.handling.tell_of_parts(self._events.part)
         self._log = SessionLog()
         faults = WireFaults(self.dialogue.on_wire)
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
@@ -118,14 +151,14 @@ class Simulator(OpenPorts, RobotInTime):
             list(self._servers),
             on_change=lambda: self.clock.drive(self._watched()),
         )
-        self._backdoor_http = None
+        self._backdoor_http: BackdoorHttp | None = None
         if settings.backdoor_port is not None:
-            from iiwa_sim.backdoor.http import BackdoorHttp
+            from iiwa_sim.backdoor import http
 
             recent.listen()
             word = word_of(settings.backdoor_token, settings.backdoor_token_file)
             token = None if word is None else Token(word)
-            self._backdoor_http = BackdoorHttp(
+            self._backdoor_http = http.BackdoorHttp(
                 self.backdoor, self._log, settings.backdoor_host, settings.backdoor_port, token
             )
         self._status: StatusStream | None = None
@@ -156,7 +189,9 @@ class Simulator(OpenPorts, RobotInTime):
             if self.settings.record is not None:
                 begun = self._recordings.begin(Path(self.settings.record), self.settings.record_rate_hz)
                 listening.callback(self._recordings.end, begun)
-            await self._open(listening)
+            for server in self._listeners:
+                await server.start()
+                listening.push_async_callback(server.close)
             listening.pop_all()
             self._recorder = recorder
         self.clock.start(self._watched())
@@ -167,13 +202,88 @@ class Simulator(OpenPorts, RobotInTime):
     ) -> None:
         self._controller.stop()  # or the log would say that the clients have vanished
         try:
-            await self._close()
+            await close_all(self._listeners)
         finally:
             self.clock.stop()
             if self._recorder is not None:
                 self._recorder.close()
                 self._recorder = None
             self._recordings.end_all()
+
+    def __enter__(self) -> Self:
+        if self._thread is not None or self._runs:
+            raise RuntimeError(RUNNING)
+        self._thread = LoopThread("iiwa-sim")
+        try:
+            return self._thread.wait_for(self.__aenter__)
+        except BaseException:
+            self._leave(self._thread)
+            raise
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
+    ) -> None:
+        if self._thread is not None:
+            self._leave(self._thread)
+
+    def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
+        """The result of `function`, called between two ticks in the robot's thread; raises what it raises.
+
+        Raises TimeoutError, naming what blocks the thread, if that takes more than `limit_s`. If the thread
+        has ended, or there is none, the function is called at once.
+        """
+
+        async def called() -> T:
+            return self._called(function)
+
+        if self._thread is None or self._thread.current:
+            return self._called(function)
+        return self._thread.wait_for(called, limit_s)
+
+    @property
+    def controller(self) -> Controller:
+        """The robot's controller, as of now.
+
+        To be had anew whenever something is asked of it or begun: a robot at rest does not tick until then.
+        """
+        return self.call(self._in_hand)
+
+    @property
+    def joints(self) -> Joints:
+        """Joint positions (rad)."""
+        return self.call(lambda: self._controller.joints)
+
+    def state(self) -> Snapshot:
+        """The whole state of the robot, of one tick; the last one after the context has ended."""
+        return self.call(lambda: snapshot(self._controller))
+
+    def advance(self, seconds: float) -> None:
+        """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
+
+        A part of a tick counts as a whole one. Raises ValueError for a time out of range.
+        """
+        self._wait_for(lambda: self.clock.advance(seconds))
+
+    def run_until_stopped(self, limit_s: float = 60.0) -> float:
+        """Let time pass until `get status` would say stopped; gives how much did (s, simulated).
+
+        As fast as the machine can, at any clock; none passes if the robot does not move. Raises StillMoving,
+        a TimeoutError, where it still does after `limit_s` (0 to a day).
+        """
+        return self._wait_for(lambda: self.clock.run_until_stopped(limit_s))
+
+    def pause(self) -> None:
+        """Let time stand still until `resume`; `advance` and `run_until_stopped` still let it pass."""
+        self.call(self.clock.pause)
+
+    def resume(self) -> None:
+        """Let time pass again."""
+        self.call(self.clock.resume)
+
+    def set_clock(self, clock: str | Pace) -> None:
+        """Let time pass otherwise: "real", "10x", "fast", "stepped". Raises ValueError for anything else."""
+        wanted = _pace(clock)
+        self.call(lambda: self.clock.set_pace(wanted))
 
     def reply(self, command: str, reply: str, times: int = 1) -> None:
         """Have the next `times` lines of a command answered by `reply`, and not carried out.
@@ -195,6 +305,61 @@ class Simulator(OpenPorts, RobotInTime):
         """
         return self._recordings.recording(Path(path), rate_hz, self.call)
 
+    @property
+    def host(self) -> str:
+        """Address listened on."""
+        return self._first.address[0]
+
+    @property
+    def port(self) -> int:
+        """Port listened on, that of the first protocol."""
+        return self._first.address[1]
+
+    @property
+    def ports(self) -> dict[str, int]:
+        """Port of each protocol, in the order in which they were named."""
+        return {name: server.address[1] for name, server in self._servers.items()}
+
+    @property
+    def _first(self) -> TcpServer:
+        return next(iter(self._servers.values()))
+
+    @property
+    def status_port(self) -> int | None:
+        """Port on which the state is broadcast, if it is."""
+        return None if self._status is None else self._status.address[1]
+
+    @property
+    def rosbridge_port(self) -> int | None:
+        """Port on which the robot is on ROS by rosbridge, if it is."""
+        address = None if self._ros is None else self._ros.rosbridge_address
+        return None if address is None else address[1]
+
+    @property
+    def ros2_node(self) -> str | None:
+        """The name of the node of ROS 2 that the robot is, if it is one."""
+        return None if self._ros is None else self._ros.ros2_node
+
+    @property
+    def ros_master(self) -> str | None:
+        """The ROS master of which the robot is a node, if it is."""
+        return None if self._ros is None else self._ros.ros_master
+
+    @property
+    def backdoor_port(self) -> int | None:
+        """Port of the backdoor, if it has one."""
+        return None if self._backdoor_http is None else self._backdoor_http.address[1]
+
+    @property
+    def _runs(self) -> bool:
+        return any(server.listening for server in self._servers.values())
+
+    @property
+    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorHttp]":
+        """Listeners in the order of opening: who has reached the robot's own port finds all others open."""
+        others = [each for each in (self._status, self._ros, self._backdoor_http) if each is not None]
+        return [*others, *self._servers.values()]
+
     def _watched(self) -> Stepped:
         """The robot for the clock; with nobody else in between where nobody watches."""
         others = [each for each in (self._status, self._ros) if each is not None]
@@ -211,3 +376,44 @@ class Simulator(OpenPorts, RobotInTime):
 
         title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
         return Recorder(path, self.dialogue, self.clock.tick_s, title, list(self._servers))
+
+    def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """The result of a coroutine, or what it raises. Raises RuntimeError if there is no thread."""
+        if self._thread is None:
+            raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
+        return self._thread.wait_for(coroutine)
+
+    def _called(self, function: Callable[[], T]) -> T:
+        self.clock.catch_up()
+        try:
+            return function()
+        finally:
+            self.clock.commanded()
+
+    def _leave(self, thread: LoopThread) -> None:
+        async def leave() -> None:
+            await self.__aexit__(None, None, None)
+
+        blocked = False
+        try:
+            if not thread.elsewhere:  # a forked child that leaves would end its parent's robot
+                thread.wait_for(leave, LEAVE_S)
+        except TimeoutError:
+            blocked = True
+            raise
+        finally:
+            thread.close(wait=not blocked)
+            self._thread = None
+
+    def _in_hand(self) -> Controller:
+        self.clock.look()
+        return self._controller
+
+    def _tick(self) -> int:
+        """How many there have been by now."""
+        self.clock.catch_up()
+        return self._controller.tick
+
+
+def _pace(clock: str | Pace) -> Pace:
+    return clock if isinstance(clock, Pace) else pace(clock)
