@@ -8,9 +8,8 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.queue.chain import Chain
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import at_once, begun, planned_on
+from iiwa_sim.motion.blend import Move
+from iiwa_sim.motion.planned_trajectory import Trajectory, at_once, begun, planned_on
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
@@ -55,12 +54,12 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
         yield planner.plan(request, start, tcp)
 
 
-def chain_of(plan: Plan) -> Chain:
-    """A chain of one move, with its timing."""
-    chain = begun(Move(1, *plan, lambda _: None))
-    if not chain.rough:
-        return chain
-    return at_once(planned_on(chain, 0.0, UNDER_WAY_S, [], [])) or chain
+def trajectory_of(plan: Plan) -> Trajectory:
+    """Return the trajectory of one move."""
+    found = begun(Move(1, *plan, lambda _: None))
+    if not found.rough:
+        return found
+    return at_once(planned_on(found, 0.0, UNDER_WAY_S, [], [])) or found
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, Trajectory
 
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.description import RobotDescription
 
 Array = NDArray[np.float64]

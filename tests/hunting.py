@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.queue.chain import Chain
+from iiwa_sim.motion.planned_trajectory import Trajectory
 from tests.chains import KINDS, PLACES, SPEEDS, UNTIL_STOPPED, ChainMove, send
 from tests.stepped import ROBOTS, SteppedRobot, assert_loads_are_within, worst_loads
 
@@ -31,7 +31,7 @@ class Hunt:
         self.robot = SteppedRobot(name, self._one_of(TICKS_S))
         self._how = self._one_of(HOW)
         self._starts: list[Joints] = []  # of the moves that were accepted
-        self._seen: Chain | None = None  # the plan that was looked at last
+        self._seen: Trajectory | None = None  # the plan that was looked at last
         self.plans = np.zeros(3)
         """The largest velocity, acceleration and jerk in any plan, over their limits."""
         self.plans_seen = 0
@@ -90,9 +90,9 @@ class Hunt:
                 self._seen = executor._chain
                 self._look_at(executor._chain)
 
-    def _look_at(self, plan: Chain) -> None:
+    def _look_at(self, plan: Trajectory) -> None:
         self.plans_seen += 1
-        times = np.arange(plan.front_s, plan.rest_s, STEP_S)
+        times = np.arange(plan.front_s, plan.end_s, STEP_S)
         if len(times):
             derivatives, limits = plan.along(times)
             loads = (np.abs(derivatives[:, 1:]) / limits).max(axis=(0, 2))

@@ -21,8 +21,8 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, turn_between
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.queue.chain import Chain
+from iiwa_sim.motion.plan_kernel import Polynomial
+from iiwa_sim.motion.planned_trajectory import Trajectory
 from tests import asked
 from tests.chains import UNTIL_STOPPED, ChainMove, aimed
 from tests.hunting import STEP_S, Hunt
@@ -46,7 +46,7 @@ class WideHunt(Hunt):
 
     def __init__(self, seed: int) -> None:
         super().__init__(seed)
-        self._plan: Chain | None = None
+        self._plan: Trajectory | None = None
         self._accepted: list[int] = []
         self._ended: list[Ending] = []
         self.robot.controller.endings.listeners.append(self._ended.append)
@@ -233,45 +233,46 @@ class WideHunt(Hunt):
         super()._step(ticks)
         assert len(self.robot.joints) * self.robot.tick_s < LONGEST_S, "still moving"
 
-    def _look_at(self, plan: Chain) -> None:
+    def _look_at(self, plan: Trajectory) -> None:
         super()._look_at(plan)
         before, self._plan = self._plan, plan
         now_s = self.robot.controller.motions._executor.time.time_s
         if before is not None and 0.0 < now_s < plan.front_s:
-            kept = np.arange(now_s, min(plan.front_s, plan.rest_s, before.rest_s), STEP_S)
+            kept = np.arange(now_s, min(plan.front_s, plan.end_s, before.end_s), STEP_S)
             if len(kept):
-                off = np.abs(plan.joints_along(kept) - before.joints_along(kept)).max()
+                off = np.abs(plan.sample(kept) - before.sample(kept)).max()
                 assert off <= OFF_PATH_RAD, f"what is kept of a plan changes by {off} rad"
-        times = np.arange(plan.front_s, plan.rest_s, EACH * STEP_S)
+        times = np.arange(plan.front_s, plan.end_s, EACH * STEP_S)
         if len(times):
             self._look_at_places(plan, times)
 
-    def _look_at_places(self, plan: Chain, times: Array) -> None:
+    def _look_at_places(self, plan: Trajectory, times: Array) -> None:
         """Whether each is on the path of its move, or in the sphere of its corner, and no joint too far."""
-        course = plan.course
-        q, x = plan.joints_along(times), np.array([plan.x(time_s) for time_s in times])
+        path = plan.path
+        borders = np.array(path.borders)
+        q, x = plan.sample(times), np.array([plan.x(time_s) for time_s in times])
         assert_within_positions(self.robot.description, q)
         assert (np.diff(x) >= -1e-12).all(), "the robot goes back"
-        lengths, on_path = np.diff(course.targets), np.ones(len(x), bool)
-        for k in range(1, len(course.moves)):
-            before, after, _ = course.corners[k]
+        lengths, on_path = np.diff(borders), np.ones(len(x), bool)
+        for k in range(1, len(path.moves)):
+            before, after, _ = path.blends[k - 1]
             assert before <= HALF + ROUNDING
             assert after <= HALF + ROUNDING
             if before == 0.0:
                 continue
-            first = course.targets[k] - before * lengths[k - 1]
-            last = course.targets[k] + after * lengths[k]
+            first = borders[k] - before * lengths[k - 1]
+            last = borders[k] + after * lengths[k]
             inside = (x > first) & (x < last)
             on_path &= ~inside
-            zone = course.moves[k - 1].zone
+            zone = path.moves[k - 1].zone
             assert zone is not None
             if inside.any():
-                farthest = max(map(zone.distance, q[inside].tolist()))
+                farthest = float(zone.distances(q[inside]).max())
                 assert farthest <= zone.radius * (1.0 + OUT_OF_SPHERE) + 1e-9, f"{farthest} of {zone.radius}"
-        for k, move in enumerate(course.moves):
-            on = on_path & (x >= course.targets[k]) & (x <= course.targets[k + 1])
+        for k, move in enumerate(path.moves):
+            on = on_path & (x >= borders[k]) & (x <= borders[k + 1])
             if on.any():
-                s = np.clip((x[on] - course.targets[k]) / lengths[k], 0.0, 1.0)
+                s = np.clip((x[on] - borders[k]) / lengths[k], 0.0, 1.0)
                 off = float(np.abs(move.path.derivatives(s)[0] - q[on]).max())
                 assert off <= OFF_PATH_RAD, f"{off} rad off the path of move {move.number}"
 

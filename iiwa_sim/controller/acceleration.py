@@ -11,7 +11,7 @@ import numpy as np
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.plan_kernel import Polynomial
 
 LOWEST_SHARE = 1e-6
 """The least part of the robot's limits: a lower acceleration is refused, as a lower speed is."""

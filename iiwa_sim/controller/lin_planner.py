@@ -7,11 +7,9 @@ import numpy as np
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.extremes_kernel import first_outside
-from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.singular import Stretches
-from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
+from iiwa_sim.motion.lin import LineOutOfReach, SingularLine, TcpLine, lin
+from iiwa_sim.motion.path import first_outside
+from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
@@ -94,8 +92,7 @@ class LinPlanner:
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Polynomial:
         try:
-            along = LineJoints(self._inverse, start, tcp_line, redundancy)
-            line = along.path(status) or Stretches(along, status).path()
+            line = lin(self._inverse, start, tcp_line, redundancy, status)
         except LineOutOfReach as out:
             reason = f"the line is out of reach after {out.s:.1%} of its way: {_REMEDY}"
             raise Refused(OUT_OF_REACH, reason) from None

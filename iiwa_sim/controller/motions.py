@@ -4,6 +4,7 @@ import numpy as np
 
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.frames import Transform
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance, Compliance
 from iiwa_sim.motion.executor import Executor
@@ -12,7 +13,6 @@ from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Pursuit, Servo
 from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Pushes
 from iiwa_sim.motion.time_scaling import TimeScaling

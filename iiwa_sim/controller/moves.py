@@ -14,8 +14,8 @@ from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
 from iiwa_sim.controller.stiffness import check_joint_stiffness, impedance_of
 from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.queue.move import Move
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller

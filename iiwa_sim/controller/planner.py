@@ -11,12 +11,11 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.lin_planner import ROUNDING_RAD, LinPlanner
 from iiwa_sim.controller.requests import Kind, MoveRequest, RelativeTarget
 from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.motion.blend import Zone, joint_ball, sphere
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.path.extremes_kernel import least_time_per_s, least_time_s, travel
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.path.zone_kernel import Zone, joint_ball, sphere
+from iiwa_sim.motion.path import least_time_per_s, least_time_s, ptp, travel
+from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model

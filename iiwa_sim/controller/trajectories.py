@@ -23,7 +23,7 @@ from iiwa_sim.controller.trajectory_request import (
 )
 from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.extremes_kernel import Outside
+from iiwa_sim.motion.path import Outside
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
 
 if TYPE_CHECKING:

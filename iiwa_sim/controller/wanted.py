@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 
 

@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 from typing import Protocol
 
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.courses import State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain import Ahead, Chain
-from iiwa_sim.motion.queue.look_ahead import LookAhead
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import ending
-from iiwa_sim.motion.queue.waiting import Waiting, among
+from iiwa_sim.motion.lookahead import Ahead, LookAhead
+from iiwa_sim.motion.planned_trajectory import Trajectory, ending
 from iiwa_sim.motion.time_scaling import TimeScaling
+from iiwa_sim.motion.waiting import Waiting, among
 
 AHEAD = 128
 """Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
@@ -52,7 +51,7 @@ class Executor:
         self.time = time
         self.trajectory: Timed | None = None
         """What the robot goes along; None at rest."""
-        self._chain: Chain | None = None  # the trajectory, if it is of queued moves
+        self._chain: Trajectory | None = None  # the trajectory, if it is of queued moves
         self._waiting = Waiting()
         self._look_ahead = LookAhead(time, lowest, highest)
         self._ahead: list[Joints] = []  # joint positions of coming ticks, the last one first
@@ -279,7 +278,7 @@ class Executor:
         elif not time.pausing:
             if not self._ahead:
                 times = time.ticks(AHEAD)
-                joints = self._chain.joints_along(times[times < self._chain.rest_s])
+                joints = self._chain.sample(times[times < self._chain.end_s])
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
             self.joints = self._ahead.pop()
 
@@ -294,7 +293,7 @@ class Executor:
         self.time.begin(time_s)
         return True
 
-    def _go_along(self, chain: Chain, moves: int = 0) -> None:
+    def _go_along(self, chain: Trajectory, moves: int = 0) -> None:
         """Run a chain, with so many of the moves that waited: they do not wait any more."""
         for _ in range(moves):
             self._waiting.planned.popleft()
@@ -315,7 +314,7 @@ class Executor:
         """Run a chain that was planned on, with moves that do not wait any more; None for the present one."""
         if ahead is not None:
             self._go_along(*ahead)
-            del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.chain.front_s), 0)]
+            del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.trajectory.front_s), 0)]
 
     def _slow_down(self) -> None:
         if self.trajectory is not None:

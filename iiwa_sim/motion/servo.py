@@ -4,11 +4,11 @@ from math import inf
 
 import numpy as np
 
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.courses import Courses
 from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.queue.move import Move
 
 REPLAN_S = 0.008
 """Time after which a pursuit heads for another point of its path."""

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import begun
+from iiwa_sim.motion.path import ptp
+from iiwa_sim.motion.plan_kernel import Polynomial
+from iiwa_sim.motion.planned_trajectory import begun
 from iiwa_sim.motion.time_scaling import TimeScaling
 
 TICK_S = 0.01
@@ -39,7 +39,7 @@ def steps(d: Executor, ticks: int) -> None:
 def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     d = executor()
     alone = begun(move(1, ptp((0.0,), (1.073,))))
-    assert (2.0 * alone.rest_s) % TICK_S > 1e-3
+    assert (2.0 * alone.end_s) % TICK_S > 1e-3
     d.append(move(1, ptp((0.0,), (1.073,))))
     d.append(move(2, ptp((1.073,), (2.146,))))
     ticks = 0
@@ -47,7 +47,7 @@ def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
         d.step()
         ticks += 1
     assert d.joints == (2.146,)
-    assert ticks == int(np.ceil(2.0 * alone.rest_s / TICK_S))
+    assert ticks == int(np.ceil(2.0 * alone.end_s / TICK_S))
 
 
 def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.motion.queue.look_ahead import LookAhead
+from iiwa_sim.motion.lookahead import LookAhead
 from tests.hunting import Hunt
 from tests.wide_hunting import WideHunt
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.extremes_kernel import Outside, first_outside
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path import Outside, first_outside
+from iiwa_sim.motion.plan_kernel import Polynomial
 
 ROWS = 6
 """Rows of coefficients of a piece, which is a quintic at most."""

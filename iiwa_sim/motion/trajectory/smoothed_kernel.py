@@ -14,9 +14,9 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.path.piecewise_kernel import Polynomial
+    from cython.cimports.iiwa_sim.motion.plan_kernel import Polynomial
 else:
-    from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+    from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.motion.joints import Joints
 
 _NEAR = cython.declare(cython.double, 0.33998104358485626)

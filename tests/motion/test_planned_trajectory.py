@@ -1,17 +1,17 @@
-"""Chains as they are planned: limits between ticks, too, and durations near the optimum."""
+"""Trajectories as they are planned: limits between ticks, too, and durations near the optimum."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.lines import chain_of, random_lines
+from benchmarks.lines import random_lines, trajectory_of
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import begun
+from iiwa_sim.motion.blend import Move
+from iiwa_sim.motion.planned_trajectory import begun
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.asked import lin_joint_move, lin_move, ptp_move
@@ -34,9 +34,9 @@ TICK_S = 0.002
 def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
     description = load_robot(robot)
     for plan in random_lines(description, count=20, seed=99, speed_rel=speed_rel):
-        chain = chain_of(plan)
-        times = np.arange(0.0, chain.rest_s + 4 * TICK_S, TICK_S).tolist()
-        q = np.array([chain.joints(t) for t in times])
+        trajectory = trajectory_of(plan)
+        times = np.arange(0.0, trajectory.end_s + 4 * TICK_S, TICK_S).tolist()
+        q = np.array([trajectory.joints(t) for t in times])
         q = np.concatenate([q[:1]] * 3 + [q])
         limits = description.velocity, description.acceleration, description.jerk
         for order, limit in enumerate(limits, start=1):
@@ -46,9 +46,10 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
 @pytest.mark.parametrize("robot", ALL_ROBOTS)
 def test_a_line_of_a_second_or_two_is_planned_once(robot: str) -> None:
     """It sets out with a clock that has nothing left to gain: so nothing is planned while it runs."""
-    chains = [begun(Move(1, *plan, lambda _: None)) for plan in random_lines(load_robot(robot), 12, seed=3)]
-    assert not any(chain.rough for chain in chains if chain.rest_s < 2.0)
-    assert any(chain.rest_s < 1.0 for chain in chains)
+    plans = random_lines(load_robot(robot), 12, seed=3)
+    found = [begun(Move(1, *plan, lambda _: None)) for plan in plans]
+    assert not any(trajectory.rough for trajectory in found if trajectory.end_s < 2.0)
+    assert any(trajectory.end_s < 1.0 for trajectory in found)
 
 
 @pytest.mark.slow
@@ -60,7 +61,7 @@ def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
     """The faster the arm, the larger the share of a line in which jerk counts."""
     description = load_robot(robot)
     ratios = [
-        chain_of(plan).rest_s / fastest_without_jerk_limit_s(plan.path, description)
+        trajectory_of(plan).end_s / fastest_without_jerk_limit_s(plan.path, description)
         for plan in random_lines(description, count=30, seed=7)
     ]
     assert min(ratios) > 0.996  # what accelerations between knots may be above their limits
@@ -107,8 +108,8 @@ def test_jerks_hold_right_behind_the_border_of_a_short_piece() -> None:
     tcp = model.tcp(description.tool_in_flange)
     plan = Planner(model).plan(MoveRequest(Kind.LIN, target, 0.461487604924), (*start, -1.928625873422), tcp)
     assert plan.path.piece_count == 11
-    chain = chain_of(plan)
-    derivatives, limits = chain.along(np.linspace(0.0, chain.rest_s, 20_001)[:-1])
+    trajectory = trajectory_of(plan)
+    derivatives, limits = trajectory.along(np.linspace(0.0, trajectory.end_s, 20_001)[:-1])
     assert (np.abs(derivatives[:, 3]) / limits[:, 2]).max() <= JERK_TOLERANCE
 
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
-from iiwa_sim.motion.path.extremes_kernel import first_outside, least_time_per_s
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path import first_outside, least_time_per_s
+from iiwa_sim.motion.plan_kernel import Polynomial
 
 S = np.linspace(0.0, 1.0, 4001)
 

@@ -1,12 +1,12 @@
-"""The moves that wait behind the chain under way, and those of them that have to be planned again."""
+"""The moves that wait behind the trajectory under way, and those of them that have to be planned again."""
 
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from operator import attrgetter
 
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.queue.move import Move
 
 SAME_RAD = 1e-10
 """A waiting move that was planned from within this distance of the robot's position is not planned again."""
@@ -71,7 +71,7 @@ class Waiting:
         """Plan the next of the moves that would begin elsewhere; those before it are as they were.
 
         If it cannot begin there, it is forgotten with all behind it. `planned_end` gives where the last of
-        the planned moves ends, or the chain (rad). Gives where the last of all ends, as far as is known now.
+        the planned moves ends, or the trajectory (rad). Return where the last of all ends, as far as known.
         """
         planned = False
         while self.again:

@@ -1,4 +1,4 @@
-"""A chain under way is planned on: what the robot does up to then stays bit for bit, limits hold behind."""
+"""A trajectory under way is planned on: the motion up to then stays bit for bit, limits hold behind."""
 
 from itertools import pairwise
 
@@ -8,14 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY
+from iiwa_sim.motion.blend import Blend, Move, blend, sphere
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.path.zone_kernel import sphere
-from iiwa_sim.motion.queue.chain import Chain, Front
-from iiwa_sim.motion.queue.corner import Corner, corner
-from iiwa_sim.motion.queue.course import Course
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import at_once, planned, planned_on
+from iiwa_sim.motion.path import ptp
+from iiwa_sim.motion.plan_kernel import BlendedPath
+from iiwa_sim.motion.planned_trajectory import AT_START, Trajectory, at_once, planned, planned_on
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 
@@ -49,22 +46,22 @@ def short_moves(
     return moves
 
 
-def corners_of(moves: list[Move]) -> list[Corner]:
-    found = [corner(one, other, LOWEST, HIGHEST) for one, other in pairwise(moves)]
+def corners_of(moves: list[Move]) -> list[Blend]:
+    found = [blend(one, other, LOWEST, HIGHEST) for one, other in pairwise(moves)]
     assert None not in found
     return [each for each in found if each is not None]
 
 
-def chain_of(moves: list[Move], corners: list[Corner]) -> Chain:
-    chain = at_once(planned(Course(moves, corners), Front.at_start()))
-    assert chain is not None
-    return chain
+def trajectory_of(moves: list[Move], corners: list[Blend]) -> Trajectory:
+    trajectory = at_once(planned(BlendedPath(moves, corners), AT_START))
+    assert trajectory is not None
+    return trajectory
 
 
-def loads(chain: Chain, from_s: float, limits: JointLimits) -> Array:
+def loads(trajectory: Trajectory, from_s: float, limits: JointLimits) -> Array:
     """The largest velocity, acceleration and jerk (3,) between ticks from a time on, over limits."""
-    q = chain.joints_along(np.arange(from_s, chain.rest_s, TICK_S))
-    q = np.concatenate([q, [chain.end] * 4])
+    q = trajectory.sample(np.arange(from_s, trajectory.end_s, TICK_S))
+    q = np.concatenate([q, [trajectory.end] * 4])
     found = [
         np.abs(np.diff(q, order, axis=0) / TICK_S**order / limit).max()
         for order, limit in enumerate(limits, start=1)
@@ -78,20 +75,20 @@ polylines = st.tuples(
 
 
 @given(polylines, st.integers(1, 6))
-def test_a_running_chain_goes_on_as_it_was_up_to_then_and_within_limits_behind(
+def test_a_running_trajectory_goes_on_as_it_was_up_to_then_and_within_limits_behind(
     shape: tuple[float, float, float, float], more: int
 ) -> None:
     moves = short_moves(10 + more, *shape)
     corners = corners_of(moves)
-    first = chain_of(moves[:10], corners[:9])
-    on = at_once(planned_on(first, 0.0, 0.2 * first.rest_s, moves[10:], corners[9:]))
+    first = trajectory_of(moves[:10], corners[:9])
+    on = at_once(planned_on(first, 0.0, 0.2 * first.end_s, moves[10:], corners[9:]))
     if on is None:
         # It has begun to brake: it comes to rest as planned.
         return
     before = np.arange(max(on.front_s - 0.1, 0.0), on.front_s, 0.0005)
-    assert np.array_equal(on.joints_along(before), first.joints_along(before))
+    assert np.array_equal(on.sample(before), first.sample(before))
     assert (loads(on, max(on.front_s - 0.1, 0.0), moves[0].limits) <= MOST).all()
-    assert on.joints(on.rest_s) == moves[-1].path.end
+    assert on.joints(on.end_s) == moves[-1].path.end
 
 
 @pytest.mark.parametrize("turn_rad", [0.05, 0.3, 0.8, 1.5])
@@ -101,32 +98,32 @@ def test_moves_that_come_one_batch_after_the_other_take_as_long_as_if_known_at_o
 ) -> None:
     moves = short_moves(30, 0.02, turn_rad, radius_part, 1.0)
     corners = corners_of(moves)
-    chain = chain_of(moves[:12], corners[:11])
+    trajectory = trajectory_of(moves[:12], corners[:11])
     for count in range(12, 30, 6):
         on = at_once(
             planned_on(
-                chain,
+                trajectory,
                 0.0,
-                max(chain.front_s, chain.rest_s - 0.8),
+                max(trajectory.front_s, trajectory.end_s - 0.8),
                 moves[count : count + 6],
                 corners[count - 1 : count + 5],
             )
         )
         assert on is not None
-        chain = on
-    assert chain.rest_s <= 1.02 * chain_of(moves, corners).rest_s
+        trajectory = on
+    assert trajectory.end_s <= 1.02 * trajectory_of(moves, corners).end_s
 
 
 def test_the_robot_is_exactly_on_the_path_of_one_move_outside_corners() -> None:
     moves = short_moves(12, 0.03, 1.0, 0.2, 1.0)
     corners = corners_of(moves)
-    chain = chain_of(moves, corners)
-    times = np.arange(0.0, chain.rest_s, 0.001)
-    course = chain.course
-    for time_s, q in zip(times.tolist(), chain.joints_along(times), strict=True):
-        x = chain.x(time_s)
-        k = min(int(course.targets.searchsorted(x, side="right")) - 1, len(moves) - 1)
-        s = (x - course.targets[k]) / moves[k].length_s
+    trajectory = trajectory_of(moves, corners)
+    times = np.arange(0.0, trajectory.end_s, 0.001)
+    path = trajectory.path
+    for time_s, q in zip(times.tolist(), trajectory.sample(times), strict=True):
+        x = trajectory.x(time_s)
+        k = min(int(np.searchsorted(path.borders, x, side="right")) - 1, len(moves) - 1)
+        s = (x - path.borders[k]) / moves[k].length_s
         after = corners[k - 1].after if k else 0.0
         before = corners[k].before if k < len(corners) else 0.0
         if after < s < 1.0 - before:

@@ -5,13 +5,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY
+from iiwa_sim.motion.blend import HALF, Blend, Move, Zone, blend, joint_ball, shape
+from iiwa_sim.motion.blend import sphere as tcp_sphere
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.zone_kernel import HALF, Zone, joint_ball
-from iiwa_sim.motion.path.zone_kernel import sphere as tcp_sphere
-from iiwa_sim.motion.queue.corner import Corner, corner
-from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.shapes_kernel import shape as shape_at
+from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 
@@ -56,14 +53,7 @@ def sphere(radius_m: float, target: Array = TARGET) -> Zone:
     return tcp_sphere(radius_m, tuple(target.tolist()), MODEL.tcp(IDENTITY))
 
 
-def shape(v: Array, rho: float) -> Array:
-    """F at v (m,) from 0 to 1."""
-    height = 1.0 / (rho * (3.0 - 3.0 * rho + rho * rho))
-    found: Array = np.array([shape_at(each, rho, height, 0) for each in v.tolist()])
-    return found
-
-
-def round_corner(found: Corner, first: Move, second: Move, v: Array = V) -> Array:
+def round_corner(found: Blend, first: Move, second: Move, v: Array = V) -> Array:
     """Joint positions (m, 7)."""
     ending = first.path.derivatives(1.0 - found.before * shape(1.0 - v, found.rho))[0]
     leaving = second.path.derivatives(found.after * shape(v, found.rho))[0]
@@ -77,14 +67,14 @@ def test_the_robot_stays_in_the_sphere_and_leaves_half_of_each_path(
     assume(min(np.abs(way).max(), np.abs(other).max()) > 0.05)
     zone = sphere(radius_m)
     first, second = to_target(way, 0.1 * bend, zone, speed_rel), from_target(other, -0.2 * bend)
-    found = corner(first, second, LOWEST, HIGHEST)
+    found = blend(first, second, LOWEST, HIGHEST)
     assume(found is not None)
     assert found is not None
     assert 0.0 < found.before <= HALF
     assert 0.0 < found.after <= HALF
     assert 0.0 < found.rho <= 1.0
     clipped = zone.clipped(first.path, second.path)
-    farthest = max(zone.distance(q) for q in round_corner(found, first, second).tolist())
+    farthest = float(zone.distances(round_corner(found, first, second)).max())
     # It is looked at in seven places: between them a joint path bends by little.
     assert farthest <= clipped.radius * 1.01
 
@@ -95,7 +85,7 @@ def test_joint_zones_hold_joints(way: Array, other: Array, part: float) -> None:
     straight = np.zeros(7)
     zone = joint_ball(part, tuple((TARGET - way).tolist()), tuple(TARGET.tolist()))
     first, second = to_target(way, straight, zone), from_target(other, straight)
-    found = corner(first, second, LOWEST, HIGHEST)
+    found = blend(first, second, LOWEST, HIGHEST)
     assume(found is not None)
     assert found is not None
     away = np.abs(round_corner(found, first, second) - TARGET).max()
@@ -113,11 +103,11 @@ def test_a_corner_at_a_joint_limit_is_made_smaller_until_it_keeps_it() -> None:
         to_target(way, bend, sphere(0.15, target), target=target),
         from_target(other, bend, target=target),
     )
-    wide = corner(first, second, LOWEST, HIGHEST)
+    wide = blend(first, second, LOWEST, HIGHEST)
     assert wide is not None
     highest = HIGHEST.copy()
     highest[1] = 0.5 * (target[1] + round_corner(wide, first, second)[:, 1].max())
-    narrow = corner(first, second, LOWEST, highest)
+    narrow = blend(first, second, LOWEST, highest)
     assert narrow is not None
     assert narrow.before < wide.before
     assert round_corner(narrow, first, second)[:, 1].max() <= highest[1]
@@ -126,10 +116,10 @@ def test_a_corner_at_a_joint_limit_is_made_smaller_until_it_keeps_it() -> None:
 def test_where_there_is_no_zone_or_no_way_or_next_to_none_it_stops_at_the_target() -> None:
     straight = np.zeros(7)
     way, across = np.full(7, 0.2), np.array([0.2, -0.2, 0.2, -0.2, 0.2, -0.2, 0.2])
-    assert corner(to_target(way, straight, None), from_target(across, straight), LOWEST, HIGHEST) is None
+    assert blend(to_target(way, straight, None), from_target(across, straight), LOWEST, HIGHEST) is None
     standing = from_target(across, straight)._replace(length_s=0.0)
-    assert corner(to_target(way, straight, sphere(0.05)), standing, LOWEST, HIGHEST) is None
+    assert blend(to_target(way, straight, sphere(0.05)), standing, LOWEST, HIGHEST) is None
     # Some micrometres: at a right angle next to nothing is gained, straight on all speed would be lost.
     first = to_target(way, straight, sphere(2e-6))
-    assert corner(first, from_target(across, straight), LOWEST, HIGHEST) is None
-    assert corner(first, from_target(way, straight), LOWEST, HIGHEST) is not None
+    assert blend(first, from_target(across, straight), LOWEST, HIGHEST) is None
+    assert blend(first, from_target(way, straight), LOWEST, HIGHEST) is not None

@@ -12,11 +12,8 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
-from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.singular import Stretches
-from iiwa_sim.motion.path.splice import at_border
-from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
+from iiwa_sim.motion.lin import LineOutOfReach, SingularLine, TcpLine, at_border, lin
+from iiwa_sim.motion.plan_kernel import Polynomial
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 
 S = np.linspace(0.0, 1.0, 301)
@@ -36,8 +33,7 @@ class Line(NamedTuple):
         return f"{self.arm.description.name} from {self.start}"
 
     def polynomial(self) -> Polynomial:
-        along = LineJoints(self.arm.inverse, self.start, self.line, self.redundancy)
-        return along.path(self.status) or Stretches(along, self.status).path()
+        return lin(self.arm.inverse, self.start, self.line, self.redundancy, self.status)
 
     def answer(self) -> Polynomial | str:
         try:

@@ -1,0 +1,435 @@
+"""Trajectories along blended paths: q(x(t)), where x(t) is a piecewise quintic.
+
+A trajectory does not change: another one is planned, with the same motion up to a front. One move alone whose
+joints go straight takes the fastest motion from rest to rest in closed form. Any other has a speed profile
+over segments (`speed_profile.py`), whose x, dx/dt and d2x/dt2 at the knots the quintics interpolate.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from math import isfinite, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from iiwa_sim.motion.blend import Blend, Move
+from iiwa_sim.motion.courses import State
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.plan_kernel import UNIT_S, BlendedPath
+from iiwa_sim.motion.speed_profile import (
+    SEGMENT_S,
+    Slices,
+    T,
+    blend_spans,
+    fastest,
+    nominal,
+    quick,
+    sampled,
+    sets_out,
+)
+
+FREE_S = 0.4
+"""A trajectory that goes on is planned anew from so long before it brakes at its end."""
+KEPT_S = 0.01
+"""How much of the past a front keeps: an override looks back a little."""
+BESIDE_BRAKING_S = 0.1
+"""Until so long before it begins to brake at its end, a trajectory moves as one would that goes on."""
+AHEAD_SEGMENTS, MOST_KEPT = 2, 40
+LATE = 0.95
+"""Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
+LITTLE_KEPT_S = 0.04
+"""So much is kept of x if a trajectory is to end sooner, and no profile was found with more of it."""
+LEAST_BLEND = 0.1
+"""If less than this part of a blend is left, it is too late for it."""
+STILL = 1e-12
+"""rad per unit of x: a joint that goes less bounds nothing."""
+
+
+class Front(NamedTuple):
+    """The part of a trajectory that stays when it is planned on."""
+
+    times: Array
+    """When the knots of the quintics that stay are passed (m + 1,), in s."""
+    quintics: Array
+    """Their coefficients over the part of each that is done (6, m)."""
+    controls: Array
+    """Coefficients (kept + 3,) of x as a cubic B-spline over the segments behind these that keep their x."""
+    profile: Array
+    """Coefficients (kept + 2,) of the speed profile over these segments; two of them stay."""
+    lengths_s: Array
+    """Lengths (s) of the two segments behind these in the trajectory that is planned on."""
+
+    @property
+    def state(self) -> tuple[float, float, float]:
+        """x, dx/dt (1/s) and d2x/dt2 (1/s^2) at the last knot of the B-spline."""
+        c0, c1, c2 = self.controls[-3:].tolist()
+        b0, b1 = (self.profile[-2:] / UNIT_S**2).tolist()
+        b, slope = 0.5 * (b0 + b1), b1 - b0
+        first, second = 0.5 * (c2 - c0), c0 - 2.0 * c1 + c2
+        return (c0 + 4.0 * c1 + c2) / 6.0, first * sqrt(b), second * b + 0.5 * first * slope
+
+
+_HERMITE = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0, 0.0, 0.0],
+        [-10.0, -6.0, -3.0, 10.0, -4.0, 1.0],
+        [15.0, 8.0, 3.0, -15.0, 7.0, -2.0],
+        [-6.0, -3.0, -1.0, 6.0, -3.0, 1.0],
+    ]
+)
+"""Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
+_OFF_MIDDLE = np.array([0.18343464249564978, 0.525532409916329, 0.7966664774136267, 0.9602898564975362])
+_HALF_WEIGHTS = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
+_NODES = 0.5 + 0.5 * np.concatenate([-_OFF_MIDDLE, _OFF_MIDDLE])
+_WEIGHTS = 0.5 * np.concatenate([_HALF_WEIGHTS, _HALF_WEIGHTS])
+"""Nodes and weights of Gauss and Legendre over 0..1."""
+_FIRST, _LAST = 0.5 * (1.0 - _NODES) ** 2, 0.5 * _NODES**2
+_MIDDLE = 1.0 - _FIRST - _LAST
+"""Factors of the coefficients of a quadratic B-spline at the nodes."""
+AT_START = Front(np.zeros(1), np.empty((6, 0)), np.zeros(3), np.empty(0), np.empty(0))
+"""The front of a trajectory that begins from rest."""
+
+
+class Trajectory:
+    """Joint positions (rad) over time: it sets out at time 0, and rests at the target of its last move at
+    `end_s`."""
+
+    def __init__(
+        self,
+        path: BlendedPath,
+        times: Array,
+        quintics: Array,
+        controls: Array | None = None,
+        profile: Array | None = None,
+        rough: bool = False,
+    ) -> None:
+        """`controls` (N + 3,) of x and `profile` (N + 2,) belong to the last N of the knots at `times`."""
+        self.path = path
+        self.times = times
+        self.end_s = float(times[-1])
+        self.rough = rough
+        """Whether it was planned quickly, and may be made faster."""
+        self.front_s = float(times[0])
+        """Up to this time (s) its motion is that of the trajectory it was planned from."""
+        self._quintics = quintics
+        self._controls, self._profile = controls, profile
+        self._lengths = np.diff(times)
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        moves: Sequence[Move] = self.path.moves
+        return moves
+
+    @property
+    def end(self) -> Joints:
+        """Joint positions (rad) at its end."""
+        return self.moves[-1].path.end
+
+    def sample(self, times: Array) -> Array:
+        """Return joint positions (m, n), in rad, at times (m,), in s."""
+        return self.path.positions(self._places(times))
+
+    def joints(self, time_s: float) -> Joints:
+        """Return joint positions (rad) at a time (s)."""
+        if time_s >= self.end_s:
+            return self.end
+        if time_s <= 0.0:
+            return self.moves[0].path.start
+        return tuple(self.sample(np.array([time_s]))[0].tolist())
+
+    def state(self, time_s: float) -> State:
+        """Return joint positions (rad), velocities and accelerations at a time (s)."""
+        q, velocity, acceleration, _ = self.along(np.array([time_s]))[0][0].tolist()
+        return tuple(q), tuple(velocity), tuple(acceleration)
+
+    def along(self, times: Array) -> tuple[Array, Array]:
+        """Return joint positions with velocities, accelerations and jerks (m, 4, n) at times (m,) in it.
+
+        The second value are the limits that hold there (m, 3, n).
+        """
+        speed, bend, jerk = (rate[:, None] for rate in self._rates(times))
+        derivatives, limits = self.path.derivatives(self._places(times))
+        first, second, third = derivatives[:, 1:].swapaxes(0, 1).copy()
+        derivatives[:, 1] = first * speed
+        derivatives[:, 2] = second * speed**2 + first * bend
+        derivatives[:, 3] = third * speed**3 + 3.0 * second * speed * bend + first * jerk
+        return derivatives, limits
+
+    def x(self, time_s: float) -> float:
+        """Return the place on its path at a time (s)."""
+        return float(self._places(np.array([max(time_s, 0.0)]))[0])
+
+    def move_at(self, time_s: float) -> Move:
+        """Return the move under way at a time (s); in a blend it is the second one from its target on."""
+        return self.moves[self._index_at(time_s)]
+
+    def waiting(self, time_s: float) -> int:
+        """Return how many of its moves have not begun at a time (s)."""
+        return len(self.moves) - 1 - self._index_at(time_s)
+
+    def segments_behind(self, time_s: float) -> int:
+        """Return about how many segments of a plan lie behind a time (s)."""
+        if self._profile is None:
+            return int(max(self.end_s - time_s, 0.0) / SEGMENT_S)
+        return len(self.times) - int(self.times.searchsorted(time_s))
+
+    def _index_at(self, time_s: float) -> int:
+        if len(self.moves) == 1 or time_s >= self.end_s:
+            return len(self.moves) - 1
+        return bisect_right(self.path.borders, self.x(time_s), 1, len(self.moves)) - 1
+
+    def _parts(self, times: Array) -> tuple[Array, Array, Array]:
+        """Coefficients (6, m) of the quintics at times (m,), their lengths (s), and the parts done."""
+        k = np.maximum(self.times[:-1].searchsorted(times, side="right") - 1, 0)
+        lengths = self._lengths[k]
+        return self._quintics[:, k], lengths, np.minimum((times - self.times[k]) / lengths, 1.0)
+
+    def _places(self, times: Array) -> Array:
+        """x (m,) at times (m,), not before 0."""
+        p, _, u = self._parts(times)
+        x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))))
+        within: Array = np.minimum(np.maximum(x, self.path.first_x), self.path.end_x)
+        return within
+
+    def _rates(self, times: Array) -> tuple[Array, Array, Array]:
+        """Derivatives of x over time (m,) at times (m,), not before 0."""
+        p, h, u = self._parts(times)
+        return (
+            (p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * (4.0 * p[4] + u * (5.0 * p[5]))))) / h,
+            (2.0 * p[2] + u * (6.0 * p[3] + u * (12.0 * p[4] + u * (20.0 * p[5])))) / (h * h),
+            (6.0 * p[3] + u * (24.0 * p[4] + u * (60.0 * p[5]))) / (h * h * h),
+        )
+
+    def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
+        """Return what to keep of the trajectory when it is planned on at `now_s`.
+
+        Its motion stays up to the first knot behind `time_s`, or up to `free_s` before it brakes at its end
+        if that is later. x stays longer: up to a little before it brakes, or before the run whose mean it is
+        comes to `until_x`.
+        """
+        times = self.times
+        speeds = np.append(self._quintics[1] / self._lengths, 0.0)
+        rising = (speeds[1:] >= speeds[:-1] * (1.0 - 1e-12)).nonzero()[0]
+        brakes_s = float(times[rising[-1] + 1]) if len(rising) else 0.0
+        wanted_s = max(time_s, brakes_s - free_s)
+        half_s = 0.5 * self.path.window_s
+        if self._controls is None or self._profile is None:
+            return self._front_at(now_s, wanted_s, brakes_s, until_x)
+        begin = len(times) + 2 - len(self._controls)  # knot of the first segment
+        most = len(times) - 2
+        k = max(min(int(times.searchsorted(wanted_s)), most), begin, 1)
+        last = min(
+            int(times.searchsorted(max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + times[k])))), most
+        )
+        ahead = np.append(self._quintics[0], self.path.end_x) + half_s * speeds
+        last = min(last, int(ahead[: last + AHEAD_SEGMENTS].searchsorted(until_x)) - AHEAD_SEGMENTS)
+        last = max(last, k)
+        controls, profile = (
+            self._controls[k - begin : last - begin + 3],
+            self._profile[k - begin : last - begin + 2],
+        )
+        return Front(*self._before(now_s, k), controls, profile, self._lengths[last : last + 2])
+
+    def _before(self, now_s: float, k: int) -> tuple[Array, Array]:
+        """Times and quintics up to the knot k that may still be asked for."""
+        first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
+        return self.times[first : k + 1], self._quintics[:, first:k]
+
+    def _front_at(self, now_s: float, wanted_s: float, brakes_s: float, until_x: float) -> Front:
+        """Return the front at any time of a motion in closed form, with even segments at even speed behind.
+
+        While the acceleration decreases to 0, only the motion under way keeps the limits: not there.
+        """
+        h, rest_s = SEGMENT_S, self.end_s
+        time_s = min(wanted_s, max(rest_s - h, 0.5 * rest_s))
+        easing = int(((self._quintics[3] < 0.0) & (self._quintics[2] > 0.0)).argmax())
+        if self.times[easing] - 2.0 * h < time_s < self.times[easing + 1]:
+            time_s = float(self.times[easing + 1])
+        until_s = max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + time_s))
+        even_s = until_s - time_s if time_s >= self.times[easing + 1] else 0.0
+        at = np.array([time_s])
+        x, speed, bend = float(self._places(at)[0]), *(float(rate[0]) for rate in self._rates(at)[:2])
+        left_x = until_x - x - 0.5 * self.path.window_s * speed
+        count = int(min(even_s / h, left_x / (speed * h) - AHEAD_SEGMENTS, MOST_KEPT)) if speed > 0.0 else 0
+        count = max(count, 0)
+        middle, first, half = x - bend * h * h / 6.0, speed * h, 0.5 * bend * h * h
+        controls = [middle - first + half, middle, *(middle + first + half + first * np.arange(count + 1))]
+        # The quintic under way ends at the front.
+        k = max(int(self.times.searchsorted(time_s)), 1)
+        times, quintics = self._before(now_s, k)
+        times, quintics = times.copy(), quintics.copy()
+        quintics[:, -1] *= ((time_s - times[-2]) / (times[-1] - times[-2])) ** np.arange(6.0)
+        times[-1] = time_s
+        profile = np.full(count + 2, (UNIT_S / h) ** 2)
+        return Front(times, quintics, np.array(controls), profile, np.full(2, h))
+
+
+def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
+    """Return a trajectory that goes on from a front; None if none was found that keeps the limits."""
+    yield
+    goes_on = len(front.profile) > 0
+    controls = front.controls if goes_on else front.controls + path.first_x
+    motion = yield from nominal(path, controls, front.state if goes_on else None, front.lengths_s)
+    if motion is None:
+        return None
+    x, lengths_s = motion
+    yield
+    profile = yield from sampled(path, x, front.profile, max(len(front.profile) - 2, 0))
+    profile.guess(lengths_s / UNIT_S)
+    yield
+    if not (yield from fastest(profile)):
+        return None
+    return _timed(path, x, profile.coefficients, front)
+
+
+def begun(move: Move) -> Trajectory:
+    """Return a trajectory of one move to set out with at once; it may be rough."""
+    path = BlendedPath([move], [])
+    if move.path.straight:
+        return _rest_to_rest(path)
+    motion = at_once(nominal(path, AT_START.controls, None, AT_START.lengths_s))
+    assert motion is not None
+    x, lengths_s = motion
+    profile = at_once(sampled(path, x, AT_START.profile, 0))
+    if not profile.finite:
+        raise ArithmeticError(f"move {move.number}: no joint positions along its path")
+    profile.guess(lengths_s / UNIT_S)
+    rough = not quick(profile, lengths_s)
+    return _timed(path, x, profile.coefficients, AT_START, rough)
+
+
+def planned_on(
+    trajectory: Trajectory, now_s: float, time_s: float, moves: Sequence[Move], blends: Sequence[Blend]
+) -> Slices[Trajectory | None]:
+    """Return a trajectory, unchanged from now up to a time, faster after it, that goes on into moves.
+
+    Blends that have begun by then are made smaller. Return None if that is too late, or if no way on keeps
+    the limits.
+    """
+    path = trajectory.path
+    begins = blends[0].before * path.moves[-1].length_s if blends else 0.0
+    free_s = trajectory.end_s if trajectory.rough else FREE_S
+    front = trajectory.front(now_s, time_s, free_s, path.end_x - begins)
+    if blends:
+        share = (path.end_x - sets_out(path, front.state)[0]) / begins
+        if share < 1.0:
+            share *= LATE
+            if share < LEAST_BLEND:
+                return None
+            before, after, rho = blends[0]
+            blends = [Blend(share * before, share * after, rho), *blends[1:]]
+    return (yield from planned(_gone_on(path, float(front.quintics[0, 0]), moves, blends), front))
+
+
+def ending(trajectory: Trajectory, now_s: float, time_s: float) -> Trajectory | None:
+    """Return a trajectory, unchanged from now up to a time, that ends with the move under way.
+
+    Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time:
+    then it mostly is too fast, as it would not have had to stop at that target.
+    """
+    if not trajectory.waiting(now_s):
+        return trajectory
+    move = trajectory.move_at(now_s)
+    leaves_x = float(blend_spans(trajectory.path)[0][trajectory.moves.index(move)])
+    # What is kept of x may end beside a blend, where it is too fast to rest at the target.
+    for until_x in (leaves_x, min(leaves_x, trajectory.x(time_s + LITTLE_KEPT_S))):
+        front = trajectory.front(now_s, time_s, trajectory.end_s, until_x)
+        if front.state[0] < leaves_x:
+            path = _gone_on(trajectory.path, float(front.quintics[0, 0]), [], [])
+            count = path.moves.index(move) + 1
+            path = BlendedPath(path.moves[:count], path.blends[: count - 1], path.first_x, path.window_s)
+            found = at_once(planned(path, front))
+            if found is not None:
+                return found
+    return None
+
+
+def _gone_on(path: BlendedPath, x: float, moves: Sequence[Move], blends: Sequence[Blend]) -> BlendedPath:
+    """Return the path from an x on, with more moves at its end, each behind a blend."""
+    gone = int((blend_spans(path)[1] <= x).sum())
+    left, left_blends = [*path.moves[gone:], *moves], [*path.blends[gone:], *blends]
+    return BlendedPath(left, left_blends, path.borders[gone], path.window_s)
+
+
+def at_once(slices: Slices[T]) -> T:
+    """Return the result of work in slices, run to its end within this tick."""
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+
+
+def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: bool = False) -> Trajectory:
+    """Return the trajectory behind a front of x, a cubic B-spline (N + 3,), and its profile (N + 2,)."""
+    c = profile / UNIT_S**2
+    slopes = c[1:] - c[:-1]
+    b = c[:-1] + 0.5 * slopes
+    roots = np.sqrt(np.maximum(b, 0.0))
+    # The time over a segment is the integral of 1 / sqrt(b), by Gauss and Legendre.
+    lengths = (
+        1.0 / np.sqrt(c[:-2, None] * _FIRST + c[1:-1, None] * _MIDDLE + c[2:, None] * _LAST)
+    ) @ _WEIGHTS
+    times = front.times[-1] + np.concatenate([[0.0], lengths.cumsum()])
+    rising = x[1:] - x[:-1]
+    second, first = rising[1:] - rising[:-1], 0.5 * (rising[1:] + rising[:-1])
+    states = np.array([x[1:-1] + second / 6.0, first * roots, 0.5 * (second * b + 0.5 * first * slopes)])
+    states[:, -1] = path.end_x, 0.0, 0.0
+    scales = np.array([np.ones_like(lengths), lengths, lengths * lengths])
+    quintics = _HERMITE @ np.concatenate([states[:, :-1] * scales, states[:, 1:] * scales])
+    all_times = np.concatenate([front.times[:-1], times])
+    quintics = np.concatenate([front.quintics, quintics], axis=1)
+    found = Trajectory(path, all_times, quintics, x, profile, rough)
+    found.front_s = float(front.times[-1])
+    return found
+
+
+def _rest_to_rest(path: BlendedPath) -> Trajectory:
+    """Return the trajectory of one move whose joints go straight: x moves as one joint would."""
+    move = path.moves[0]
+    ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
+    velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / ways).min(axis=1)).tolist()
+    way = path.end_x
+    if not isfinite(velocity) or not isfinite(way):
+        raise ArithmeticError(f"move {move.number}: no joint positions along its path")
+    building = min(acceleration / jerk, sqrt(velocity / jerk))
+    even, cruise = max(velocity / (building * jerk) - building, 0.0), 0.0
+    if velocity * (2.0 * building + even) <= way:
+        cruise = way / velocity - (2.0 * building + even)
+    else:
+        # It does not come to its velocity: what it comes to with full acceleration, or not even that.
+        building = acceleration / jerk
+        even = 0.5 * (sqrt(building * building + 4.0 * way / acceleration) - 3.0 * building)
+        if even < 0.0:
+            even, building = 0.0, (0.5 * way / jerk) ** (1.0 / 3.0)
+    lengths = np.array([building, even, building, cruise, building, even, building])
+    times = np.concatenate([[0.0], lengths.cumsum()])
+    top, peak = building * jerk * (building + even), building * jerk
+    # States at the knots of the first half; the second half mirrors it.
+    half = _quintic_states(jerk, building, even)
+    place = np.array([0.0, *half[0], 0.0, 0.0, 0.0, way])
+    place[4:7] = way - place[3:0:-1]
+    speed = np.array([0.0, half[1], top - half[1], top, top, top - half[1], half[1], 0.0])
+    bend = np.array([0.0, peak, peak, 0.0, 0.0, -peak, -peak, 0.0])
+    jerks = jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
+    quintics = np.zeros((6, 7))
+    for k, row in enumerate((place[:-1], speed[:-1], 0.5 * bend[:-1], jerks / 6.0)):
+        quintics[k] = row * lengths**k
+    lasts = times[1:] - times[:-1] > 1e-12
+    return Trajectory(path, np.append(times[:-1][lasts], times[-1]), quintics[:, lasts])
+
+
+def _quintic_states(jerk: float, building: float, even: float) -> tuple[tuple[float, float, float], float]:
+    """x at the knots of the first three phases, and the speed at the first of them."""
+    speed = 0.5 * jerk * building**2
+    first = jerk * building**3 / 6.0
+    second = first + even * (speed + 0.5 * jerk * building * even)
+    faster = speed + jerk * building * even
+    third = second + building * (faster + building * jerk * building / 3.0)
+    return (first, second, third), speed
