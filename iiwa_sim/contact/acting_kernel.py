@@ -271,7 +271,7 @@ class Acting:
 
 @cython.cclass
 class _Pushes:
-    """What pushes a robot that yields, in the form of `iiwa_sim.motion.surroundings.Pushes`."""
+    """What pushes a robot that yields, in the form of `iiwa_sim.motion.impedance.Pushes`."""
 
     _load: Acting
 

@@ -21,7 +21,7 @@ else:
     from iiwa_sim.contact.capsules_kernel import Capsules
 
 # No arm that yields has a smaller moment of inertia about a joint (kg m^2), but near singular poses: as
-# `motion/deflected_arm_kernel.py` has it; a held one has more.
+# `motion/springs.py` has it; a held one has more.
 LEAST_INERTIA_KGM2 = 0.2
 _LEAST_INERTIA = cython.declare(cython.double, LEAST_INERTIA_KGM2)
 # Part by which the average of a push follows it in a tick.

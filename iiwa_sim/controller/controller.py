@@ -34,8 +34,8 @@ from iiwa_sim.controller.targets import Targets
 from iiwa_sim.controller.trajectories import Progress, Trajectories
 from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.surroundings import STIFF
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import Wrench

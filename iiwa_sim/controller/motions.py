@@ -5,16 +5,12 @@ import numpy as np
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.braking import Braking
-from iiwa_sim.motion.compliance_kernel import CartesianImpedance, Compliance
 from iiwa_sim.motion.executor import Executor
-from iiwa_sim.motion.follower import Follower
-from iiwa_sim.motion.joint_bounds_kernel import JointBounds
-from iiwa_sim.motion.joint_springs_kernel import JointSprings
+from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Impedance, Pushes
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.servo import Pursuit, Servo
-from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Pushes
+from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
@@ -28,12 +24,12 @@ class Motions:
     """The motions of one robot, and what waits to become one.
 
     The executor makes the nominal motion: it runs queued moves, and what the servo heads for. Stiff, the
-    robot is where that is; else the follower says where it gives way to. Of what replaces the motion before,
+    robot is where that is; else the impedance says where it gives way to. Of what replaces the motion before,
     targets, trajectories, stiffness moves and holds, the newest waits here until the robot rests after a
     `stop`.
     """
 
-    def __init__(self, executor: Executor, servo: Servo, follower: Follower) -> None:
+    def __init__(self, executor: Executor, servo: Servo, impedance: Impedance) -> None:
         """All at rest in the same place."""
         self.joints = executor.joints
         """Joint positions (rad)."""
@@ -42,8 +38,8 @@ class Motions:
         self._executor = executor
         self._servo = servo
         self._pursuit = Pursuit(executor, servo)
-        self._follower = follower
-        self._impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
+        self._impedance = impedance
+        self._next_impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo heads for targets, and has not been stopped
@@ -55,7 +51,7 @@ class Motions:
             self._executor.trajectory is not None
             or self._nominal_moves
             or self._next is not None
-            or self._follower.moving
+            or self._impedance.moving
         )
 
     @property
@@ -71,22 +67,22 @@ class Motions:
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
-        return not self.moving and not self._follower.yielding
+        return not self.moving and not self._impedance.yielding
 
     @property
     def under_way(self) -> int:
         """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        return 0 if self._follower.active else self._executor.under_way
+        return 0 if self._impedance.active else self._executor.under_way
 
     @property
     def tcp_contact(self) -> Reached | None:
         """Where the TCP has come to in the last tick, and what it touches there, if that is known."""
-        return self._follower.tcp_contact
+        return self._impedance.tcp_contact
 
     @property
     def coming(self) -> Joints | None:
         """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
-        return None if self._follower.active else self._executor.coming
+        return None if self._impedance.active else self._executor.coming
 
     @property
     def override(self) -> float:
@@ -105,14 +101,14 @@ class Motions:
     @property
     def compliance(self) -> int:
         """How the robot gives way now: `STIFF`, `COMPLIANT_TCP` or `COMPLIANT_JOINTS`."""
-        if not self._follower.yielding:
+        if not self._impedance.yielding:
             return STIFF
-        return COMPLIANT_JOINTS if self._follower.holding else COMPLIANT_TCP
+        return COMPLIANT_JOINTS if self._impedance.holding else COMPLIANT_TCP
 
     @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
-        return self._follower.holding or isinstance(self._next, Hold)
+        return self._impedance.holding or isinstance(self._next, Hold)
 
     @property
     def waiting(self) -> int:
@@ -124,7 +120,7 @@ class Motions:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
         if isinstance(self._next, StiffnessMove | Hold):
             return int(self._being_stopped)
-        return self._executor.waiting if self._follower.braking else self._executor.behind
+        return self._executor.waiting if self._impedance.braking else self._executor.behind
 
     @property
     def rest(self) -> Joints:
@@ -134,17 +130,17 @@ class Motions:
     @property
     def yielding_from(self) -> Joints:
         """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
-        executor, follower = self._executor, self._follower
-        if not follower.yielding:
+        executor, impedance = self._executor, self._impedance
+        if not impedance.yielding:
             return executor.rest
-        if follower.holding:
-            return follower.joints
+        if impedance.holding:
+            return impedance.joints
         return executor.rest_after_stop() if executor.stopping else executor.joints
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
-        if self._follower.off_plan:
-            return self._follower.rest_after_stop()
+        if self._impedance.off_plan:
+            return self._impedance.rest_after_stop()
         return self._executor.rest_after_stop()
 
     @property
@@ -176,9 +172,9 @@ class Motions:
 
         Where nothing has begun to move, that of what begins next, or where the robot is.
         """
-        if self._follower.holding:
-            return self._follower.centre
-        if self._follower.braking:
+        if self._impedance.holding:
+            return self._impedance.centre
+        if self._impedance.braking:
             return self.rest_after_stop()
         if self._next is not None and not isinstance(self._next, Hold) and not self._nominal_moves:
             return self._next.end
@@ -201,8 +197,8 @@ class Motions:
     def is_pending(self, number: int) -> bool:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
-            return self._next is not None or self._follower.holding or self._nominal_moves
-        return not self._follower.yielding and self._executor.is_pending(number)
+            return self._next is not None or self._impedance.holding or self._nominal_moves
+        return not self._impedance.yielding and self._executor.is_pending(number)
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
@@ -237,33 +233,33 @@ class Motions:
         """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
         mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
         self._newest = wanted.move.number
-        follower = self._follower
-        if follower.holding:
-            follower.let_go()
-            self._executor.rest_at(follower.joints)
+        impedance = self._impedance
+        if impedance.holding:
+            impedance.let_go()
+            self._executor.rest_at(impedance.joints)
             self._pursuit.begin_stream()
-        if follower.yielding and self._pursuit.replace(wanted.move):
-            self._next, self._impedance = None, wanted.impedance
+        if impedance.yielding and self._pursuit.replace(wanted.move):
+            self._next, self._next_impedance = None, wanted.impedance
         else:
-            self._next, self._impedance = wanted, None
+            self._next, self._next_impedance = wanted, None
 
     def hold(self, wanted: Hold) -> None:
         """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
         self._newest = wanted.number
         self._next = wanted
-        if self._follower.holding:
-            self._follower.hold(wanted.stiffness_nm_per_rad)
+        if self._impedance.holding:
+            self._impedance.hold(wanted.stiffness_nm_per_rad)
             self._next = None
-        elif self._follower.yielding and self._nominal_moves:
+        elif self._impedance.yielding and self._nominal_moves:
             self._stop_nominal()
 
     def stop(self) -> None:
         """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
-        if self._follower.off_plan:
-            self._executor.rest_at(self._follower.rest_after_stop())
-        self._follower.stop()
+        if self._impedance.off_plan:
+            self._executor.rest_at(self._impedance.rest_after_stop())
+        self._impedance.stop()
         self._stop_nominal()
-        self._next = self._newest = self._impedance = None
+        self._next = self._newest = self._next_impedance = None
 
     def cancel(self) -> None:
         """End what runs, or begins in the next tick: a move, a trajectory, a target.
@@ -274,7 +270,7 @@ class Motions:
             return
         if self._next is not None:
             self._next = self._newest = None
-        elif self._following or self.tracking or self._follower.yielding:
+        elif self._following or self.tracking or self._impedance.yielding:
             if self._nominal_moves:
                 self._stop_nominal()
             self._newest = None
@@ -286,40 +282,44 @@ class Motions:
         if isinstance(self._next, StiffnessMove | Hold):
             if self._being_stopped:
                 self._next = self._newest = None
-        elif self._follower.braking:
+        elif self._impedance.braking:
             self._executor.stop()  # all of them wait
-        elif not (self._follower.yielding or self._following or self.tracking):
+        elif not (self._impedance.yielding or self._following or self.tracking):
             self._executor.clear()
 
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
-        follower, executor = self._follower, self._executor
-        if not follower.active and executor.step_quietly():
+        impedance, executor = self._impedance, self._executor
+        if not impedance.active and executor.step_quietly():
             self.joints = executor.joints
             return
         try:
-            if follower.braking:
-                follower.brake()
-            else:
-                if self._next is not None and not self._nominal_moves:
-                    self._begin(self._next)
-                if not follower.holding:
-                    if follower.yielding:
-                        self._pursuit.step(self._nominal_moves)
-                    self._servo.step()
-                    executor.step()
-                if follower.active:
-                    if self._impedance is not None and not executor.waiting:
-                        follower.impedance, self._impedance = self._impedance, None
-                    follower.step(executor.joints)
-            self.joints = follower.joints if follower.active else executor.joints
+            if not impedance.braking:
+                self._step_nominal()
+            if impedance.active:
+                impedance.step(executor.joints)
+            self.joints = impedance.joints if impedance.active else executor.joints
         except Exception:
             self.stop()
             raise
 
+    def _step_nominal(self) -> None:
+        """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
+        executor, impedance = self._executor, self._impedance
+        if self._next is not None and not self._nominal_moves:
+            self._begin(self._next)
+        if impedance.holding:
+            return
+        if impedance.yielding:
+            self._pursuit.step(self._nominal_moves)
+        self._servo.step()
+        executor.step()
+        if self._next_impedance is not None and not executor.waiting:
+            impedance.impedance, self._next_impedance = self._next_impedance, None
+
     @property
     def _being_stopped(self) -> bool:
-        return self._executor.stopping or self._follower.braking
+        return self._executor.stopping or self._impedance.braking
 
     def _stop_nominal(self) -> None:
         self._executor.stop()
@@ -329,7 +329,7 @@ class Motions:
 
     def _begin(self, wanted: Target | Tracked | StiffnessMove | Hold) -> None:
         """Begin what has waited until nothing moves any more."""
-        executor, follower = self._executor, self._follower
+        executor, impedance = self._executor, self._impedance
         self._next = None
         match wanted:
             case Target():
@@ -340,16 +340,16 @@ class Motions:
                 executor.follow(wanted.way)
                 self.tracking = True
                 return
-        if not follower.yielding:
-            follower.start(executor.joints)
+        if not impedance.yielding:
+            impedance.start(executor.joints)
             self._pursuit.begin_stream()
         match wanted:
             case Hold():
-                follower.hold(wanted.stiffness_nm_per_rad)
+                impedance.hold(wanted.stiffness_nm_per_rad)
             case StiffnessMove():
                 executor.rest_at(executor.joints)
                 executor.append(wanted.move)
-                self._impedance = wanted.impedance
+                self._next_impedance = wanted.impedance
 
 
 def motions_of(
@@ -368,16 +368,8 @@ def motions_of(
     """
     description = model.description
     low, high = description.position_min, description.position_max
-    stop = description.stop_acceleration, description.stop_jerk
     time = TimeScaling(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
-    bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
     kinematics = Kinematics(model, Inverse(model), tool_in_flange)
-    follower = Follower(
-        start,
-        tick_s,
-        Compliance(kinematics, bounds, tick_s, pushes, feeling),
-        JointSprings(kinematics, bounds, tick_s, pushes, feeling),
-        Braking(bounds, tick_s, *stop),
-    )
+    impedance = Impedance(start, tick_s, description, kinematics, pushes, feeling)
     executor = Executor(start, time, np.array(low), np.array(high))
-    return Motions(executor, Servo(executor, limits, low, high), follower)
+    return Motions(executor, Servo(executor, limits, low, high), impedance)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.motion.compliance_kernel import CartesianImpedance
+from iiwa_sim.motion.springs import CartesianImpedance
 
 LARGEST_N_PER_M = 5000.0
 """Published: the original's."""

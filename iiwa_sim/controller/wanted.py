@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 
 

@@ -20,8 +20,8 @@ from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, rotation_from_quaternion, transpose
+from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.surroundings import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details

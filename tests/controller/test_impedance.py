@@ -363,6 +363,26 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
     assert_positions_and_velocities_within_limits(robot)
 
 
+@pytest.mark.requirement("FRC003")
+@both
+def test_a_stop_of_a_robot_that_is_guided_uses_the_limits_of_a_stop_and_no_more(name: str) -> None:
+    robot = SteppedRobot(strong(name))
+    d = robot.description
+    robot.controller.move(gravity_hold(0.0))
+    # Against a damping of 5 Nms/rad that is 0.8 of the velocity limit.
+    robot.controller.load.joint_push = (0.0,) * (len(d.joints) - 1) + (4.0 * d.velocity[-1],)
+    robot.step(250)
+    speed = float(np.diff(robot.joints[-2:], axis=0)[0, -1]) / robot.tick_s
+    assert 0.7 < speed / d.velocity[-1] < 0.81
+    robot.controller.stop()
+    robot.step(50)
+    q = np.array(robot.joints[-52:])
+    acceleration, jerk = (np.abs(np.diff(q, n=n, axis=0)) / robot.tick_s**n for n in (2, 3))
+    assert (acceleration / d.stop_acceleration).max() == pytest.approx(1.0, abs=0.005)
+    assert 0.95 < (jerk / d.stop_jerk).max() < 1.05
+    assert not robot.controller.moving
+
+
 # Refused
 
 

@@ -1,4 +1,4 @@
-"""How the TCP yields: deflection, damping, stability, and what happens at limits."""
+"""How the TCP yields: deflection, damping, stability, and what happens at limits; springs and bounds."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Vector, multiply, rotate, rotation_vector, transpose
-from iiwa_sim.motion.compliance_kernel import (
+from iiwa_sim.motion.impedance_kernel import JointBounds, TcpSprings
+from iiwa_sim.motion.springs import (
+    LEAST_DAMPING_NS_PER_M,
+    MASS_KG,
     ROTATIONAL_STIFFNESS_NM_PER_RAD,
     CartesianImpedance,
-    Compliance,
+    damping,
+    least_deviation,
+    spring,
 )
-from iiwa_sim.motion.joint_bounds_kernel import JointBounds
-from iiwa_sim.motion.shift_kernel import LEAST_DAMPING_NS_PER_M, MASS_KG
 from iiwa_sim.robot.arm_kernel import Kinematics
-from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
@@ -68,7 +71,12 @@ POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
 POSES = {ARM: POSE, SIX_AXES: (0.3, -1.2, 1.4, 0.2, 0.9, -0.5)}
 both = pytest.mark.parametrize("arm", POSES, ids=lambda arm: arm.description.name)
 NO_FORCE = (0.0,) * 6
+NUMBERS = st.floats(-1.0, 1.0)
 TICKS_AND_STIFFNESSES = [(0.002, 5000.0), (0.01, 100.0)]
+
+
+def joint_bounds(d: RobotDescription, tick_s: float) -> JointBounds:
+    return JointBounds(tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk)
 
 
 class Yielding:
@@ -87,10 +95,8 @@ class Yielding:
         self.load = ExternalLoad(arm.model, d.tool_in_flange, joints)
         self.tick_s = tick_s
         self.kinematics = arm.kinematics
-        bounds = JointBounds(
-            tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
-        )
-        self.compliance = Compliance(arm.kinematics, bounds, tick_s, self.load, plane)
+        bounds = joint_bounds(d, tick_s)
+        self.compliance = TcpSprings(arm.kinematics, bounds, tick_s, self.load, plane)
         self.compliance.start(joints)
         self.nominal = self.joints = joints
 
@@ -290,3 +296,107 @@ def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:
     robot.load.wrench = NO_FORCE
     assert np.abs(robot.runs(2000.0, 6.0)[-1]).max() < 1e-4
     np.testing.assert_allclose(robot.joints, POSE, atol=1e-3)
+
+
+@given(
+    arm=st.sampled_from([ARM, SIX_AXES]),
+    tick_s=st.sampled_from([0.001, 0.002, 0.01]),
+    parts=st.tuples(*[st.floats(0.0, 1.0)] * 7),
+    wanted=st.lists(st.tuples(*[st.floats(-0.2, 0.2)] * 7), min_size=1, max_size=6),
+)
+def test_joints_that_keep_the_bounds_can_brake_before_their_limits_at_any_tick(
+    arm: Arm, tick_s: float, parts: tuple[float, ...], wanted: list[tuple[float, ...]]
+) -> None:
+    d, bounds = arm.description, joint_bounds(arm.description, tick_s)
+    low, high = np.array(d.position_min), np.array(d.position_max)
+    acceleration, jerk = np.array(d.stop_acceleration), np.array(d.stop_jerk)
+    joints = np.clip(low + np.array(parts[: len(low)]) * (high - low), low, high)
+    for every in wanted:
+        for _ in range(40):
+            least, greatest = bounds.ranges(tuple(joints.tolist()))
+            motion = np.clip(every[: len(low)], least, greatest)
+            a_hair_less = np.sign(motion) * np.maximum(np.abs(motion) - 1e-12, 0.0)
+            assert bounds.allow(tuple(joints.tolist()), tuple((joints + a_hair_less).tolist()))
+            joints = joints + motion
+            speed = np.abs(motion) / tick_s
+            assert (speed <= np.array(d.velocity) * (1 + 1e-12)).all()
+            # With full jerk and full acceleration, or with full jerk alone where that is enough.
+            braking = np.where(
+                speed * jerk >= acceleration**2,
+                0.5 * speed * (speed / acceleration + acceleration / jerk),
+                speed * np.sqrt(speed / jerk),
+            )
+            room = np.where(motion > 0.0, high - joints, joints - low)
+            assert (braking <= room + 1e-9).all()
+
+
+def test_motion_beyond_the_bounds_is_not_allowed() -> None:
+    bounds, here = joint_bounds(ROBOT, 0.002), ROBOT.home
+    for sign in (1.0, -1.0):
+        fast = (here[0] + sign * 0.002 * ROBOT.velocity[0] * 1.01, *here[1:])
+        assert not bounds.allow(here, fast)
+        near = (sign * (ROBOT.position_max[0] - 1e-3), *here[1:])
+        assert not bounds.allow(near, (near[0] + sign * 0.9e-3, *here[1:]))
+        assert bounds.allow(near, (near[0] - sign * 3e-3, *here[1:])), "away from the limit at full speed"
+
+
+@given(
+    mass=st.floats(0.1, 10.0),
+    stiffness=st.floats(0.0, 5000.0),
+    least=st.floats(0.0, 50.0),
+    x=st.floats(-1.0, 1.0),
+    v=st.floats(-2.0, 2.0),
+    f=st.floats(-100.0, 100.0),
+    step_s=st.sampled_from([0.0005, 0.002, 0.01]),
+)
+def test_one_step_is_as_good_as_many(
+    mass: float, stiffness: float, least: float, x: float, v: float, f: float, step_s: float
+) -> None:
+    damped = damping(mass, stiffness, least)
+    once = spring(mass, stiffness, damped, step_s).reshape(2, 3) @ [x, v, f]
+    # Fourth order Runge-Kutta, in small steps.
+    h, (y, u) = step_s / 200, (x, v)
+    for _ in range(200):
+
+        def rate(y: float, u: float) -> tuple[float, float]:
+            return u, (f - damped * u - stiffness * y) / mass
+
+        a = rate(y, u)
+        b = rate(y + h / 2 * a[0], u + h / 2 * a[1])
+        c = rate(y + h / 2 * b[0], u + h / 2 * b[1])
+        d = rate(y + h * c[0], u + h * c[1])
+        y += h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
+        u += h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
+    assert tuple(once) == pytest.approx((y, u), rel=1e-6, abs=1e-8)
+
+
+def test_damping_has_the_ratio_and_a_least_value() -> None:
+    assert damping(5.0, 2000.0) == pytest.approx(2 * 0.7 * (5.0 * 2000.0) ** 0.5)
+    assert damping(5.0, 0.0, 20.0) == 20.0
+
+
+@given(
+    matrix=st.lists(st.tuples(*[NUMBERS] * 4), min_size=3, max_size=3),
+    wanted=st.tuples(*[NUMBERS] * 3),
+    bounds=st.tuples(*[st.tuples(NUMBERS, st.floats(0.0, 0.5))] * 4),
+)
+def test_it_stays_within_bounds(
+    matrix: list[tuple[float, ...]], wanted: tuple[float, ...], bounds: tuple[tuple[float, float], ...]
+) -> None:
+    least, greatest = [a for a, _ in bounds], [a + width for a, width in bounds]
+    way = least_deviation(np.array(matrix), np.array(wanted), 1e-4, least, greatest)
+    assert all(a - 1e-12 <= w <= b + 1e-12 for w, a, b in zip(way, least, greatest, strict=True))
+
+
+def test_without_bounds_it_does_what_is_wanted_and_the_others_make_up_for_a_joint_at_its_bound() -> None:
+    jacobian = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 2.0]])
+    free = least_deviation(jacobian, np.array([1.0, 1.0]), 1e-9, [-9.0] * 3, [9.0] * 3)
+    assert free == pytest.approx([0.5, 0.5, 0.5], abs=1e-6)
+    held = least_deviation(jacobian, np.array([1.0, 1.0]), 1e-9, [-9.0] * 3, [0.1, 9.0, 9.0])
+    assert held == pytest.approx([0.1, 0.9, 0.5], abs=1e-6)
+
+
+def test_a_singular_direction_is_left_alone() -> None:
+    jacobian = np.array([[1.0, 0.0], [0.0, 1e-6]])
+    way = least_deviation(jacobian, np.array([0.0, 1e-3]), 1e-4, [-9.0] * 2, [9.0] * 2)
+    assert np.abs(way).max() < 1e-4

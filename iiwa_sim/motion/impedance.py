@@ -1,0 +1,182 @@
+"""The impedance of one robot: how it gives way around the nominal motion or where it is held, and brakes."""
+
+from operator import sub
+from typing import Protocol
+
+import numpy as np
+from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
+
+from iiwa_sim.motion.courses import RuckigCourse
+from iiwa_sim.motion.impedance_kernel import JointBounds, JointSprings, TcpSprings
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.springs import CartesianImpedance
+from iiwa_sim.robot.arm_kernel import Kinematics
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.feeling_kernel import Feeling, Reached
+from iiwa_sim.wrench import Wrench
+
+STIFF, COMPLIANT_TCP, COMPLIANT_JOINTS = 0, 1, 2
+"""How a robot gives way: not at all, as a mass at the TCP, or in each joint."""
+STILL_RAD_PER_S = 2e-4
+"""A robot off its plan is at rest when no joint has been faster than this ..."""
+STILL_S = 0.05
+"""... for so long: longer than a swing takes to turn round."""
+HARDLY_MOVING_RAD_PER_S = 1e-9
+"""A robot slower than this need not brake."""
+NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
+"""Impedance before the first move, whose own replaces it when that begins."""
+
+
+class Pushes(Protocol):
+    """What pushes the robot besides surfaces at its TCP."""
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """Push at the TCP, along its axes."""
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Torque (Nm) on each joint."""
+
+
+class Impedance:
+    """Joint positions (rad) over ticks, while the robot yields, or brakes because it did.
+
+    It yields at the TCP around the nominal motion, as a stiffness move has asked for, or in every joint
+    around where a hold has begun. Until it is started, and when it has been stopped and is at rest, the robot
+    is stiff: it is where the nominal motion is, and this has nothing to do.
+    """
+
+    def __init__(
+        self,
+        joints: Joints,
+        tick_s: float,
+        description: RobotDescription,
+        kinematics: Kinematics,
+        pushes: Pushes,
+        contact: Feeling | None,
+    ) -> None:
+        """Stiff, at joint positions (rad); `contact` is that of the TCP, None where there are no surfaces."""
+        self.joints = joints
+        """Where the robot has come to (rad), while this is active."""
+        self.active = False
+        """Whether the robot yields or brakes, and is not where the nominal motion is but elsewhere."""
+        self.yielding = False
+        """Whether the robot gives way to forces."""
+        self.holding = False
+        """Whether it does so around where a hold has begun, and not around the nominal motion."""
+        self.impedance = NO_SPRINGS
+        """How the TCP gives way around the nominal motion."""
+        d = description
+        bounds = JointBounds(
+            tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
+        )
+        self._bounds = bounds
+        self._tcp_springs = TcpSprings(kinematics, bounds, tick_s, pushes, contact)
+        self._joint_springs = JointSprings(kinematics, bounds, tick_s, pushes, contact)
+        self._tick_s = tick_s
+        self._before = joints  # in the tick before
+        self._still_ticks = 0
+        self._braking: RuckigCourse | None = None
+        self._braking_s = 0.0
+        task = InputParameter(len(joints))
+        task.control_interface = ControlInterface.Velocity
+        task.synchronization = Synchronization.No
+        task.current_acceleration = task.target_velocity = task.target_acceleration = [0.0] * len(joints)
+        task.max_acceleration, task.max_jerk = list(d.stop_acceleration), list(d.stop_jerk)
+        self._task = task
+
+    @property
+    def tcp_contact(self) -> Reached | None:
+        """Where the last tick has brought the TCP, and its contact there; None if that is not known."""
+        contact: Reached | None = None
+        if self.yielding and not self.holding:
+            contact = self._tcp_springs.tcp_contact
+        return contact
+
+    @property
+    def braking(self) -> bool:
+        """Whether the robot brakes from the velocity it had while it yielded."""
+        return self._braking is not None
+
+    @property
+    def off_plan(self) -> bool:
+        """Whether the robot yields, and is not exactly where the nominal motion is."""
+        return self.yielding and (self.holding or not self._tcp_springs.on_plan)
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot brakes, is held, or has not come to rest beside the nominal motion."""
+        if self.holding or self.braking:
+            return True
+        return self.off_plan and self._still_ticks * self._tick_s < STILL_S
+
+    @property
+    def centre(self) -> Joints:
+        """Where the robot is held (rad)."""
+        centre: Joints = self._joint_springs.centre
+        return centre
+
+    def start(self, joints: Joints) -> None:
+        """Yield from now on: a nominal motion rests at joint positions (rad), and so does the robot."""
+        self.joints = self._before = joints
+        self.active = self.yielding = True
+        self._still_ticks = 0
+        self._tcp_springs.start(joints)
+
+    def hold(self, stiffness_nm_per_rad: float) -> None:
+        """Hold every joint by a spring where it is."""
+        self._joint_springs.start(self.joints, self._velocity, stiffness_nm_per_rad)
+        self.holding = True
+
+    def let_go(self) -> None:
+        """End a hold: yield around a nominal motion that rests where the robot is."""
+        self._tcp_springs.start(self.joints, self._velocity)
+        self.holding = False
+
+    def rest_after_stop(self) -> Joints:
+        """Where a robot that is off the nominal motion would come to rest if it were stopped now (rad)."""
+        if self._braking is not None:
+            return self._braking.end
+        return self._course_to_rest().end if self._is_fast else self.joints
+
+    def stop(self) -> None:
+        """Yield no longer. On the nominal motion the robot is where that is; off it, it brakes."""
+        if self.off_plan and self._is_fast:
+            self._braking, self._braking_s = self._course_to_rest(), 0.0
+        self.active, self.yielding, self.holding = self.braking, False, False
+        self.impedance = NO_SPRINGS
+
+    def step(self, nominal: Joints) -> None:
+        """Make a tick, in which the nominal motion has come to joint positions (rad)."""
+        self._before = self.joints
+        if self._braking is not None:
+            self._braking_s += self._tick_s
+            self.joints = self._bounds.within(self._braking.joints(self._braking_s))
+            if self._braking_s >= self._braking.end_s:
+                self._braking, self.active = None, False
+        elif self.holding:
+            self.joints = self._joint_springs.step()
+        else:
+            self.joints = self._tcp_springs.step(nominal, self.impedance)
+        fastest = max(map(abs, map(sub, self.joints, self._before)))
+        self._still_ticks = self._still_ticks + 1 if fastest <= STILL_RAD_PER_S * self._tick_s else 0
+
+    def _course_to_rest(self) -> RuckigCourse:
+        """Brake from constant speed, each joint as fast as the limits of a stop allow."""
+        self._task.current_position, self._task.current_velocity = list(self.joints), self._velocity
+        found = Trajectory(len(self.joints))
+        result = Ruckig(len(self.joints)).calculate(self._task, found)
+        if result != Result.Working:
+            raise ArithmeticError(f"Ruckig: {result} for braking from {self._velocity} rad/s")
+        return RuckigCourse(found, self._bounds.within(tuple(found.at_time(found.duration)[0])))
+
+    @property
+    def _velocity(self) -> list[float]:
+        """Velocities of the joints in the last tick (rad/s)."""
+        velocity: list[float] = (np.subtract(self.joints, self._before) / self._tick_s).tolist()
+        return velocity
+
+    @property
+    def _is_fast(self) -> bool:
+        return max(map(abs, self._velocity)) > HARDLY_MOVING_RAD_PER_S

@@ -1,0 +1,575 @@
+"""Impedance: a robot that gives way to forces, as a damped mass on springs at the TCP or in every joint."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics, Tcp
+from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling, Reached
+from cython.cimports.libc.math import cos, fabs, sin, sqrt
+
+from iiwa_sim.frames import Rotation, Vector, multiply, rotation_vector, transpose
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.springs import (
+    INERTIA_KGM2,
+    JOINT_INERTIA_KGM2,
+    LEAST_DAMPING_NMS_PER_RAD,
+    LEAST_DAMPING_NS_PER_M,
+    LONGEST_SUBSTEP_S,
+    MASS_KG,
+    REDUNDANCY_STIFFNESS_NM_PER_RAD,
+    ROTATIONAL_STIFFNESS_NM_PER_RAD,
+    SINGULAR_INERTIA_KGM2,
+    CartesianImpedance,
+    damping,
+    least_deviation,
+    spring,
+)
+
+_LARGEST = cython.declare(cython.double, 1e6)  # N or Nm: anything more acts as this
+# The TCP is turned off the plan by no more: at half a turn a rotation vector would jump.
+_LARGEST_TURN_RAD = cython.declare(cython.double, 2.5)
+# Off the plan by less (m, rad), and hardly moving, the robot is put on it.
+_HOME = cython.declare(cython.double, 1e-9)
+
+
+@cython.cclass
+class JointBounds:
+    """How far joints may go in a tick, so that they never pass a limit of position or velocity.
+
+    A joint goes no faster than its velocity limit, and towards a position limit only so fast that it comes to
+    rest before it when it brakes from any tick on, from constant speed, with the limits of a stop.
+    """
+
+    _tick_s: cython.double
+    _joint_count: cython.Py_ssize_t
+    _low: cython.double[::1]
+    _high: cython.double[::1]
+    _full: cython.double[::1]  # distance in a tick at the velocity limit
+    _acceleration: cython.double[::1]
+    _lag_s: cython.double[::1]  # until full jerk has built up half of the acceleration, and a tick
+
+    def __init__(
+        self,
+        tick_s: float,
+        position_min: Sequence[float],
+        position_max: Sequence[float],
+        velocity: Sequence[float],
+        stop_acceleration: Sequence[float],
+        stop_jerk: Sequence[float],
+    ) -> None:
+        """Take the limits of each joint, in rad and s."""
+        self._tick_s = tick_s
+        self._joint_count = len(position_min)
+        self._low, self._high = np.array(position_min, float), np.array(position_max, float)
+        self._full = tick_s * np.array(velocity, float)
+        self._acceleration = np.array(stop_acceleration, float)
+        self._lag_s = 0.5 * np.array(stop_acceleration) / np.array(stop_jerk) + tick_s
+
+    def ranges(self, joints: Joints) -> tuple[list[float], list[float]]:
+        """Return the least and the greatest motion (rad) of each joint in the next tick."""
+        least, greatest = [], []
+        q: cython.double
+        for k in range(self._joint_count):
+            q = joints[k]
+            least.append(-self._farthest(q - self._low[k], k))
+            greatest.append(self._farthest(self._high[k] - q, k))
+        return least, greatest
+
+    @cython.ccall
+    @cython.exceptval(-1)
+    def allow(self, joints: Joints, after: Joints) -> cython.bint:
+        """Return whether joints may go from one place to another (rad) in the next tick."""
+        q: cython.double
+        motion: cython.double
+        for k in range(self._joint_count):
+            q = joints[k]
+            motion = after[k]
+            motion -= q
+            if not fabs(motion) <= self._farthest(self._high[k] - q if motion > 0.0 else q - self._low[k], k):
+                return False
+        return True
+
+    def within(self, joints: Joints) -> Joints:
+        """Return the nearest joint positions within the limits: takes rounding away."""
+        low, high = self._low, self._high
+        return tuple([min(max(joints[k], low[k]), high[k]) for k in range(self._joint_count)])
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _farthest(self, room: cython.double, k: cython.Py_ssize_t) -> cython.double:
+        """How far a joint may go with so much room before its limit: braking takes v (v / a + a / j) / 2 at
+        most."""
+        if room <= 0.0:
+            return 0.0
+        a: cython.double = self._acceleration[k]
+        lag: cython.double = self._lag_s[k]
+        return min(self._full[k], self._tick_s * a * (sqrt(lag * lag + 2.0 * room / a) - lag), room)
+
+
+@cython.cclass
+class Springs:
+    """Masses on springs and dampers, which forces and surfaces at the TCP push.
+
+    Springs and dampers are integrated exactly over a tick. In contact a tick is cut into substeps with half
+    kicks of the contact force before and after each (velocity Verlet): energy does not grow on stiff
+    surfaces.
+    """
+
+    count: cython.Py_ssize_t
+    x: cython.double[::1]  # deflection of each mass: m or rad
+    v: cython.double[::1]  # its velocity
+    forces: cython.double[::1]  # on each mass besides surfaces: N or Nm
+    before: cython.double[::1]  # deflection a tick before
+    jacobian: cython.double[:, ::1]  # from x to place and rotation of the TCP (6, count)
+    touches: cython.bint  # whether surfaces act on the TCP where it is,
+    acting: cython.double[::1]  # by this force (N) and torque (Nm)
+    _seen: cython.double[::1]  # and elsewhere
+    _contact: Feeling
+    _feels: cython.bint  # whether there are surfaces
+    _tick_s: cython.double
+    _substeps: cython.Py_ssize_t
+    _whole: cython.double[:, ::1]  # factors over a tick (count, 6), see `spring`
+    _part: cython.double[:, ::1]  # over a substep
+    _half_kicks: cython.double[::1]  # velocity for each N or Nm in half a substep,
+    _kicks: cython.double[::1]  # and by what surfaces do now
+    _next_x: cython.double[::1]
+    _next_v: cython.double[::1]
+
+    def __init__(self, count: int, tick_s: float, contact: Any) -> None:
+        """`contact` is that of the TCP, None where there are no surfaces."""
+        self.count = count
+        self.x, self.v, self.forces, self.before, self._next_x, self._next_v = np.zeros((6, count))
+        self._half_kicks, self._kicks = np.zeros((2, count))
+        self.jacobian = np.eye(6, count)
+        self.acting, self._seen = np.zeros((2, 6))
+        self._feels, self._contact = contact is not None, contact
+        self._tick_s = tick_s
+        self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
+        self._whole, self._part = np.zeros((2, count, 6))
+
+    def stiffen(self, first: int, last: int, mass: float, stiffness: float, least: float = 0.0) -> None:
+        """Set springs from `first` to `last - 1`, and their dampers, which have `least` damping."""
+        damped, part_s = damping(mass, stiffness, least), self._tick_s / self._substeps
+        np.asarray(self._whole)[first:last] = spring(mass, stiffness, damped, self._tick_s)
+        np.asarray(self._part)[first:last] = spring(mass, stiffness, damped, part_s)
+        np.asarray(self._half_kicks)[first:last] = 0.5 * part_s / mass
+
+    @cython.cfunc
+    def start(self, place: cython.double[::1], velocity: Any) -> object:
+        """Begin without deflection, with the TCP at a place (m); the velocity is of the first masses."""
+        self.x[:] = 0.0
+        self.v[:] = 0.0
+        np.asarray(self.v)[: len(velocity)] = velocity
+        self.touches = self._feels and self._contact.acts_at(
+            place[0], place[1], place[2], 0.0, 0.0, 0.0, False, self.acting
+        )
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(-1)
+    def step(self, place: cython.double[::1], moved: cython.double[::1]) -> cython.bint:
+        """Make a tick; return whether there was contact in it.
+
+        The TCP was at a place (m), and goes from there by the masses, and by what the plan has `moved` (m).
+        """
+        x, v, a, u, f = self.x, self.v, self._next_x, self._next_v, self.forces
+        c = self._whole
+        for k in range(self.count):
+            self.before[k] = x[k]
+        if not self.touches:
+            for k in range(self.count):
+                a[k] = c[k, 0] * x[k] + c[k, 1] * v[k] + c[k, 2] * f[k]
+                u[k] = c[k, 3] * x[k] + c[k, 4] * v[k] + c[k, 5] * f[k]
+            if not self._feels or not self._acts(place, moved, 1.0, a, u, False, self._seen):
+                for k in range(self.count):
+                    x[k], v[k] = a[k], u[k]
+                return False
+        c, kicks = self._part, self._kicks
+        self._find_kicks()
+        for n in range(self._substeps):
+            for k in range(self.count):
+                v[k] += kicks[k]
+                before = x[k]
+                x[k] = c[k, 0] * before + c[k, 1] * v[k] + c[k, 2] * f[k]
+                v[k] = c[k, 3] * before + c[k, 4] * v[k] + c[k, 5] * f[k]
+                # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
+                u[k] = v[k] + kicks[k]
+            share: cython.double = (n + 1.0) / self._substeps
+            self.touches = self._acts(place, moved, share, x, u, True, self.acting)
+            self._find_kicks()
+            for k in range(self.count):
+                v[k] += kicks[k]
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _find_kicks(self) -> cython.void:
+        """What surfaces add to the velocity of each mass in half a substep."""
+        j, f, h, kicks = self.jacobian, self.acting, self._half_kicks, self._kicks
+        for k in range(self.count):
+            force = j[0, k] * f[0] + j[1, k] * f[1] + j[2, k] * f[2]
+            kicks[k] = h[k] * (force + j[3, k] * f[3] + j[4, k] * f[4] + j[5, k] * f[5])
+
+    @cython.cfunc
+    @cython.exceptval(-1)
+    def _acts(
+        self,
+        place: cython.double[::1],
+        moved: cython.double[::1],
+        share: cython.double,
+        x: cython.double[::1],
+        v: cython.double[::1],
+        remember: cython.bint,
+        acting: cython.double[::1],
+    ) -> cython.bint:
+        """Whether surfaces act on the TCP after a `share` of the tick."""
+        j, before, tick = self.jacobian, self.before, self._tick_s
+        px, py, pz = place[0] + share * moved[0], place[1] + share * moved[1], place[2] + share * moved[2]
+        vx, vy, vz = moved[0] / tick, moved[1] / tick, moved[2] / tick
+        for k in range(self.count):
+            gone, speed = x[k] - before[k], v[k]
+            px, py, pz = px + j[0, k] * gone, py + j[1, k] * gone, pz + j[2, k] * gone
+            vx, vy, vz = vx + j[0, k] * speed, vy + j[1, k] * speed, vz + j[2, k] * speed
+        return self._contact.acts_at(px, py, pz, vx, vy, vz, remember, acting)
+
+
+@cython.cclass
+class TcpSprings:
+    """Joint positions over ticks, where the TCP gives way around a planned motion.
+
+    Seven numbers say how far the robot is off the plan: the TCP's translation in the base (m), its rotation
+    (a rotation vector in base axes, rad), and, for a robot with redundancy, the redundancy (rad). Each is a
+    mass on a spring and a damper of its own, whose equilibrium moves with the plan.
+
+    The closed-form inverse gives the joints, on the branch they are on. Where the deflected pose is out of
+    reach, or a joint would pass its `JointBounds`, the joints make the motion within these that deviates
+    least from the wanted one, weighted by mass. So at a limit, and beyond its reach, the arm is stopped as by
+    a wall without elasticity, and slides along it. The springs then go on from the pose that it has reached.
+    """
+
+    tcp_contact: Any = cython.declare(object, visibility="readonly")
+    _kinematics: Kinematics
+    _bounds: JointBounds
+    _pushes: Any
+    _springs: Springs
+    _reached: Reached
+    _tick_s: cython.double
+    _weights: Any  # roots of the masses
+    _joints: Any  # where the arm is (rad)
+    _planned: Any  # where the plan is (rad)
+    _at: cython.double[::1]  # of the plan: rotation of the TCP in the base, row by row, and its place (m)
+    _redundancy: cython.double  # of the plan (rad)
+    _place: cython.double[::1]  # of the arm's TCP a tick before (m)
+    _moved: cython.double[::1]  # how far the plan goes in this tick
+    _turned: cython.double[::1]  # rotation of the arm's TCP in the base, row by row
+    _x: cython.double[::1]  # of the springs
+    _v: cython.double[::1]
+    _forced: cython.bint  # whether a force besides surfaces is not 0
+    _impedance: Any  # of the last tick,
+    _control: cython.double[::1]  # and its force (N) and torque (Nm)
+
+    def __init__(
+        self, kinematics: Any, bounds: JointBounds, tick_s: float, pushes: Any, contact: Any
+    ) -> None:
+        """Take what pushes the robot besides surfaces, and the contact at its TCP, None for no surfaces."""
+        self._kinematics, self._bounds, self._pushes = kinematics, bounds, pushes
+        self._springs = springs = Springs(7, tick_s, contact)
+        springs.stiffen(3, 6, INERTIA_KGM2, ROTATIONAL_STIFFNESS_NM_PER_RAD)
+        springs.stiffen(6, 7, INERTIA_KGM2, REDUNDANCY_STIFFNESS_NM_PER_RAD)
+        self._x, self._v = springs.x, springs.v
+        self.tcp_contact: Reached | None = None
+        """Where the TCP has come to in the last tick, and its contact there, if that is known."""
+        self._reached = Reached()
+        self._tick_s = tick_s
+        masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 4
+        self._weights = np.sqrt(np.array(masses[: kinematics.coordinates]))
+        self._at, self._turned, self._control = np.zeros(12), np.zeros(9), np.zeros(6)
+        self._place, self._moved = np.zeros((2, 3))
+
+    def start(self, joints: Joints, velocity: Sequence[float] = ()) -> None:
+        """Begin on a plan that rests at joint positions (rad); the robot is there with a velocity (rad/s)."""
+        self._joints = joints
+        self._plan(joints)
+        self._turned[:] = self._at[:9]
+        speeds = self._kinematics.tcp_and_jacobian(joints)[1] @ np.array(velocity) if any(velocity) else ()
+        self._springs.start(self._at[9:], speeds)
+        self.tcp_contact = None
+
+    @property
+    def on_plan(self) -> bool:
+        """Whether the robot is exactly where the plan says."""
+        return bool(self._is_within(0.0))
+
+    @property
+    def deflection(self) -> tuple[float, ...]:
+        """How far the robot is off the plan."""
+        return tuple(self._x)
+
+    @property
+    def velocity(self) -> tuple[float, ...]:
+        """How fast it moves relative to the plan."""
+        return tuple(self._v)
+
+    def step(self, nominal: Joints, impedance: CartesianImpedance) -> Joints:
+        """Return the joint positions after a tick, in which the plan has come to `nominal` (rad)."""
+        at, x, v, springs = self._at, self._x, self._v, self._springs
+        before = self._planned
+        self.tcp_contact = None
+        for k in range(3):
+            self._place[k] = at[9 + k] + x[k]
+            self._moved[k] = -at[9 + k]
+        if nominal != before:
+            self._plan(nominal)
+        for k in range(3):
+            self._moved[k] += at[9 + k]
+        self._find_forces(impedance)
+        contact: cython.bint = springs.step(self._place, self._moved)
+        if not (contact or self._forced) and self._is_within(0.0):
+            self._turned[:] = at[:9]
+            self._joints = nominal
+            return nominal
+        turn: cython.double = sqrt(x[3] * x[3] + x[4] * x[4] + x[5] * x[5])
+        if turn > _LARGEST_TURN_RAD:
+            for k in range(3, 6):
+                x[k], v[k] = _LARGEST_TURN_RAD / turn * x[k], 0.0
+        if self._follow(before):
+            self._hand_on(contact)
+        else:
+            for k in range(7):
+                v[k] = (x[k] - springs.before[k]) / self._tick_s
+        if not (self._forced or springs.touches) and self._is_within(_HOME) and self._joints_are_home():
+            x[:] = 0.0
+            v[:] = 0.0
+            self._joints, self.tcp_contact = nominal, None
+        joints: Joints = self._joints
+        return joints
+
+    @cython.cfunc
+    def _plan(self, planned: Any) -> object:
+        """The plan has come to joint positions (rad)."""
+        self._planned = planned
+        arm: Tcp = self._kinematics.arm
+        arm.go_to(planned)
+        for k in range(9):
+            self._at[k] = arm.turned[k]
+        for k in range(3):
+            self._at[9 + k] = arm.place[k]
+        self._redundancy = self._kinematics.redundancy_where_it_is()
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_within(self, most: cython.double) -> cython.bint:
+        """Whether neither deflection nor its velocity is larger than this."""
+        within: cython.bint = True
+        for k in range(7):
+            within = within and fabs(self._x[k]) <= most and fabs(self._v[k]) <= most
+        return within
+
+    @cython.cfunc
+    def _joints_are_home(self) -> cython.bint:
+        return max([abs(q - n) for q, n in zip(self._joints, self._planned, strict=True)]) < _HOME
+
+    @cython.cfunc
+    def _find_forces(self, impedance: Any) -> object:
+        """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
+        f, r, c = self._springs.forces, self._turned, self._control
+        if impedance is not self._impedance:
+            stiffness, control = impedance
+            self._springs.stiffen(0, 3, MASS_KG, stiffness, LEAST_DAMPING_NS_PER_M)
+            for n in range(6):
+                c[n] = control[n]
+            self._impedance = impedance
+        ax: cython.double
+        ay: cython.double
+        az: cython.double
+        bx: cython.double
+        by: cython.double
+        bz: cython.double
+        ax, ay, az, bx, by, bz = self._pushes.tcp_push
+        ax, ay, az, bx, by, bz = ax + c[0], ay + c[1], az + c[2], bx + c[3], by + c[4], bz + c[5]
+        for k in range(3):
+            f[k] = r[3 * k] * ax + r[3 * k + 1] * ay + r[3 * k + 2] * az
+            f[3 + k] = r[3 * k] * bx + r[3 * k + 1] * by + r[3 * k + 2] * bz
+        f[6] = 0.0
+        joint_push = self._pushes.joint_push
+        if any(joint_push):
+            # The force that does the same work as the torques on the joints: J^T f = torque.
+            _, jacobian = self._kinematics.tcp_and_jacobian(self._joints)
+            weighted = self._weights[:, None] * jacobian
+            inertia = weighted @ weighted.T + SINGULAR_INERTIA_KGM2 * np.eye(len(weighted))
+            forces = self._weights * np.linalg.solve(inertia, weighted @ np.array(joint_push))
+            np.asarray(f)[: len(forces)] += forces
+        self._forced = False
+        for k in range(7):
+            self._forced = self._forced or f[k] != 0.0
+            f[k] = min(max(f[k], -_LARGEST), _LARGEST)
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(-1)
+    def _follow(self, before: Any) -> cython.bint:
+        """Move the joints after the deflection from a plan that was at `before`; return whether they could.
+
+        Where they could not, the deflection becomes the one that they have come to.
+        """
+        x, r, at = self._x, self._turned, self._at
+        self._turn(x[3], x[4], x[5])
+        px, py, pz = at[9] + x[0], at[10] + x[1], at[11] + x[2]
+        redundancy = self._redundancy + x[6]
+        joints = self._kinematics.joints_for(r, px, py, pz, redundancy, self._joints)
+        if joints is not None and self._bounds.allow(self._joints, joints):
+            self._joints = joints
+            return True
+        self._follow_within_bounds(before, (px, py, pz), redundancy)
+        return False
+
+    @cython.cfunc
+    def _follow_within_bounds(self, before: Any, place: Any, redundancy: float) -> object:
+        """Move the joints as near to the wanted pose as they can go, and find the deflection there."""
+        kinematics, bounds, r = self._kinematics, self._bounds, self._turned
+        carried = np.subtract(self._planned, before)
+        guess = tuple((carried + np.array(self._joints)).tolist())
+        pose, jacobian = kinematics.tcp_and_jacobian(guess)
+        turned = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
+        missing = [a - b for a, b in zip(place, pose.translation, strict=True)]
+        missing += _turn_between(pose.rotation, turned)
+        missing.append(redundancy - kinematics.redundancy(guess))
+        least, greatest = bounds.ranges(self._joints)
+        motion = least_deviation(
+            self._weights[:, None] * jacobian,
+            self._weights * np.array(missing[: kinematics.coordinates]),
+            SINGULAR_INERTIA_KGM2,
+            least - carried,
+            greatest - carried,
+        )
+        self._joints = bounds.within(tuple([g + m for g, m in zip(guess, motion, strict=True)]))
+        at, x = self._at, self._x
+        rotation, (px, py, pz) = kinematics.tcp(self._joints)
+        planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
+        a, b, c = _turn_between(planned, rotation)
+        swivel = kinematics.redundancy(self._joints) - self._redundancy
+        x[0], x[1], x[2], x[3], x[4], x[5], x[6] = px - at[9], py - at[10], pz - at[11], a, b, c, swivel
+        for k in range(9):
+            r[k] = rotation[k]
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _turn(self, a: cython.double, b: cython.double, c: cython.double) -> cython.void:
+        """Turn the plan's rotation by a rotation vector (rad) in base axes."""
+        r, p = self._turned, self._at
+        angle: cython.double = sqrt(a * a + b * b + c * c)
+        if angle == 0.0:
+            for k in range(9):
+                r[k] = p[k]
+            return
+        x, y, z = a / angle, b / angle, c / angle
+        c, s, half = cos(angle), sin(angle), sin(0.5 * angle)
+        share = 2.0 * half * half  # 1 - cos(angle) without losing digits at small angles
+        ax, ay, az = share * x, share * y, share * z
+        t0, t1, t2 = c + ax * x, ax * y - s * z, ax * z + s * y
+        t3, t4, t5 = ax * y + s * z, c + ay * y, ay * z - s * x
+        t6, t7, t8 = ax * z - s * y, ay * z + s * x, c + az * z
+        for k in range(3):
+            r[k] = t0 * p[k] + t1 * p[3 + k] + t2 * p[6 + k]
+            r[3 + k] = t3 * p[k] + t4 * p[3 + k] + t5 * p[6 + k]
+            r[6 + k] = t6 * p[k] + t7 * p[3 + k] + t8 * p[6 + k]
+
+    @cython.cfunc
+    def _hand_on(self, contact: cython.bint) -> object:
+        """Tell where the TCP is, and its contact there if that was found."""
+        reached = self._reached
+        for k in range(9):
+            reached.at[k] = self._turned[k]
+        for k in range(3):
+            reached.at[9 + k] = self._at[9 + k] + self._x[k]
+        reached.felt = contact
+        reached.acting[:] = self._springs.acting
+        self.tcp_contact = reached
+        return None
+
+
+@cython.cclass
+class JointSprings:
+    """Gravity hold: every joint a damped mass on a spring around where the hold began.
+
+    At rest each joint is off by torque over stiffness. Contact and pushes act through the transposed
+    Jacobian. A joint that would pass `JointBounds` stays on them, and loses the velocity it cannot have.
+    Within a tick the TCP goes straight as the joints turn: by a hundredth of a radian at most.
+    """
+
+    centre: Any = cython.declare(object, visibility="readonly")
+    _tcp: Tcp
+    _bounds: JointBounds
+    _tick_s: cython.double
+    _pushes: Any
+    _springs: Springs
+    _stands: cython.double[::1]  # the plan does not move
+    _joints: Any
+
+    def __init__(
+        self, kinematics: Any, bounds: JointBounds, tick_s: float, pushes: Any, contact: Any
+    ) -> None:
+        """Take what pushes the robot besides surfaces, and the contact at its TCP, None for no surfaces."""
+        self._tcp, self._bounds, self._pushes = kinematics.arm, bounds, pushes
+        self._springs = Springs(kinematics.joint_count, tick_s, contact)
+        self._springs.jacobian = self._tcp.columns
+        self._tick_s = tick_s
+        self._stands = np.zeros(3)
+
+    def start(self, joints: Joints, velocity: Sequence[float], stiffness_nm_per_rad: float) -> None:
+        """Hold these joint positions (rad), coming from a velocity (rad/s)."""
+        springs = self._springs
+        springs.stiffen(0, springs.count, JOINT_INERTIA_KGM2, stiffness_nm_per_rad, LEAST_DAMPING_NMS_PER_RAD)
+        self.centre = self._joints = joints
+        """Where the hold began (rad)."""
+        self._tcp.go_to(joints)
+        springs.start(self._tcp.place, velocity)
+
+    def step(self) -> Joints:
+        """Return the joint positions (rad) after a tick."""
+        springs, tcp, joints = self._springs, self._tcp, self._joints
+        wrench, push = self._pushes.tcp_push, self._pushes.joint_push
+        tcp.find_torques(joints, wrench)
+        torque: cython.double
+        for k in range(springs.count):
+            torque = push[k]
+            springs.forces[k] = min(max(torque + tcp.torque[k], -_LARGEST), _LARGEST)
+        springs.step(tcp.place, self._stands)
+        x, v = springs.x, springs.v
+        after = self._turned()
+        if not self._bounds.allow(joints, after):
+            least, greatest = self._bounds.ranges(joints)
+            for k in range(springs.count):
+                wanted = x[k] - springs.before[k]
+                motion = min(max(wanted, least[k]), greatest[k])
+                if motion != wanted:
+                    x[k], v[k] = springs.before[k] + motion, motion / self._tick_s
+            after = self._bounds.within(self._turned())
+        self._joints = after
+        turned: Joints = after
+        return turned
+
+    @cython.cfunc
+    def _turned(self) -> Any:
+        """Where the joints are after the tick (rad)."""
+        q: cython.double
+        turned = []
+        for k in range(self._springs.count):
+            q = self.centre[k]
+            turned.append(q + self._springs.x[k])
+        return tuple(turned)
+
+
+def _turn_between(start: Rotation, end: Rotation) -> Vector:
+    """The rotation vector (rad) from one rotation to another."""
+    (x, y, z), angle = rotation_vector(multiply(end, transpose(start)))
+    return x * angle, y * angle, z * angle
