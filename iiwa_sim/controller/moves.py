@@ -10,8 +10,7 @@ from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, REPLACED,
 from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Plan
-from iiwa_sim.controller.poses import shifted
-from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
+from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
 from iiwa_sim.controller.stiffness import check_joint_stiffness, impedance_of
 from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
 from iiwa_sim.motion.blend import Move

@@ -1,12 +1,25 @@
-"""What a move is asked for with: one value, whichever protocol it comes from."""
+"""The request of a move: one value, whichever protocol it comes from."""
 
 from collections.abc import Sequence
 from enum import Enum
+from math import hypot, isfinite
 from typing import NamedTuple
 
 from iiwa_sim.controller.acceleration import AccelerationCap
+from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.force_guard import Thresholds
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import (
+    Frame,
+    Quaternion,
+    Transform,
+    Vector,
+    compose,
+    multiply,
+    rotation_from_quaternion,
+)
+
+QUATERNION_LENGTH_TOLERANCE = 0.01
+"""Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
 
 JOINT_BLENDING = 0.1
 """Blending of PTP to joint positions, as published for the original: it blends into the next move where each
@@ -82,3 +95,29 @@ class MoveRequest(NamedTuple):
     this speed where the joints have the least to do."""
     acceleration: AccelerationCap | None = None
     """Caps the robot's own."""
+
+
+def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
+    """The frame of a position (mm) and a quaternion x, y, z, w, which is made one of unit length.
+
+    Raises `Refused` where its length is not 1, within the tolerance.
+    """
+    length = hypot(*quaternion)
+    if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
+        expected = f"expected 1, within {QUATERNION_LENGTH_TOLERANCE:g}"
+        raise Refused(EXECUTION, f"a quaternion of length {length:g}: {expected}")
+    turned = Frame.from_transform(Transform(rotation_from_quaternion(quaternion), (0.0, 0.0, 0.0)))
+    x_mm, y_mm, z_mm = position_mm
+    return turned._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm)
+
+
+def shifted(start: Transform, shift: Frame, *, in_tool: bool) -> Frame:
+    """The frame of the TCP that has gone from `start`, in the base, by a shift in the axes of base or tool.
+
+    The TCP goes by x, y, z and turns about itself by Rz(alpha) Ry(beta) Rx(gamma), both in those axes.
+    """
+    way = shift.to_transform()
+    if in_tool:
+        return Frame.from_transform(compose(start, way))
+    x, y, z = (a + b for a, b in zip(start.translation, way.translation, strict=True))
+    return Frame.from_transform(Transform(multiply(way.rotation, start.rotation), (x, y, z)))

@@ -9,8 +9,14 @@ from collections.abc import Callable, Sequence
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.poses import from_quaternion
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
+from iiwa_sim.controller.requests import (
+    JOINT_BLENDING,
+    Kind,
+    MoveRequest,
+    RelativeTarget,
+    TcpCompliance,
+    from_quaternion,
+)
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.dialogue import Dialogue

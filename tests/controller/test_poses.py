@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.poses import from_quaternion, shifted
-from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.controller.requests import MoveRequest, from_quaternion, shifted
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
