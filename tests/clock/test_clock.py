@@ -168,19 +168,6 @@ class TestFast:
         time.pass_until(time.now_ns + SECOND_NS)
         assert robot.ticks == 500
 
-    def test_after_motion_ticks_are_due_one_period_later(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time, tick_takes_ns=4000)
-        clock = started(robot, time, pace=FAST)
-        time.now_ns += 7 * MS_NS  # some ticks are due
-        robot.left = 1000
-        clock.commanded()
-        while robot.moving:
-            time.pass_until_woken()
-        end_ns = time.now_ns
-        time.pass_until(end_ns + 2 * SECOND_NS)
-        assert robot.ticks - 1000 == 1000
-
     def test_time_stands_still_while_a_driver_sends_moves(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)
@@ -246,26 +233,6 @@ class TestErrands:
                 await asyncio.sleep(0)
                 await asyncio.sleep(0)
         assert robot.ticks == ticks
-
-    async def test_who_asks_first_is_served_first(self) -> None:
-        time = HandTime()
-        robot = CountedRobot(time, tick_takes_ns=4000)
-        clock = started(robot, time, pace=STEPPED)
-        robot.left = 700
-        async with asyncio.TaskGroup() as group:
-            first = group.create_task(clock.advance(1.0))
-            second = group.create_task(clock.run_until_stopped(10.0))
-            third = group.create_task(clock.advance(1.0))
-            ticks = dict[asyncio.Task[object], int]()
-            while not third.done():
-                await asyncio.sleep(0)
-                for task in (first, second, third):
-                    if task.done():
-                        ticks.setdefault(task, robot.ticks)
-                if time.asked_ns is not None and time.wake is not None:
-                    time.pass_until_woken()
-        assert second.result() == 200 * clock.tick_s
-        assert (ticks[first], ticks[second], ticks[third]) == (500, 700, 1200)
 
     async def test_a_robot_that_does_not_stop_within_the_limit_is_told(self) -> None:
         time = HandTime()

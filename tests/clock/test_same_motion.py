@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +13,6 @@ from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
 from iiwa_sim.robot.description import load_robot
 from tests.chains import chains, send
 from tests.clock.hand_time import MS_NS, HandTime
-from tests.drivers import SCENES, Krc4Driver, Scene, connect
 from tests.stepped import SteppedRobot
 
 PACES = [REAL, multiple(10), FAST]
@@ -93,46 +91,3 @@ def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(
         ticks = min(len(robot.robot.joints), len(stepped.robot.joints))  # a wake-up may go on at rest
         assert ticks == len(stepped.robot.joints)
         assert robot.robot.joints[:ticks] == stepped.robot.joints, pace
-
-
-@pytest.mark.parametrize("scene", ["krc4", "iiwa beside krc4"])
-def test_a_dialogue_moves_the_robot_alike_at_every_pace(scene: str) -> None:
-    """Over sockets, in the robot's own thread."""
-    runs = [asyncio.run(dialogue(SCENES[scene], pace)) for pace in [*PACES, STEPPED]]
-    assert len(runs[0]) > 100
-    assert runs[1:] == runs[:1] * 3
-
-
-async def dialogue(scene: Scene, pace: Pace) -> list[tuple[float, ...]]:
-    """The joints, tick by tick, of moves that were sent while time stood still.
-
-    Those of the iiwa blend. Who asks whether the robot still moves learns in the end that it does not.
-    """
-    joints = []
-    with scene.simulator(clock=pace.name) as simulator:
-        controller = simulator.controller
-        step = controller.step
-
-        def recorded() -> None:
-            step()
-            if controller.moving:
-                joints.append(controller.joints)
-
-        simulator.pause()
-        simulator.call(lambda: setattr(controller, "step", recorded))
-        driver, _ = await connect(simulator, scene.spoken)
-        for y_mm in (50.0, 0.0, 50.0):
-            if isinstance(driver, Krc4Driver):
-                frame = list((await driver.message("GOP")).reals[:6])
-                frame[1] = y_mm
-                assert (await driver.message("LIN", *frame)).error is None
-            else:
-                assert await driver.ask(f"lin move : 450 {y_mm} 520 0 -1.57079 0 1 5") == "done"
-        assert await driver.moving()
-        assert joints == []
-        simulator.resume()
-        if pace is STEPPED:
-            simulator.run_until_stopped()
-        await driver.until_stopped()
-        await driver.leaves()
-    return joints
