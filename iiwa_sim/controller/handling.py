@@ -132,7 +132,7 @@ class Handling:
     @property
     def under_way(self) -> bool:
         """Whether jaws or parts move by themselves, or may after surfaces have."""
-        return not self.settled and not (self.world is not None and self.world.is_compliant)
+        return not self.settled and not (self.world is not None and self.world.compliance)
 
     @property
     def holds(self) -> bool:
@@ -226,7 +226,7 @@ class Handling:
         """Have the held part fall. Raises `Refused` where the gripper holds none."""
         if self.world is None or self.world.held < 0:
             raise Refused(EXECUTION, "the gripper holds no part")
-        self.world.lose()
+        self.world.let_go()
 
     def remove(self, name: str) -> None:
         """Take a part away. Raises `Refused` where there is none of this name."""

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from iiwa_sim.contact.payload import GRAVITY_M_S2
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import IDENTITY, Rotation, Transform, apply, compose, inverse, quaternion_from_rotation
+from iiwa_sim.frames import (
+    IDENTITY,
+    Rotation,
+    Transform,
+    apply,
+    compose,
+    inverse,
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+)
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Link, arm_model
@@ -32,8 +41,9 @@ RIGID_N_PER_M = 1e8
 """Stiffness of links, jaws and tools, as parts feel it."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
-ROLLING = 0.002
-"""Rolling friction of what is round, over its radius: a ball comes to rest."""
+ROLLING, SPINNING = 0.002, 0.05
+"""Rolling and torsional friction of balls and cylinders, over their radius: they come to rest, also a disc
+that wobbles."""
 TIP, CUP, JAWS = "tip", "cup", ("jaw 1", "jaw 2")
 """Names of what the gripper touches with, beside its tool."""
 
@@ -43,36 +53,24 @@ class ArmShape(NamedTuple):
 
     description: RobotDescription
     tool_in_flange: Transform
-    tool: tuple[Capsule, ...]
-    """In the flange."""
-    radius_m: float
-    """Of the contact sphere round the TCP."""
+    tool: tuple[Capsule, ...]  # in the flange
+    radius_m: float  # of the contact sphere round the TCP
 
 
 class Built(NamedTuple):
-    """A compiled model, and where in it things are."""
+    """A compiled model, and the numbers of its geoms and bodies."""
 
     model: Any
-    touching: dict[int, str]
-    """Geoms of the arm, with the name of the link, jaw or tool."""
-    tip: int
-    """Geom of the contact sphere; -1 for none."""
-    pads: tuple[int, ...]
-    """Geoms of the pads, which collide with nothing, or of the cup."""
-    fingers: tuple[int, ...]
-    """Geoms of the jaws, or of the cup."""
-    parts: NDArray[np.intp]
-    """Geom of each part."""
-    surfaces: NDArray[np.intp]
-    """Body of each surface."""
-    offsets: tuple[Transform | None, ...]
-    """For each part its frame in the frame of its body; None where they are the same."""
-    points: NDArray[np.intc]
-    """For each geom the least number of points in which it rests."""
-    masses: NDArray[np.float64]
-    """For each part the inertia of its six dofs."""
-    stands: NDArray[np.int8]
-    """For each geom whether it is that of a surface."""
+    touching: dict[int, str]  # geoms of the arm, with the name of the link, jaw or tool
+    tip: int  # geom of the contact sphere; -1 for none
+    pads: tuple[int, ...]  # geoms of the pads, which collide with nothing, or of the cup
+    fingers: tuple[int, ...]  # geoms of the jaws, or of the cup
+    parts: NDArray[np.intp]  # geom of each part
+    surfaces: NDArray[np.intp]  # body of each surface
+    offsets: tuple[Transform | None, ...]  # frame of each part in its body; None where they are the same
+    points: NDArray[np.intc]  # for each geom the least number of points in which it rests
+    masses: NDArray[np.float64]  # for each part the inertia of its six dofs
+    stands: NDArray[np.int8]  # for each geom 1 if it is that of a surface
 
 
 def build(
@@ -104,10 +102,13 @@ def build(
         name, shape = f"part {number}", part.shape
         body = _add_body(spec.worldbody, name, pose)
         body.add_freejoint(name=name, align=isinstance(shape, Mesh))
-        rolls = ROLLING * shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
+        radius = shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
         loose: dict[str, Any] = {"contype": PARTS, "conaffinity": ALL, "mass": part.mass_kg}
-        loose |= {"priority": priority(part, tick_s), "friction": [part.friction, 5.0 * rolls, rolls]}
-        loose["condim"] = 6 if rolls else 3
+        loose |= {
+            "priority": priority(part, tick_s),
+            "friction": [part.friction, SPINNING * radius, ROLLING * radius],
+        }
+        loose["condim"] = 6 if radius else 3
         if isinstance(shape, Mesh):
             spec.add_mesh(name=name, uservert=np.ravel(shape.corners).tolist())
             body.add_geom(type=mj.mjtGeom.mjGEOM_MESH, name=name, meshname=name, **common, **loose)
@@ -155,13 +156,16 @@ def wxyz(rotation: Rotation) -> list[float]:
     return [w, x, y, z]
 
 
+def pose_of(position: Sequence[float]) -> Transform:
+    """Return the pose of a place and a quaternion w x y z."""
+    x, y, z, w, a, b, c = position
+    return Transform(rotation_from_quaternion((a, b, c, w)), (x, y, z))
+
+
 def _offset(model: Any, name: str, pose: Transform) -> Transform:
     """Return the part's frame in its body, which MuJoCo has put along the principal axes of inertia."""
-    rotation = np.zeros(9)
-    mj.mju_quat2Mat(rotation, model.body(name).quat)
-    r, t = rotation.tolist(), model.body(name).pos.tolist()
-    body = Transform((r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), (t[0], t[1], t[2]))
-    return compose(inverse(body), pose)
+    body = model.body(name)
+    return compose(inverse(pose_of([*body.pos.tolist(), *body.quat.tolist()])), pose)
 
 
 def _add_body(parent: Any, name: str, pose: Transform) -> Any:

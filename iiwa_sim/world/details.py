@@ -1,5 +1,4 @@
-"""The details of MuJoCo that the bodies rely on, each in one function; tests/world/test_details.py tries
-them."""
+"""Details of MuJoCo that the bodies rely on, each in one function, tested in tests/world/test_details.py."""
 
 from __future__ import annotations
 
@@ -12,21 +11,23 @@ from numpy.typing import NDArray
 from iiwa_sim.world.material import Law
 from iiwa_sim.world.tick_kernel import BASE, correct
 
+Vector = NDArray[np.float64]
 PARTS, SURFACES, HELD, ARM, LOST = 1, 2, 4, 8, 16
 """Collision bits: parts meet everything, surfaces and the arm meet parts; a held part does not meet the arm,
 nor does one that the gripper has lost, until it is out of it."""
 ALL = 0x7FFFFFFF
+SPINS_RAD_S = 2.0
+"""Bodies that turn more slowly need no correction."""
 _SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
 
 
 def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
-    """Give a body its stiffness in each contact: of a contact, `body_invweight0` only scales the
-    compliance."""
+    """Give a body its stiffness in each contact: there `body_invweight0` only scales the compliance."""
     model.body_invweight0[body, 0] = law.scale * BASE / stiffness_n_per_m
 
 
 def find_forces(
-    model: Any, data: Any, points: NDArray[np.intc], stands: NDArray[np.int8], imposed: Any
+    model: Any, data: Any, points: NDArray[np.intc], stands: NDArray[np.int8], imposed: Any, tick_s: float
 ) -> None:
     """Find what `mj_forward` does, with corrected contacts: `mj_fwdVelocity` has found `efc_aref` before the
     solver reads it, and `efc_KBIP` says by which law.
@@ -39,11 +40,31 @@ def find_forces(
     if data.ncon:
         c, law = data.contact, data.efc_KBIP.reshape(-1, 4)
         rows = c.geom, c.efc_address, c.dim, c.includemargin, c.friction
-        correct(data.efc_aref, data.efc_pos, law, *rows, points, stands, model.opt.timestep)
+        correct(data.efc_aref, data.efc_pos, law, *rows, points, stands, tick_s)
     mj.mj_fwdActuation(model, data)
     mj.mj_fwdAcceleration(model, data)
     data.qacc_warmstart[imposed] = data.qacc_smooth[imposed]
     mj.mj_fwdConstraint(model, data)
+
+
+def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector | float:
+    """Return the forces on free bodies that keep the energy of those that spin; 0 where none does.
+
+    MuJoCo integrates the gyroscopic torque explicitly, which makes a body that tumbles faster and faster.
+    With this torque that is a step of Newton's method to the implicit solution.
+    """
+    spin = np.abs(velocity[:, 3:])
+    if spin.max() <= SPINS_RAD_S:
+        return 0.0
+    fast = spin.max(axis=1) > SPINS_RAD_S
+    forces, v, mass = np.zeros_like(velocity), velocity[fast, 3:], inertia[fast, 3:]
+    momentum = mass * v
+    torque = np.cross(v, momentum)
+    axes = np.eye(3)
+    turning = np.cross(v[:, None], axes[None]) * mass[:, :, None] - np.cross(momentum[:, None], axes[None])
+    matrix = mass[:, :, None] * axes + tick_s * turning.transpose(0, 2, 1)
+    forces[fast, 3:] = torque - mass * np.linalg.solve(matrix, torque[:, :, None])[:, :, 0]
+    return forces
 
 
 def set_law(model: Any, geom: int, law: Law, priority: int) -> None:
@@ -52,7 +73,7 @@ def set_law(model: Any, geom: int, law: Law, priority: int) -> None:
     model.geom_priority[geom] = priority
 
 
-def set_imposed(model: Any, body: int, geom: int, inertia: NDArray[np.float64]) -> None:
+def set_imposed(model: Any, body: int, geom: int, inertia: Vector) -> None:
     """Give a part's dofs an inertia and no weight: of free bodies with aligned inertia MuJoCo reads `dof_M0`.
 
     The part stays awake, and meets all but the arm. `body_gravcomp` counts at run time if a body has had one
@@ -64,7 +85,7 @@ def set_imposed(model: Any, body: int, geom: int, inertia: NDArray[np.float64]) 
     model.geom_contype[geom], model.geom_conaffinity[geom] = HELD, ALL - ARM - HELD
 
 
-def set_free(model: Any, data: Any, body: int, geom: int, inertia: NDArray[np.float64], bit: int) -> None:
+def set_free(model: Any, data: Any, body: int, geom: int, inertia: Vector, bit: int) -> None:
     """Let a part move freely: `PARTS`, or `LOST` for one that does not meet the arm."""
     first = int(model.body_dofadr[body])
     model.dof_M0[first : first + 6], model.body_gravcomp[body] = inertia, 0.0
@@ -103,6 +124,5 @@ def wake_all(model: Any, data: Any) -> None:
 
 
 def is_quiet(data: Any, imposed: int) -> bool:
-    """Return whether nothing touches, and all but so many imposed trees sleep: what sleeps has no
-    contacts."""
+    """Return True if nothing touches, and all but so many imposed trees sleep, which end contacts."""
     return bool(data.ncon == 0 and data.ntree_awake <= imposed)

@@ -13,25 +13,18 @@ OPENS, STAYS, CLOSES = 1, 0, -1
 class Jaws(NamedTuple):
     """Two jaws that move along y of the TCP, both alike, and whose pads end at the TCP."""
 
-    stroke_m: float
-    """Greatest distance between the jaws."""
-    speed_m_per_s: float
-    """Speed at which the distance between the jaws changes."""
-    force_n: float
-    """Force with which each jaw presses on what it holds."""
-    pad_wide_m: float = 0.02
-    """Width of the pads along x of the TCP, which is in the middle of it."""
-    pad_long_m: float = 0.02
-    """Length of the pads along z of the TCP, up to the TCP."""
-    jaw_m: tuple[float, float, float] = JAW_M
-    """Size of each jaw along x y z of the TCP: jaws end at the TCP, and have their distance between them."""
+    stroke_m: float  # greatest distance between the jaws
+    speed_m_per_s: float  # speed at which that distance changes
+    force_n: float  # force with which each jaw presses on what it holds
+    pad_wide_m: float = 0.02  # width of the pads along x of the TCP, which is in the middle of it
+    pad_long_m: float = 0.02  # length of the pads along z of the TCP, up to the TCP
+    jaw_m: tuple[float, float, float] = JAW_M  # size of each jaw along x y z of the TCP; it ends at the TCP
 
 
 class Cup(NamedTuple):
     """A suction cup that ends at the TCP, open along z of it."""
 
-    force_n: float
-    """Force up to which it holds a part."""
+    force_n: float  # force up to which it holds a part
     radius_m: float
     length_m: float = 0.02
 
@@ -42,29 +35,26 @@ class Gripper:
     def __init__(self, kind: Jaws | Cup) -> None:
         self.kind = kind
         self.stroke_m = kind.stroke_m if isinstance(kind, Jaws) else 0.0
-        self.opening_m = self.stroke_m
-        """Distance between the jaws."""
+        self.opening_m = self.stroke_m  # distance between the jaws
         self.driven = OPENS
-        self.stuck = False
-        """Whether the jaws stay where they are, whatever drives them."""
-        self.blocked = False
-        """Whether something keeps the jaws from closing further, or the cup holds something."""
+        self.stuck = False  # True: the jaws stay where they are, whatever drives them
+        self.blocked = False  # True: something keeps the jaws from closing further, or the cup holds a part
 
     @property
     def is_open(self) -> bool:
-        """Whether the jaws are open to their stroke, or the cup does not suck."""
+        """True while the jaws are open to their stroke, or the cup does not suck."""
         return self.driven != CLOSES if isinstance(self.kind, Cup) else self.opening_m == self.stroke_m
 
     @property
     def is_closed(self) -> bool:
-        """Whether jaw touches jaw, or the cup sucks on nothing."""
+        """True while jaw touches jaw, or the cup sucks on nothing."""
         if isinstance(self.kind, Cup):
             return self.driven == CLOSES and not self.blocked
         return self.opening_m == 0.0
 
     @property
     def holds(self) -> bool:
-        """Whether it presses on a part, also where the jaws stay as they have closed on it."""
+        """True while it presses on a part, also where the jaws stay as they have closed on it."""
         return self.blocked and self.driven != OPENS
 
     def settled(self, driven: int) -> bool:

@@ -14,32 +14,21 @@ from typing import NamedTuple
 class Law(NamedTuple):
     """Parameters of MuJoCo's contact in direct mode, with a constant impedance."""
 
-    stiffness_per_s2: float
-    damping_per_s: float
-    impedance: float
+    solref: tuple[float, float]
+    solimp: tuple[float, ...]
+    scale: float  # S of the module's formula
 
-    @property
-    def solref(self) -> list[float]:
-        """MuJoCo's `solref`."""
-        return [-self.stiffness_per_s2, -self.damping_per_s]
 
-    @property
-    def solimp(self) -> list[float]:
-        """MuJoCo's `solimp`."""
-        return [self.impedance, self.impedance, 0.001, 0.5, 1.0]
-
-    @property
-    def scale(self) -> float:
-        """S of the module's formula."""
-        return self.stiffness_per_s2 / (1.0 - self.impedance)
+def _law(stiffness_per_s2: float, damping_per_s: float, impedance: float) -> Law:
+    solimp = impedance, impedance, 0.001, 0.5, 1.0
+    return Law((-stiffness_per_s2, -damping_per_s), solimp, stiffness_per_s2 / (1.0 - impedance))
 
 
 def law_of_free(tick_s: float) -> Law:
     """Return the law for what moves freely: as fast as the tick can follow, critically damped."""
-    rate = 0.5 / tick_s
-    return Law(rate * rate, 2.0 * rate, 0.999)
+    return _law((0.5 / tick_s) ** 2, 1.0 / tick_s, 0.999)
 
 
 def law_of_imposed(free: Law) -> Law:
     """Return the law for what is imposed, f = k r without lag, with the same scale."""
-    return Law(free.scale * 0.9, free.damping_per_s, 0.1)
+    return _law(free.scale * 0.9, -free.solref[1], 0.1)

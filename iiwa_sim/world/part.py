@@ -18,17 +18,16 @@ cell."""
 class Mesh(NamedTuple):
     """The convex hull of triangles."""
 
-    corners: tuple[Vector, ...]
-    """Three for each triangle (m, in the frame of the part)."""
+    corners: tuple[Vector, ...]  # three for each triangle (m, in the frame of the part)
 
     @property
     def extent(self) -> float:
-        """Largest distance of a point from the origin (m)."""
+        """Radius of the bounding sphere around the origin (m)."""
         return max(hypot(*corner) for corner in self.corners)
 
     @property
     def is_solid(self) -> bool:
-        """Whether the corners do not all lie in one plane."""
+        """True if the corners do not all lie in one plane."""
         places = np.array(self.corners)
         spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
         return bool(spread[2] > 1e-6 * spread[0])
@@ -40,7 +39,5 @@ class Part(NamedTuple):
     name: str
     shape: Box | Cylinder | Sphere | Mesh
     mass_kg: float
-    friction: float
-    """Coefficient of Coulomb friction, against everything that it touches."""
-    stiffness: float
-    """N/m, in series with that of what it touches."""
+    friction: float  # Coulomb's, against everything that it touches
+    stiffness: float  # N/m, in series with that of what it touches

@@ -1,17 +1,15 @@
-"""The work that is done by hand in each tick of the bodies: corrections of contacts, imposed poses,
-wrenches."""
+"""Loops of each tick of the bodies: corrections of contacts, distances that the arm has gone."""
 
 # mypy: allow-untyped-decorators
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.payload import GRAVITY_M_S2
 from iiwa_sim.frames import Transform
+from iiwa_sim.motion.joints import Joints
 
 BASE = 2
 """Number of contact points that share the stiffness of two bodies before their count is known: with 2, one
@@ -39,11 +37,10 @@ def correct(
     """Correct the reference accelerations of contacts before the solver uses them.
 
     All points in which two bodies meet have the stiffness of the two in series together, however many the
-    engine finds;
-    those of one pair follow each other. Friction asks for no greater deceleration than it can give, or 1.5
-    g: MuJoCo's contact is convex, so a body that slides fast would be pressed up, lifted off, and rattle.
-    With the cap it is lifted by less than the margin, in which the contact is still there and presses by
-    damping only. What is imposed presses on what stands by k d alone, without damping.
+    engine finds; those of one pair follow each other. Friction asks for no greater deceleration than it can
+    give, or 1.5 g: MuJoCo's contact is convex, so a body that slides fast would be pressed up, lifted off,
+    and rattle. With the cap it is lifted by less than the margin, in which the contact is still there and
+    presses by damping only. What is imposed presses on what stands by k d alone, without damping.
 
     Args:
         aref, pos, law: Arrays `efc_aref`, `efc_pos`, `efc_KBIP` of the data.
@@ -69,15 +66,14 @@ def correct(
                 continue
             spring: cython.double = law[row, 0] * law[row, 2]
             deep: cython.double = -spring * pos[row]
-            if law[row, 2] < 0.5 and (
-                stands[a] or stands[b]
-            ):  # of what is imposed: nothing moves by these forces
+            imposed: cython.bint = law[row, 2] < 0.5
+            if imposed and (stands[a] or stands[b]):  # nothing moves by these forces
                 aref[row] = share * deep
                 for i in range(1, dim[k]):
                     aref[row + i] *= _RUBS
                 continue
             damped: cython.double = aref[row] + spring * (pos[row] - margin[k])
-            if law[row, 2] < 0.5:  # of what is imposed and a free part, which would swing on that spring
+            if imposed:  # a free part would swing on that spring
                 aref[row] = share * (deep + 0.5 * tick_s * spring * damped / law[row, 1])
             else:
                 aref[row] = share * deep + root * damped
@@ -93,31 +89,35 @@ def correct(
 
 
 @cython.ccall
-def way(now: Sequence[float], was: cython.double[::1], levers: cython.double[::1]) -> cython.double:
-    """Return how far (m) any point of the arm has gone at most; `was` becomes `now`."""
+def way(
+    joints: Joints, tcp: Transform, was: cython.double[::1], levers: cython.double[::1]
+) -> tuple[float, float, float]:
+    """Return how far the links (m) and the TCP (m, rad) have gone at most.
+
+    `was` has joint positions, rotation and place of the TCP; it becomes what they are now.
+    """
+    n: cython.Py_ssize_t = levers.shape[0]
     far: cython.double = 0.0
-    q: cython.double
-    for k in range(levers.shape[0]):
-        q = now[k]
-        far += fabs(q - was[k]) * levers[k]
-        was[k] = q
-    return far
-
-
-@cython.ccall
-def tool_way(before: Transform, now: Transform, reach_m: cython.double) -> cython.double:
-    """Return how far (m) any point that is no farther than so from the TCP has gone at most."""
-    moved: cython.double = 0.0
     turned: cython.double = 0.0
-    a: cython.double
-    b: cython.double
+    moved: cython.double = 0.0
+    now: cython.double
+    for k in range(n):
+        now = joints[k]
+        far += fabs(now - was[k]) * levers[k]
+        was[k] = now
+    if far == 0.0:
+        return 0.0, 0.0, 0.0
+    rotation: tuple[float, ...] = tcp[0]
+    place: tuple[float, ...] = tcp[1]
     for k in range(9):
-        a, b = before[0][k], now[0][k]
-        turned += (b - a) * (b - a)
+        now = rotation[k]
+        turned += (now - was[n + k]) * (now - was[n + k])
+        was[n + k] = now
     for k in range(3):
-        a, b = before[1][k], now[1][k]
-        moved += (b - a) * (b - a)
-    return sqrt(moved) + reach_m * sqrt(0.5 * turned)
+        now = place[k]
+        moved += (now - was[n + 9 + k]) * (now - was[n + 9 + k])
+        was[n + 9 + k] = now
+    return far, sqrt(moved), sqrt(0.5 * turned)
 
 
 def lower(

@@ -19,19 +19,19 @@ from numpy.typing import NDArray
 from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, rotation_from_quaternion, transpose
+from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
 from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import GRASPED, HEAVY, ArmShape, Built, build, priority, wxyz
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmShape, Built, build, pose_of, priority, wxyz
 from iiwa_sim.world.details import ARM, LOST, PARTS, find_forces
 from iiwa_sim.world.distances import ROOM_M, Distances
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_free, law_of_imposed
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
-from iiwa_sim.world.tick_kernel import BASE, tool_way, way
+from iiwa_sim.world.tick_kernel import BASE, way
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 HOLDS = "the gripper holds part {!r}"
@@ -43,14 +43,11 @@ FARTHEST_M = 10.0
 """A part that falls or rolls farther from the base along an axis is gone."""
 LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
-FELT_N = 1.0
-"""A jaw has met a part that presses on it by more."""
-ON_PAD_M = 2e-4
-"""A pad touches a part that is no farther."""
+FELT_N, ON_PAD_M = 1.0, 2e-4
+"""A jaw has met a part that presses on it by more; a pad touches a part that is no farther."""
 STILL_TICKS, SLOW_M_S = 50, 5e-5
-STILL = np.array([1e-4] * 3 + [1e-3] * 4)
-"""Parts that stay within this for so many ticks (m, and numbers of a quaternion), or are slow for a fifth of
-that, stand still until something changes."""
+STILL = np.array([1e-4] * 3 + [1e-3] * 4)  # m, and numbers of a quaternion
+"""Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
 JAW_STILL_M = 1e-4
 """Jaws that stay within this for as many ticks stand, too, as long as what they press on does."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
@@ -62,12 +59,12 @@ STICKS = 1.002
 
 Vector = NDArray[np.float64]
 Tell = Callable[[str, bool], None]
-"""Takes a line on what happens to a part, and whether that is a warning."""
+"""Takes a line on a part, and True for a warning."""
 NOWHERE = (0.0, 0.0)
 
 
 class WorldState(NamedTuple):
-    """What a named state keeps of a world."""
+    """State of a world that a named state keeps."""
 
     built: Built
     data: Any
@@ -100,10 +97,10 @@ class World:
         self._lost = -1
         self._gone: set[int] = set()
         self._inside = IDENTITY  # the body of the held part in the TCP
-        self._compliance = STIFF
+        self.compliance = STIFF  # or how the robot gives way
         self._joints = self._before = joints
         self._tcp = self._tcp_before = self._tcp_older = self._model.tcp(arm.tool_in_flange).pose(joints)
-        self._at: Vector = np.array(joints)
+        self._at: Vector = np.zeros(len(joints) + 12)
         self._motion = TcpMotion(self._tcp)
         self._moments: Moments | None = None
         self._sucks = gripper is not None and isinstance(gripper.kind, Cup)
@@ -113,47 +110,38 @@ class World:
         self._jaw_speed, self._jaws_move, self._jaw_stall = 0.0, False, 0
         self._jaw_still_m, self._jaws_rest = -1.0, False
         self._quiet = self._behind = self._frozen = False
-        self._still, self._rooms_m = 0, (0.0, 0.0)
+        self._still, self._links_m, self._tool_m, self._reach_m = 0, 0.0, 0.0, 0.0
         self._still_q: Vector = np.zeros((len(self.parts), 7))
         self._distances: Distances | None = None
+        self._q_was: Vector = np.zeros(0)
         self._v_was: Vector = np.zeros(0)
         self._felt_was: Vector = np.zeros(0)
         self._contacts: tuple[LinkContact, ...] | None = None
         self._touched: set[int] | None = None
         self._felt = self._on_held = self._weight = self._carried = NO_WRENCH
         self.wrench: Wrench = NO_WRENCH
-        """What parts do to the TCP, along its axes: by contacts, and weight and inertia of the held one."""
+        """Wrench of parts on the TCP, along its axes: contacts, and weight and inertia of the held one."""
         self.push: Wrench = NO_WRENCH
-        """The same without inertia: what a compliant robot gives way to."""
+        """The same without inertia: a compliant robot gives way to that."""
         self.torques: tuple[float, ...] | None = None
-        """What parts do to the joints by links (Nm); None for nothing."""
+        """Torques of parts on the joints, by links (Nm); None for no contact."""
         self._build(None)
-
-    # What is told
+        self.wake()
 
     @property
     def settled(self) -> bool:
-        """Whether ticks change nothing as long as the arm stays where it is, and outputs as they are."""
-        stands = self._joints == self._before and not self._jaws_move and not self._compliance
-        return stands and (self._frozen or (self._quiet and self._carries_still))
-
-    @property
-    def is_compliant(self) -> bool:
-        """Whether the robot gives way."""
-        return self._compliance != STIFF
-
-    @property
-    def _carries_still(self) -> bool:
-        return self.held < 0 or bool(self._motion.still)
+        """True if ticks change nothing as long as the arm stays where it is, and outputs as they are."""
+        stands = self._joints == self._before and not self._jaws_move and not self.compliance
+        return stands and (self._frozen or (self._quiet and (self.held < 0 or bool(self._motion.still))))
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the base."""
         is_held, offset = number == self.held, self._built.offsets[number]
-        at = compose(self._tcp, self._inside) if is_held else _transform(self._part_q[number].tolist())
+        at = compose(self._tcp, self._inside) if is_held else pose_of(self._part_q[number].tolist())
         return at if offset is None else compose(at, offset)
 
     def state(self, number: int) -> str:
-        """Return whether a part lies, falls, is held or gone."""
+        """Return the state of a part: lies, falls, held or gone."""
         if number in self._gone:
             return GONE
         if number == self.held:
@@ -173,12 +161,28 @@ class World:
 
     @property
     def contacts(self) -> tuple[LinkContact, ...]:
-        """Where links, tool and jaws touch parts."""
+        """Where links, tool and jaws touch parts: for each pair the deepest place, and the sum of forces."""
         if self._contacts is None:
-            self._contacts = tuple(self._find_contacts())
+            data, touching, force = self._data, self._built.touching, np.zeros(6)
+            found: dict[tuple[str, str], tuple[float, Any, Any]] = {}
+            for k, (a, b) in enumerate([] if self._behind else data.contact.geom.tolist()):
+                arm, part = (a, b) if a in touching else (b, a)
+                if arm not in touching or (self._jaws_move and arm in self._built.fingers):
+                    continue  # no contact of the arm, or jaws that grip or let go
+                mj.mj_contactForce(self._built.model, data, k, force)
+                if force[0] > 0.0:
+                    acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if arm == a else 1.0)
+                    names, here = (
+                        (touching[arm], self._names[part]),
+                        (data.contact.dist[k], data.contact.pos[k]),
+                    )
+                    *other, total = found.get(names, (*here, 0.0))
+                    found[names] = (*min(here, other, key=lambda each: each[0]), total + acting)
+            each = found.items()
+            self._contacts = tuple(
+                LinkContact(*n, tuple(p.tolist()), tuple(f.tolist())) for n, (_, p, f) in each
+            )
         return self._contacts
-
-    # Time
 
     def step(
         self,
@@ -193,32 +197,40 @@ class World:
         them to `coming`, None where that is not known."""
         self._before, self._joints = self._joints, joints
         self._tcp_older, self._tcp_before, self._tcp = self._tcp_before, self._tcp, tcp
-        far_m = way(joints, self._at, self._levers)
+        far_m, tcp_m, turned = way(joints, tcp, self._at, self._levers)
         jaw_m = 0.0
-        if compliance or self._compliance:
+        if compliance or self.compliance:
             self._comply(compliance)
-        if self.gripper is not None and not (self._jaws_rest and driven == self.gripper.driven):
-            jaw_m = self._drive(self.gripper, driven)
+        gripper = self.gripper
+        if gripper is not None and not (self._jaws_rest and driven == gripper.driven):
+            jaw_m = self._drive(gripper, driven)
         if self._frozen and far_m + jaw_m == 0.0:
             return
-        self._contacts = None
-        if self.held >= 0:
+        carried = self._carried
+        if self._moments is not None:
             self.changes += 1
             self._motion.step(tcp, self._tick_s, coming_tcp)
-            assert self._moments is not None
-            self._carried = self._weight = self._motion.wrench(self._moments)
+            self._carried = self._weight = carried = self._motion.wrench(self._moments)
             if compliance:
                 self._weight = self._motion.weight(self._moments)
-            self._quiet = self._quiet and self._load_n(self._carried) <= self._most_n
-        if self._quiet and self._is_far(far_m, jaw_m):
-            self._behind = True
-            self._felt, self.torques = NO_WRENCH, None
-            self.wrench, self.push = self._carried, self._weight
-            if self._jaws_move:
-                self._move_jaws(computed=False)
-        else:
-            self._compute(coming, coming_tcp, far_m + jaw_m)
-            self._sum()
+            self._quiet = self._quiet and self._load_n(carried) <= self._most_n
+        if self._quiet:
+            if self._distances is None:
+                self._links_m = self._tool_m = 0.0
+            links_m, tool_m = self._links_m - far_m, self._tool_m - tcp_m - self._reach_m * turned - jaw_m
+            if links_m < ROOM_M:
+                links_m = self._room(of_tool=False) - far_m
+            if tool_m < ROOM_M:
+                tool_m = self._room(of_tool=True) - tcp_m - self._reach_m * turned - jaw_m
+            self._links_m, self._tool_m = links_m, tool_m
+            if links_m >= ROOM_M and tool_m >= ROOM_M:
+                self._behind, self._felt, self.torques, self._contacts = True, NO_WRENCH, None, ()
+                self.wrench, self.push = carried, self._weight
+                if self._jaws_move:
+                    self._move_jaws(computed=False)
+                return
+        self._compute(coming, coming_tcp, far_m + jaw_m)
+        self._sum()
 
     def _compute(self, coming: Joints | None, coming_tcp: Transform | None, far: float) -> None:
         self._catch_up(now=False)
@@ -227,28 +239,29 @@ class World:
         self._find_forces()
         if self._lost >= 0:
             self._watch_lost()
-        far_off = np.abs(self._part_q[:, :3]).max(axis=1) > FARTHEST_M
+        far_off = np.abs(self._part_q[:, :3]) > FARTHEST_M
         if far_off.any():
-            for number in np.nonzero(far_off)[0].tolist():
+            for number in np.nonzero(far_off.any(axis=1))[0].tolist():
                 self._take_away(number)
         self.changes += 1
         quiet = details.is_quiet(self._data, 2 + (self.held >= 0))
         if not (quiet and self._quiet):
             self._distances = None
         self._quiet = quiet and self._slip == NOWHERE
-        stands = far == 0.0 and not self._compliance and self._carries_still
+        stands = far == 0.0 and not self.compliance and (self.held < 0 or self._motion.still)
         if not stands or (np.abs(self._part_q - self._still_q) > STILL).any():
-            self._still, self._still_q = 0, self._part_q.copy()
+            self._still = 0
+            self._still_q[:] = self._part_q
         self._still += 5 if stands and np.abs(self._part_v).max() < SLOW_M_S else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self._part_v[:] = 0.0
 
     def _impose(self, coming: Joints | None, coming_tcp: Transform | None) -> None:
-        """Give pose, velocity and acceleration of this tick to what moves with the arm."""
-        h, data, model, dofs = self._tick_s, self._data, self._built.model, self._dofs
+        """Give arm, gripper and held part the pose, velocity and acceleration of this tick."""
+        h, data, dofs, n = self._tick_s, self._data, self._dofs, len(self._joints)
         before = self._q_was
-        if self.held >= 0 and self._slip != NOWHERE:
+        if self._slip != NOWHERE:
             x, y, z = self._inside.translation
             moved = (x + self._slip[0] * h, y, z + self._slip[1] * h)
             self._inside = self._inside._replace(translation=moved)
@@ -256,63 +269,63 @@ class World:
             # What it touches rubs on it as fast as the gripper goes: it slides as friction lets it.
             self._place_imposed(before, self._before, self._tcp_before)
         self._place_imposed(data.qpos, self._joints, self._tcp)
+        self._part_push[:] = details.gyroscopic(self._built.masses, self._part_v, h)
         self._move_jaws(computed=True)
-        v = np.zeros(model.nv)
-        mj.mj_differentiatePos(model, v, h, before, data.qpos)
-        v, was, self._v_was = v[dofs], self._v_was, v[dofs]
-        felt = data.qfrc_constraint[dofs]
-        if self._compliance:
+        v, was, felt = self._velocity(before, data.qpos), self._v_was, self._acting[dofs]
+        if self.compliance:
             # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
             push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
-            n = len(self._joints)
             push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
         elif coming is None or coming_tcp is None:
             push = np.zeros(len(dofs))
         else:
-            ahead, after = data.qpos.copy(), np.zeros(model.nv)
+            ahead = data.qpos.copy()
             self._place_imposed(ahead, coming, coming_tcp)
-            mj.mj_differentiatePos(model, after, h, data.qpos, ahead)
-            push = (HEAVY / h) * (after[dofs] - v)
-        self._felt_was = felt
+            push = (HEAVY / h) * (self._velocity(data.qpos, ahead) - v)
+        self._v_was, self._felt_was = v, felt
         data.qvel[dofs], data.qfrc_applied[dofs] = v, push
         before[:] = data.qpos
 
+    def _velocity(self, before: Vector, now: Vector) -> Vector:
+        """Return the velocity of what is imposed, between positions a tick apart."""
+        v = np.zeros(self._built.model.nv)
+        mj.mj_differentiatePos(self._built.model, v, self._tick_s, before, now)
+        imposed: Vector = v[self._dofs]
+        return imposed
+
     def _place_imposed(self, q: Vector, joints: Joints, tcp: Transform) -> None:
-        """Write where arm, gripper and held part are into positions."""
+        """Write the poses of arm, gripper and held part into positions."""
         n = len(joints)
-        q[:n] = joints
-        q[n : n + 7] = [*tcp.translation, *wxyz(tcp.rotation)]
+        q[:n], q[n : n + 7] = joints, _position(tcp)
         if self.held >= 0:
-            pose, first = compose(tcp, self._inside), self._part_first + 7 * self.held
-            q[first : first + 7] = [*pose.translation, *wxyz(pose.rotation)]
+            first = self._part_first + 7 * self.held
+            q[first : first + 7] = _position(compose(tcp, self._inside))
 
     def _find_forces(self) -> None:
         """Find the forces where everything is, and what they do to the arm and to what it holds."""
         data, built = self._data, self._built
-        find_forces(built.model, data, built.points, built.stands, self._of_arm)
-        self._contacts, self._felt, self._on_held, self.torques = None, NO_WRENCH, NO_WRENCH, None
-        self._touched = None
+        find_forces(built.model, data, built.points, built.stands, self._of_arm, self._tick_s)
+        self._contacts = self._touched = self.torques = None
+        self._felt = self._on_held = NO_WRENCH
         if data.ncon:
             n = len(self._joints)
-            self._felt = self._at_tcp(n, self._gripper_body)
+            self._felt = self._at_tcp(n, IDENTITY)
             if self.held >= 0:
-                self._on_held = self._at_tcp(self._held_dof, self._bodies[self.held])
-            torques = data.qfrc_constraint[:n]
-            self.torques = tuple(torques.tolist()) if torques.any() else None
+                self._on_held = self._at_tcp(self._held_dof, self._inside)
+            torques = self._acting[:n].tolist()
+            self.torques = tuple(torques) if any(torques) else None
         if self.held >= 0:
             self._slide()
 
-    def _at_tcp(self, first: int, at: int) -> Wrench:
-        """Return what contacts do to a free body, by its first dof, as a wrench at the TCP along its axes."""
-        data = self._data
-        x, y, z, a, b, c = data.qfrc_constraint[first : first + 6].tolist()
+    def _at_tcp(self, first: int, inside: Transform) -> Wrench:
+        """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
+        x, y, z, a, b, c = self._acting[first : first + 6].tolist()
         if x == y == z == a == b == c == 0.0:
             return NO_WRENCH
-        back = transpose(self._tcp.rotation)
-        a, b, c = rotate(tuple(data.xmat[at].tolist()), (a, b, c))
-        dx, dy, dz = (data.xpos[at] - self._tcp.translation).tolist()
-        torque = rotate(back, (a + dy * z - dz * y, b + dz * x - dx * z, c + dx * y - dy * x))
-        return (*rotate(back, (x, y, z)), *torque)
+        x, y, z = rotate(transpose(self._tcp.rotation), (x, y, z))
+        a, b, c = rotate(inside.rotation, (a, b, c))
+        dx, dy, dz = inside.translation
+        return x, y, z, a + dy * z - dz * y, b + dz * x - dx * z, c + dx * y - dy * x
 
     def _sum(self) -> None:
         """Add up what acts at the TCP."""
@@ -320,8 +333,6 @@ class World:
         if self.held >= 0:
             self.wrench = add(self._felt, self._at_most(add(self._carried, self._on_held)))
             self.push = add(self._felt, self._at_most(add(self._weight, self._on_held)))
-
-    # Gripper
 
     def _drive(self, gripper: Gripper, driven: int) -> float:
         """Have outputs drive the gripper for a tick; returns how far (m) a jaw goes at most."""
@@ -331,7 +342,7 @@ class World:
             return 0.0
         self._jaws_move, self._jaws_rest, gripper.driven = driven != gripper.driven, False, driven
         if driven == OPENS and self.held >= 0:
-            self._let_go(LETS_GO)
+            self.let_go(LETS_GO)
         closes = driven == CLOSES and self.held < 0 and (self._sucks or gripper.opening_m > 0.0)
         if isinstance(gripper.kind, Cup):
             if closes and (found := self._meets(self._built.fingers[0])):
@@ -339,7 +350,8 @@ class World:
             gripper.blocked = self.held >= 0
             return 0.0
         if self.held < 0:
-            gripper.blocked = driven != OPENS and self._jaws_press()
+            press_n = min(self._acting[self._jaw_dofs].tolist())
+            gripper.blocked = driven != OPENS and press_n > min(FELT_N, 0.5 * gripper.kind.force_n)
         if closes and gripper.blocked and (number := self._between_pads()) >= 0:
             gripper.opening_m += self._pressed_in_m(number)
             self._hold(number)
@@ -356,15 +368,11 @@ class World:
         return 0.5 * gripper.kind.speed_m_per_s * self._tick_s
 
     def _move_jaws(self, *, computed: bool) -> None:
-        """Move the jaws by a tick, as fast as their force allows: contacts are solved with their apparent
-        mass.
-
-        Both move alike; the one that is held up more says how fast.
-        """
-        gripper = self.gripper
-        if gripper is None or isinstance(gripper.kind, Cup):
+        """Move the jaws by a tick, both as fast as their force allows the one that is held up more."""
+        gripper, jaws = self.gripper, None if self.gripper is None else self.gripper.kind
+        if gripper is None or not isinstance(jaws, Jaws):
             return
-        h, jaws, driven = self._tick_s, gripper.kind, gripper.driven
+        h, driven = self._tick_s, gripper.driven
         wanted = 0.5 * jaws.speed_m_per_s * driven
         end_m = 0.0 if driven == CLOSES else gripper.stroke_m
         drives = self.held < 0 and driven != STAYS and not gripper.stuck and gripper.opening_m != end_m
@@ -400,18 +408,12 @@ class World:
             model.geom_contype[tip], model.geom_conaffinity[tip] = bit, PARTS if bit else 0
             self._distances = None
 
-    def _jaws_press(self) -> bool:
-        """Return whether something presses on both jaws."""
-        assert self.gripper is not None
-        least = min(self._data.qfrc_constraint[self._jaw_dofs].tolist())
-        return bool(least > min(FELT_N, 0.5 * self.gripper.kind.force_n))
-
     def _between_pads(self) -> int:
-        """Return the number of the part that both pads press on along their axis; -1 for none."""
+        """Return the number of a part that both pads press on along their axis; -1 for none."""
         y = self._data.xmat[self._gripper_body].reshape(3, 3)[:, 1]
         across = np.abs(self._data.contact.frame[:, :3] @ y) > 0.7
         one, two = (self._meets(geom, across) for geom in self._built.fingers)
-        return next((number for number in sorted(one & two) if self._is_on_pads(number)), -1)
+        return min(filter(self._is_on_pads, one & two), default=-1)
 
     def _meets(self, geom: int, which: Any = slice(None)) -> set[int]:
         """Return the numbers of the parts in these contacts of a geom, without one that was lost."""
@@ -420,21 +422,20 @@ class World:
         return {self._numbers[other] for other in others & self._numbers.keys()} - {self._lost}
 
     def _is_on_pads(self, number: int) -> bool:
-        """Return whether both pads touch a part."""
+        """Return True if both pads touch a part."""
         return all(self._apart(self._geoms[number], pad) < ON_PAD_M for pad in self._built.pads)
 
     def _pressed_in_m(self, number: int) -> float:
         """Return how deep both jaws are in a part, together."""
-        geom, deep, contact = self._geoms[number], 0.0, self._data.contact
-        for finger in self._built.fingers:
-            pairs = [{finger, geom} == set(pair) for pair in contact.geom.tolist()]
-            deep -= min(contact.dist[pairs].tolist(), default=0.0)
-        return deep
+        geom, contact = self._geoms[number], self._data.contact
+        pairs = [set(pair) for pair in contact.geom.tolist()]
+        of_each = [contact.dist[[pair == {finger, geom} for pair in pairs]] for finger in self._built.fingers]
+        return -float(sum(min(dist.tolist(), default=0.0) for dist in of_each))
 
     def _hold(self, number: int) -> None:
         """Hold a part where it is, from now on."""
         self.held = number
-        pose = _transform(self._part_q[number].tolist())
+        pose = pose_of(self._part_q[number].tolist())
         self._inside = compose(inverse(self._tcp_before), pose)
         self._motion = TcpMotion(self._tcp_before)
         self._slip, self._firm, self._force_was = NOWHERE, True, 0.0
@@ -442,19 +443,20 @@ class World:
         force_n = self.gripper.kind.force_n
         self._most_n = force_n if self._sucks else 2.0 * self.parts[number].friction * force_n
         self._q_was[:] = self._data.qpos
-        self._impose_held()
+        self._weigh_held()
+        self._note_imposed()
+        self._weigh_imposed()
+        self._wake_up()
         self._say(HOLDS, number)
 
-    def _let_go(self, why: str) -> None:
-        """The part goes on with the velocity of the gripper."""
+    def let_go(self, why: str = LOSES) -> None:
+        """Let the held part go on with the velocity of the gripper."""
         number, data = self.held, self._data
         if self._behind:  # the velocity is that of the last tick, which was not computed
             older = data.qpos.copy()
             self._place_imposed(older, self._before, self._tcp_older)
             self._catch_up(now=False)
-            v = np.zeros(self._built.model.nv)
-            mj.mj_differentiatePos(self._built.model, v, self._tick_s, older, data.qpos)
-            data.qvel[self._held_dof : self._held_dof + 6] = v[self._held_dof : self._held_dof + 6]
+            self._part_v[number] = self._velocity(older, data.qpos)[-6:]
         self.held, self._moments, self._slip, self._jaws_rest = -1, None, NOWHERE, False
         self._on_held = self._weight = self._carried = NO_WRENCH
         self._lost = number
@@ -468,14 +470,10 @@ class World:
         if why:
             self._say(why, number)
 
-    def lose(self) -> None:
-        """Have the held part fall."""
-        self._let_go(LOSES)
-
     def remove(self, number: int) -> None:
         """Take a part away."""
         if number == self.held:
-            self._let_go("")
+            self.let_go("")
         self._take_away(number)
         self.wake()
         self._say(REMOVED, number)
@@ -497,15 +495,13 @@ class World:
             self._lost = -1
             self._wake_up()
 
-    # What is held
-
     def _load_n(self, wrench: Wrench) -> float:
-        """Return what a wrench loads the gripper with: along the pads, or what pulls at the cup."""
+        """Return the force of a wrench along the pads, or that pulls at the cup (N)."""
         x, y, z = wrench[:3]
         return hypot(x, y, max(z, 0.0)) if self._sucks else hypot(x, z)
 
     def _at_most(self, wrench: Wrench) -> Wrench:
-        """Return what the gripper feels of a wrench on what it holds: along the pads at most friction."""
+        """Return a wrench on the held part as the gripper feels it: along the pads at most friction."""
         load, most = self._load_n(wrench), self._most_n * (1.0 if self._firm else STICKS)
         if load <= most or self._sucks:
             return wrench
@@ -519,7 +515,7 @@ class World:
         load = add(self._carried, self._on_held)
         if self._sucks:
             if self._load_n(load) > self._most_n:
-                self._let_go(SLIPS)
+                self.let_go(SLIPS)
             return
         h, limit = self._tick_s, self._most_n
         x, _, z = load[:3]
@@ -539,7 +535,7 @@ class World:
         self._slip = (share * on_x, share * on_z)
         self._still, self._frozen, self._quiet = 0, False, False
         if not self._is_on_pads(self.held):
-            self._let_go(SLIPS)
+            self.let_go(SLIPS)
 
     def _stiffness(self) -> float:
         """Return the stiffness (N/m) of the stiffest contact of what is held; 0 without one."""
@@ -550,20 +546,9 @@ class World:
 
     def _weigh_held(self) -> None:
         """Find the moments of the held part as they are in the TCP."""
-        model, at, turn = self._built.model, self._bodies[self.held], np.zeros(9)
-        mj.mju_quat2Mat(turn, model.body_iquat[at])
-        axes = turn.reshape(3, 3)
-        xx, xy, xz, _, yy, yz, _, _, zz = (axes @ np.diag(model.body_inertia[at]) @ axes.T).ravel().tolist()
-        x, y, z = model.body_ipos[at].tolist()
-        moments = body(float(model.body_mass[at]), (x, y, z), (xx, yy, zz, xy, xz, yz))
-        self._moments = seen_from(moments, self._inside)
-
-    def _impose_held(self) -> None:
-        """Impose the motion of the held part on its body."""
-        self._weigh_held()
-        self._note_imposed()
-        self._weigh_imposed()
-        self._wake_up()
+        kg, *_, xx, yy, zz = self._built.masses[self.held].tolist()
+        own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
+        self._moments = seen_from(own, self._inside)
 
     def _note_imposed(self) -> None:
         """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
@@ -576,7 +561,7 @@ class World:
 
     def _comply(self, compliance: int) -> None:
         """Impose the apparent inertia of a compliant robot, or make all heavy again."""
-        changed, self._compliance = compliance != self._compliance, compliance
+        changed, self.compliance = compliance != self.compliance, compliance
         if changed or compliance == COMPLIANT_JOINTS:
             self._weigh_imposed()
         if changed:
@@ -584,9 +569,9 @@ class World:
 
     def _weigh_imposed(self) -> None:
         """Set the inertia of all that is imposed, and the contact law of the held part."""
-        model, n, compliant = self._built.model, len(self._joints), self._compliance != STIFF
-        inertia = TCP_INERTIA if self._compliance == COMPLIANT_TCP else np.full(6, HEAVY)
-        if self._compliance == COMPLIANT_JOINTS:
+        model, n, compliant = self._built.model, len(self._joints), self.compliance != STIFF
+        inertia = TCP_INERTIA if self.compliance == COMPLIANT_TCP else np.full(6, HEAVY)
+        if self.compliance == COMPLIANT_JOINTS:
             # No more than the joints have at the TCP, in the direction in which they have the least.
             jacobian = self._model.tcp(self._arm.tool_in_flange).jacobian(self._joints)[:3]
             most = float(np.linalg.eigvalsh(jacobian @ jacobian.T)[-1])
@@ -600,13 +585,11 @@ class World:
             details.set_imposed(model, at, geom, inertia)
             details.set_law(model, geom, self._law if compliant else law_of_imposed(self._law), GRASPED)
 
-    # What changes from outside
-
     def place(self, joints: Joints, tcp: Transform, tool_in_flange: Transform) -> None:
         """Put the arm, and what it holds, at rest at joint positions (rad)."""
         self._joints = self._before = joints
         self._tcp = self._tcp_before = self._tcp_older = tcp
-        self._at[:] = joints
+        way(joints, tcp, self._at, self._levers)
         if tool_in_flange != self._arm.tool_in_flange:
             self._arm = self._arm._replace(tool_in_flange=tool_in_flange)
             self._build(self._data)
@@ -619,13 +602,12 @@ class World:
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
         """Have these surfaces from now on; those that only moved push what is in their way."""
         before, self.surfaces = self.surfaces, tuple(surfaces)
-        if [each._replace(pose=IDENTITY) for each in before] != [
-            each._replace(pose=IDENTITY) for each in self.surfaces
-        ]:
+        was, now = ([each._replace(pose=IDENTITY) for each in of] for of in (before, self.surfaces))
+        if was != now:
             self._build(self._data)
         model = self._built.model
-        for at, now in zip(self._built.surfaces.tolist(), self.surfaces, strict=True):
-            model.body_pos[at], model.body_quat[at] = now.pose.translation, wxyz(now.pose.rotation)
+        for at, each in zip(self._built.surfaces.tolist(), self.surfaces, strict=True):
+            model.body_pos[at], model.body_quat[at] = each.pose.translation, wxyz(each.pose.rotation)
         self.wake()
 
     def wake(self) -> None:
@@ -642,19 +624,17 @@ class World:
         self._still, self._distances = 0, None
 
     def kept(self) -> WorldState:
-        """Return what a named state keeps."""
-        fields = {name: copy.copy(getattr(self, name)) for name in _KEPT} | {"_motion": self._motion.copy()}
+        """Return the state, for `restore`."""
+        fields = {name: copy.copy(value) for name, value in vars(self).items() if name not in _SHARED}
         built = self._built._replace(model=copy.copy(self._built.model))
-        return WorldState(built, copy.copy(self._data), fields)
+        return WorldState(built, copy.copy(self._data), fields | {"_motion": self._motion.copy()})
 
     def restore(self, state: WorldState) -> None:
         """Bring a kept state back; the next ticks are the same to the last bit as after it was kept."""
-        fields = state.fields
-        self.surfaces, self._arm = fields["surfaces"], fields["_arm"]
+        kept = {name: copy.copy(value) for name, value in state.fields.items() if name != "_motion"}
+        vars(self).update(kept, _motion=state.fields["_motion"].copy())
         self._bind(state.built._replace(model=copy.copy(state.built.model)), copy.copy(state.data))
-        for name in _KEPT:
-            setattr(self, name, copy.copy(fields[name]))
-        self._motion = fields["_motion"].copy()
+        self._q_was = kept["_q_was"]
         self.changes += 1
 
     def _build(self, before: Any) -> None:
@@ -675,9 +655,6 @@ class World:
         self._weigh_imposed()
         self._put(self._joints, self._tcp)
         self._set_tip()
-        self._wake_up()
-        self._find_forces()
-        self._sum()
 
     def _bind(self, built: Built, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
@@ -690,7 +667,9 @@ class World:
         self._jaw_v: Vector = data.qvel[self._jaw_dofs]
         self._part_q: Vector = data.qpos[self._part_first :].reshape(-1, 7)
         self._part_v: Vector = data.qvel[n + 6 + jaws :].reshape(-1, 6)
-        self._q_was: Vector = data.qpos.copy()
+        self._q_was = data.qpos.copy()
+        self._part_push: Vector = data.qfrc_applied[n + 6 + jaws :].reshape(-1, 6)
+        self._acting: Vector = data.qfrc_constraint[:]
         self._geoms: list[int] = built.parts.tolist()
         self._bodies: list[int] = model.geom_bodyid[built.parts].tolist()
         self._numbers = {geom: number for number, geom in enumerate(self._geoms)}
@@ -714,28 +693,13 @@ class World:
         self._q_was[:] = data.qpos
         self._v_was, self._felt_was = np.zeros((2, len(self._dofs)))
 
-    # What need not be computed
-
-    def _is_far(self, far_m: float, jaw_m: float) -> bool:
-        """Return whether the arm meets nothing in a tick in which a link and a jaw move so far at most, while
-        nothing else moves."""
+    def _room(self, *, of_tool: bool) -> float:
+        """Return the distance (m) of the links, or of the gripper, from all that they may meet."""
+        self._catch_up(now=False)
         if self._distances is None:
-            self._catch_up(now=False)
             movers = [*self._built.touching, *([self._geoms[self.held]] if self.held >= 0 else [])]
             self._distances = Distances(self._built.model, self._data, movers, self._gripper_body)
-            self._rooms_m = (0.0, 0.0)
-        links_m, tool_m = self._rooms_m
-        way_m = tool_way(self._tcp_before, self._tcp, self._distances.reach_m) + jaw_m
-        if far_m + ROOM_M > links_m:
-            links_m = self._room(of_tool=False)
-        if way_m + ROOM_M > tool_m:
-            tool_m = self._room(of_tool=True)
-        self._rooms_m = links_m, tool_m = links_m - far_m, tool_m - way_m
-        return links_m >= ROOM_M and tool_m >= ROOM_M
-
-    def _room(self, *, of_tool: bool) -> float:
-        self._catch_up(now=False)
-        assert self._distances is not None
+            self._reach_m = self._distances.reach_m
         return self._distances.least(self._built.model, self._data, of_tool)
 
     def _catch_up(self, *, now: bool) -> None:
@@ -745,55 +709,18 @@ class World:
             mj.mj_kinematics(self._built.model, self._data)
             self._behind = False
 
-    # Details
-
     def _say(self, what: str, number: int) -> None:
         self.tell(harmless(what.format(self.parts[number].name)), what == SLIPS)
 
     def _apart(self, one: int, two: int) -> float:
-        """Return how far (m) two geoms are apart."""
+        """Return the distance (m) of two geoms."""
         return float(mj.mj_geomDistance(self._built.model, self._data, one, two, 1.0, None))
 
-    def _find_contacts(self) -> list[LinkContact]:
-        data, touching = self._data, self._built.touching
-        found: dict[tuple[str, str], tuple[float, Any, Any]] = {}
-        force = np.zeros(6)
-        for k, (a, b) in enumerate([] if self._behind else data.contact.geom.tolist()):
-            arm, part = (a, b) if a in touching else (b, a)
-            if arm not in touching or (self._jaws_move and arm in self._built.fingers):
-                continue  # no contact of the arm, or jaws that grip or let go
-            mj.mj_contactForce(self._built.model, data, k, force)
-            if force[0] <= 0.0:
-                continue
-            acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if arm == a else 1.0)
-            deep, place, key = (
-                -float(data.contact.dist[k]),
-                data.contact.pos[k],
-                (touching[arm], self._names[part]),
-            )
-            if key in found:
-                other, where, sums = found[key]
-                deep, place = (deep, place) if deep > other else (other, where)
-                acting = acting + sums
-            found[key] = (deep, place, acting)
-        return [
-            LinkContact(*names, tuple(place.tolist()), tuple(acting.tolist()))
-            for names, (_, place, acting) in found.items()
-        ]
+
+_SHARED = {"_built", "_data", "_model", "_motion", "_start", "changes", "gripper", "parts", "tell"}
+"""Attributes that a named state does not keep, or copies otherwise."""
 
 
-_KEPT = (
-    "_arm", "surfaces", "held", "_lost", "_gone", "_inside", "_compliance", "_joints", "_before", "_tcp",
-    "_tcp_before", "_tcp_older", "_at", "_moments", "_most_n", "_slip", "_firm", "_force_was", "_jaw_speed",
-    "_jaw_stall", "_jaw_still_m", "_jaws_rest", "_jaws_move", "_quiet", "_behind", "_frozen", "_still",
-    "_still_q", "_rooms_m", "_distances", "_contacts", "_felt", "_on_held", "_weight", "_carried", "wrench",
-    "push", "torques", "_touched", "_dofs", "_held_dof", "_of_arm", "_inertia", "_q_was", "_v_was",
-    "_felt_was",
-)  # fmt: skip
-"""Attributes that a named state keeps."""
-
-
-def _transform(q: Sequence[float]) -> Transform:
-    """Return the transform of a place and a quaternion w x y z."""
-    x, y, z, w, a, b, c = q
-    return Transform(rotation_from_quaternion((a, b, c, w)), (x, y, z))
+def _position(pose: Transform) -> list[float]:
+    """Return a pose as a place and a quaternion w x y z."""
+    return [*pose.translation, *wxyz(pose.rotation)]

@@ -137,10 +137,10 @@ def test_dofs_are_heavy_again_as_soon_as_it_is_stiff() -> None:
     scene.picks(550, 0, 330, 20)
     scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
     scene.step(10)
-    assert scene.world.is_compliant
+    assert scene.world.compliance
     scene.controller.fail(3060, "protective stop")
     scene.step(2)
-    assert not scene.world.is_compliant
+    assert not scene.world.compliance
     scene.robot.runs_until_stopped()
     scene.controller.reset_error()
     scene.goes(down(550, 0, 329.5))

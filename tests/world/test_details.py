@@ -42,7 +42,7 @@ class Scene:
         self.stands = np.array([1, 0, 0, 0], np.int8)
 
     def find(self) -> None:
-        details.find_forces(self.model, self.data, self.points, self.stands, range(12, 18))
+        details.find_forces(self.model, self.data, self.points, self.stands, range(12, 18), 0.002)
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):

@@ -224,3 +224,20 @@ friction = 0.3
     scene.goes(down(550, -150, 330))
     scene.rests()
     assert scene.place_mm("it") == pytest.approx((550.0, 30.0, 330.0), abs=1.0)
+
+
+def test_a_part_that_tumbles_gains_no_energy() -> None:
+    scene = Scene(part("box", (900, 300, 9000), "[20, 40, 60]", 0.05), head=HEAD)
+    inertia = scene.world._built.masses[0, 3:]
+    for spin in ([20.0, 9.0, -16.0], [419.0, 635.0, -166.0]):
+        scene.speeds[0, 3:] = spin
+        before = 0.5 * inertia @ scene.speeds[0, 3:] ** 2
+        scene.step(200)
+        assert 0.5 * inertia @ scene.speeds[0, 3:] ** 2 < before
+        assert np.linalg.norm(inertia * scene.speeds[0, 3:]) > 0.8 * np.linalg.norm(inertia * spin)
+
+
+def test_a_disc_that_wobbles_comes_to_rest() -> None:
+    scene = Scene(table(), part("disc", (500, 0, 317), "[26.2, 16.1]", 0.005, 0.4, 2e5, "beta = 0.4\n"))
+    scene.speeds[0, 3:] = 4.0, -9.4, 1.6
+    assert scene.until(lambda: scene.handling.settled) < 2000
