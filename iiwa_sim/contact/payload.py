@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, Vector, rotate, transpose
-from iiwa_sim.wrench import NO_WRENCH, Wrench
+from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.robot.arm_kernel import carried_wrench
+from iiwa_sim.wrench import Wrench
 
 GRAVITY_M_S2 = 9.81
 """Down is against z of the base: the robot stands upright."""
@@ -53,14 +54,15 @@ class TcpMotion:
     def __init__(self, pose: Transform) -> None:
         """Begin at a pose; the velocity there is not known."""
         self._poses: tuple[Transform | None, Transform | None, Transform] = (None, None, pose)
-        self._acceleration: NDArray[np.float64] | None = None  # (4, 4), of which three rows count
+        self._motion: Any = None  # three poses, the middle one with the acceleration; None for rest
+        self._tick_s = 0.0
         self.still = False
-        """Whether all three poses are the same."""
+        """True if all three poses are the same."""
 
     def rest(self, pose: Transform) -> None:
         """Rest at a pose."""
         self._poses = (pose, pose, pose)
-        self._acceleration, self.still = None, True
+        self._motion, self.still = None, True
 
     def copy(self) -> TcpMotion:
         """Return an independent copy."""
@@ -72,29 +74,19 @@ class TcpMotion:
         self._poses = (earlier, before, pose)
         poses = self._poses if coming is None else (before, pose, coming)
         self.still = poses[0] == poses[1] == poses[2]
-        self._acceleration = None
-        if self.still or None in poses:
-            return
-        a, b, c = map(_matrix, poses)
-        self._acceleration = (b.T / tick_s**2) @ ((c - b) - (b - a))
+        self._motion, self._tick_s = None if self.still or None in poses else poses, tick_s
 
     def weight(self, moments: Moments) -> Wrench:
         """Return the wrench of a body at rest, along the axes of the TCP, from its moments in the TCP."""
-        gx, gy, gz = rotate(transpose(self._poses[2].rotation), (0.0, 0.0, -GRAVITY_M_S2))
-        x, y, z, mass = moments[3].tolist()
-        return (mass * gx, mass * gy, mass * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx)
+        wrench: Wrench = carried_wrench(self._poses[2], None, self._tick_s, moments)
+        return wrench
 
     def wrench(self, moments: Moments) -> Wrench:
         """Return the wrench of weight and inertia, as `weight` does."""
-        weight = self.weight(moments)
-        if self._acceleration is None:
-            return NO_WRENCH if weight == NO_WRENCH else weight
-        (_, xy, xz, fx), (yx, _, yz, fy), (zx, zy, _, fz), _ = (self._acceleration @ moments).tolist()
-        a, b, c, d, e, f = weight
-        return (a - fx, b - fy, c - fz, d - (zy - yz), e - (xz - zx), f - (yx - xy))
+        wrench: Wrench = carried_wrench(self._poses[2], self._motion, self._tick_s, moments)
+        return wrench
 
 
-@lru_cache(maxsize=64)  # each pose is the coming, the present and the last one
 def _matrix(pose: Transform) -> NDArray[np.float64]:
     (a, b, c, d, e, f, g, h, i), (x, y, z) = pose
     return np.array(((a, b, c, x), (d, e, f, y), (g, h, i, z), (0.0, 0.0, 0.0, 1.0)))
