@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
+from difflib import get_close_matches
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -123,8 +124,14 @@ class Reader:
         key = place[1].removeprefix(".") if place else ""
         expected = message[: place.start()] if place else message
         if "unknown field" in expected or "missing required field" in expected:
-            wanted = "no key of this name" if "unknown field" in expected else "this key"
             field = expected[expected.index("`") + 1 : expected.rindex("`")]
+            wanted = "this key"
+            if "unknown field" in expected:
+                known = _keys(
+                    msgspec.inspect.type_info(kind), [name for name, _ in _PART.findall(key) if name]
+                )
+                near = get_close_matches(field, known - {field}, 1)
+                wanted = "no key of this name" + (f", did you mean {near[0]!r}?" if near else "")
             holder = _value(table, key)
             value = quoted(holder[field]) if field in holder else MISSING
             return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
@@ -156,6 +163,19 @@ def _tags(kind: Any, field: str) -> list[str]:
         return []
     own = [repr(kind.tag)] if kind.tag_field == field else []
     return own + [tag for each in kind.fields for tag in _tags(each.type, field)]
+
+
+def _keys(kind: Any, path: list[str]) -> set[str]:
+    """Return the keys of the tables at a path within a type of msgspec's."""
+    if isinstance(kind, msgspec.inspect.UnionType):
+        return {key for each in kind.types for key in _keys(each, path)}
+    if isinstance(kind, msgspec.inspect.VarTupleType | msgspec.inspect.ListType):
+        return _keys(kind.item_type, path)
+    if not isinstance(kind, msgspec.inspect.StructType):
+        return set()
+    if not path:
+        return {each.encode_name for each in kind.fields}
+    return {key for each in kind.fields if each.encode_name == path[0] for key in _keys(each.type, path[1:])}
 
 
 def _value(table: dict[str, Any], key: str) -> Any:

@@ -208,7 +208,7 @@ def check_places(
     solid = list(surfaces)
     for index, (part, pose) in enumerate(parts):
         within = _within(part, pose, solid)
-        place = [1e3 * each for each in pose.translation]
+        place = [round(1e3 * each, 6) for each in pose.translation]
         outside = f"a place outside of {within!r}, up to {1e3 * CLOSE_M:g} mm"
         reader.check(f"part[{index}].x_mm, y_mm, z_mm of {part.name!r}", place, not within, outside)
         if not isinstance(part.shape, Mesh):

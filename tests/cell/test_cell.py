@@ -241,6 +241,21 @@ def test_a_fault_is_one_line_that_says_where_and_what(
     assert fault.value.__suppress_context__ or fault.value.__context__ is None
 
 
+@pytest.mark.parametrize(
+    ("text", "near"),
+    [
+        ("contact_radius = 5.0", ", did you mean 'contact_radius_mm'?"),
+        ('[[plane]]\nname = "floor"\nstiffness_n_per_m = 1e5\nfricton = 0.3', ", did you mean 'friction'?"),
+        ('[[part]]\nname = "it"\nshape = "box"\nmas_kg = 1', ", did you mean 'mass_kg'?"),
+        ("qqq = 1", ""),
+    ],
+)
+def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str, near: str) -> None:
+    with pytest.raises(CellFault) as fault:
+        cell_from(tmp_path, text)
+    assert str(fault.value).endswith(f"expected no key of this name{near}")
+
+
 @pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000, "no\0such", "/dev/null/x"])
 def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
     monkeypatch.chdir(tmp_path)
