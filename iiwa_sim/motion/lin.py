@@ -253,17 +253,17 @@ def _fit(joints: Array, weights: Array, alone: bool) -> Array | None:
     twice the degree would do. `alone` says that the piece has no neighbours.
     """
     coefficients: Array = weights @ joints
-    sizes = np.abs(coefficients).max(axis=1)
-    last = len(sizes) - 1
-    tail, level, nothing = sizes[-3:].max(), sizes[last - last // 2 + 1 : -3].max(), NOTHING
+    sizes = np.abs(coefficients).max(axis=1).tolist()
+    rows = len(sizes)
+    tail, level, nothing = max(sizes[-3:]), max(sizes[rows - (rows - 1) // 2 : -3]), NOTHING
     if tail > HOPELESS:
         return None
     if tail > (RESOLVED_ALONE if alone else RESOLVED):
         if tail > ROUNDING or level > LEVEL * tail:
             return coefficients[:0]
         nothing = 4.0 * tail
-    kept = (sizes > nothing).nonzero()[0]
-    rows = max(int(kept[-1]) + 1, 2) if len(kept) else 2
+    while rows > 2 and sizes[rows - 1] <= nothing:
+        rows -= 1
     coefficients = coefficients[:rows]
     first = joints[0] - (coefficients[::2].sum(axis=0) - coefficients[1::2].sum(axis=0))
     end = joints[-1] - coefficients.sum(axis=0)

@@ -79,10 +79,9 @@ def first_outside(path: Polynomial, lowest: Array, highest: Array) -> Outside | 
     Turning points of joints are located, so a joint cannot swing out and back between two samples.
     """
     # No polynomial goes farther than the sum of its coefficients.
-    first = path.offsets[:-1]
-    middle = path.coefficients[first]
-    reach = np.add.reduceat(np.abs(path.coefficients), first) - np.abs(middle)
-    if (middle - reach >= lowest).all() and (middle + reach <= highest).all():
+    pieces = [path.coefficients[low:high] for low, high in pairwise(path.offsets.tolist())]
+    reaches = [(rows[0], np.abs(rows[1:]).sum(axis=0)) for rows in pieces]
+    if all(((q - r >= lowest) & (q + r <= highest)).all() for q, r in reaches):
         return None
     s = _places(path, 2)
     slopes = path.derivatives(s)[1]

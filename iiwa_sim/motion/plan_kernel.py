@@ -630,13 +630,14 @@ def _cap(
     change of speed would add at either sample, the other one takes away.
     """
     cap: cython.double = 1e12
+    most: cython.double = 0.0  # of |d3q/dx3| over the limit
     for i in range(derivatives.shape[2]):
         y = limits[k, 0, i] / max(fabs(derivatives[k, 1, i]), STILL)
         cap = min(cap, y * y, limits[k, 1, i] / max(fabs(derivatives[k, 2, i]), STILL))
-        y = fabs(derivatives[k, 3, i])
-        if y * y * cap * cap * cap > limits[k, 2, i] * limits[k, 2, i]:
-            y = root(limits[k, 2, i] / y)
-            cap = y * y
+        most = max(most, fabs(derivatives[k, 3, i]) / limits[k, 2, i])
+    if most * most * cap * cap * cap > 1.0:
+        y = root(1.0 / most)
+        cap = y * y
     return cap
 
 
