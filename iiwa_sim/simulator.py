@@ -29,11 +29,10 @@ from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.remembered import RememberedDialogue
 from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.robot_events import RobotEvents, log_discarded
-from iiwa_sim.server.admission import Admission
 from iiwa_sim.server.budget import Budget
-from iiwa_sim.server.server import close_all
+from iiwa_sim.server.listening import Acceptor
 from iiwa_sim.server.status_stream import StatusStream
-from iiwa_sim.server.tcp import TcpServer
+from iiwa_sim.server.tcp import Admission, TcpServer
 from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.transcript.record import Recorder
 
@@ -137,8 +136,7 @@ class Simulator:
         }
         self._recorder: Recorder | None = None
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
-        ports = list(self._servers.values())
-        self.backdoor = Backdoor(self._controller, faults, ports, self.clock, recent, self.call)
+        self.backdoor = Backdoor(self._controller, faults, self._acceptors, self.clock, recent, self.call)
         self._recordings = Recordings(
             self._controller,
             self.cell,
@@ -202,7 +200,8 @@ class Simulator:
     ) -> None:
         self._controller.stop()  # or the log would say that the clients have vanished
         try:
-            await close_all(self._listeners)
+            for server in reversed(self._listeners):
+                await server.close()
         finally:
             self.clock.stop()
             if self._recorder is not None:
@@ -353,6 +352,9 @@ class Simulator:
     @property
     def _runs(self) -> bool:
         return any(server.listening for server in self._servers.values())
+
+    def _acceptors(self) -> list[Acceptor]:
+        return [server.acceptor for server in self._servers.values()]
 
     @property
     def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorHttp]":

@@ -7,7 +7,7 @@ import signal
 import socket
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.server.socket_options import reset_at_close
+from iiwa_sim.server.listening import reset_at_close
 from tests.processes import Process, running
 from tests.talking import DEADLINE_S
 

@@ -12,6 +12,7 @@ from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.protocols.faults import WireFaults
+from iiwa_sim.server.listening import Acceptor
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_TOLD = 200
@@ -27,19 +28,6 @@ DRAGGED_S = 1.0
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
 T = TypeVar("T")
-
-
-class Entrance(Protocol):
-    """A port where clients connect."""
-
-    def refuse(self) -> None:
-        """Refuse new connections."""
-
-    def accept(self) -> None:
-        """Accept connections again."""
-
-    def drop_arriving(self, *, reset: bool) -> None:
-        """Close or reset the connections that wait to be accepted."""
 
 
 class Call(Protocol):
@@ -90,18 +78,18 @@ class Base:
         self,
         controller: Controller,
         wire: WireFaults,
-        entrances: Sequence[Entrance],
+        ports: Callable[[], Sequence[Acceptor]],
         clock: Clock,
         recent: RecentDialogue,
         call: Call = _at_once,
     ) -> None:
-        """`entrances` are the ports of all protocols."""
+        """`ports` gives the listening ports of all protocols."""
         self.call = call
         self.listeners: list[Callable[[str], None]] = []
         """Told of each call that has changed something, as text."""
         self._controller = controller
         self._wire = wire
-        self._entrances = entrances
+        self._ports = ports
         self._clock = clock
         self._recent = recent
         self._states = States(controller)

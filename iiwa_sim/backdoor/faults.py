@@ -129,7 +129,7 @@ class Faults(Base):
         """Close one connection, or all (FIN)."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
-            for each in self._entrances:
+            for each in self._ports():
                 each.drop_arriving(reset=False)
 
     @acts
@@ -137,19 +137,19 @@ class Faults(Base):
         """Reset one connection, or all (RST)."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
-            for each in self._entrances:
+            for each in self._ports():
                 each.drop_arriving(reset=True)
 
     @acts
     def refuse_connections(self) -> None:
         """Refuse new connections of drivers; those there are served."""
-        for each in self._entrances:
+        for each in self._ports():
             each.refuse()
 
     @acts
     def accept_connections(self) -> None:
         """Accept connections again."""
-        for each in self._entrances:
+        for each in self._ports():
             each.accept()
 
     @acts
@@ -157,7 +157,7 @@ class Faults(Base):
         """End faults of the wire and of the next move, and canned replies; accept connections."""
         self._controller.refuse_next_move(None)
         self._wire.clear()
-        for each in self._entrances:
+        for each in self._ports():
             each.accept()
 
 

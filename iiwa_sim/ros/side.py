@@ -20,7 +20,6 @@ from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.relay import Node, Relay, RosFault
 from iiwa_sim.ros.ros2_env import found_python
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
-from iiwa_sim.server.server import close_all, start_all
 from iiwa_sim.server.token import secret_in
 from iiwa_sim.server.web_access import WebAccess
 
@@ -74,11 +73,17 @@ class RosSide:
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
-        await start_all(self._transports)
+        try:
+            for each in self._transports:
+                await each.start()
+        except BaseException:
+            await self.close()
+            raise
 
     async def close(self) -> None:
         """Stop serving."""
-        await close_all(self._transports)
+        for each in reversed(self._transports):
+            await each.close()
 
     @property
     def _transports(self) -> "list[RosbridgeServer | Relay]":

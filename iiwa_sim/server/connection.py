@@ -1,32 +1,24 @@
-"""What the connections of all servers share: they read, ask for time, and end."""
+"""A server of sessions, and one client of it: bytes in, replies out, in turns with the others."""
 
 import asyncio
 import logging
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
 
-from iiwa_sim.server.first_line import FromBrowserFault
-from iiwa_sim.server.listening import peer_of, why
-
-if TYPE_CHECKING:
-    from iiwa_sim.server.server import Server
-
-CLOSING_S = 1.0
-"""Time (s) in which a client may close after the end of the stream. If the server closed first with data
-unread, the system would reset the connection and the last answer could be lost."""
+from iiwa_sim.protocols.session import Session
+from iiwa_sim.server.budget import Budget
+from iiwa_sim.server.http_rejection import FromBrowserFault, passed_on
+from iiwa_sim.server.listening import Acceptor, open_listener, peer_of, why
 
 logger = logging.getLogger(__name__)
 
 
 class Connection(asyncio.BufferedProtocol, ABC):
-    """One client of a server.
+    """One client. It is not read while it waits for its turn; HTTP and TLS are rejected."""
 
-    What it sends is kept in `_received` until `_work` is called, as the server's budget allows; while it
-    waits for that, little more is read.
-    """
-
-    _server: "Server[Any]"
     _transport: asyncio.Transport
+    _session: Session
     gone: asyncio.Future[None]
     """Done when the connection is closed."""
 
@@ -37,10 +29,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._loop = asyncio.get_running_loop()
         self._share = server.budget.share(self._work)
         self._received = b""
+        self._passed = False  # the first line is neither HTTP nor TLS
         self._sent_end = False
-        self._owes_end = False  # the end of the stream is to be sent behind what the system has not taken yet
-        self._is_told = False  # the log has it as connected
-        self._limit: asyncio.TimerHandle | None = None  # until the client has to act
+        self._told_end = False  # the session knows of the end
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -48,7 +39,9 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self.gone = self._loop.create_future()
         self._name = f"{peer_of(transport)}{self._what}"
         self._mark = {"fields": {"session": self._name}}
+        self._session = self._server.open_session(self._name)
         self._begin()
+        logger.info("%s connected", self._name, extra=self._mark)
         self._server.connections.add(self)
         if not self._server.listening:  # accepted while the server closed
             self.close()
@@ -68,18 +61,11 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._share.ask()
         return True  # the transport stays open for what is to be sent
 
-    def resume_writing(self) -> None:
-        if self._owes_end:
-            self._loop.call_soon(self._send_end)  # not at once: asyncio is about to look what this leaves
-
     def connection_lost(self, exc: Exception | None) -> None:
         self._share.leave()
-        if self._limit is not None:
-            self._limit.cancel()
         self._server.connections.discard(self)
         self.gone.set_result(None)
-        if self._is_told:
-            logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
+        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
 
     @abstractmethod
     def close(self) -> None:
@@ -94,38 +80,90 @@ class Connection(asyncio.BufferedProtocol, ABC):
         """Prepare for the client: it is connected."""
 
     @abstractmethod
+    def _answer(self, until_s: float) -> bool:
+        """Do what waits, up to `until_s`; return whether more can be done."""
+
     def _work(self, until_s: float) -> bool:
-        """Do what waits, up to `until_s`; returns whether there is more. Lets no exception out."""
-
-    def _send_end(self) -> None:
-        """Send the end of the stream behind what was written; then the client has CLOSING_S to close.
-
-        While the system has not taken all of that, this waits for `resume_writing`. asyncio would do so, too,
-        but it lets out the system's error where the client has gone meanwhile.
-        """
-        self._owes_end = self._transport.get_write_buffer_size() > 0
-        if not self._owes_end:
-            self._grant(CLOSING_S)
-            try:
-                self._transport.write_eof()
-            except OSError:
-                self.abort()
-
-    def _drop(self, fault: Exception) -> None:
-        """End the connection, in whose work this has been raised."""
-        if isinstance(fault, FromBrowserFault):
-            told = "%s closed: it sent %s, as a web page would have it"
-            logger.warning(told, self._name, fault, extra=self._mark)
-        else:
-            logger.error("%s dropped: internal error", self._name, exc_info=fault, extra=self._mark)
+        if self._transport.is_closing():
+            return False
+        try:
+            self._hand_on()
+            return self._answer(until_s)
+        except FromBrowserFault as fault:
+            text = "%s closed: it sent %s, as a web page would have it"
+            logger.warning(text, self._name, fault, extra=self._mark)
+        except Exception:
+            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
         self.abort()
+        return False
 
-    def _tell_connected(self) -> None:
-        self._is_told = True
-        logger.info("%s connected", self._name, extra=self._mark)
+    def _hand_on(self) -> None:
+        """Pass the received bytes on to the session. Raises FromBrowserFault."""
+        if self._received:
+            self._passed = self._passed or passed_on(self._received, self._sent_end)
+            if self._passed:
+                self._session.receive(self._received)
+                self._received = b""
+        if self._sent_end and not self._told_end:
+            self._told_end = True
+            self._session.end()
 
-    def _grant(self, seconds: float) -> None:
-        """The connection is aborted unless it is granted more time until then."""
-        if self._limit is not None:
-            self._limit.cancel()
-        self._limit = self._loop.call_later(seconds, self._transport.abort)
+
+C = TypeVar("C", bound=Connection)
+
+
+class Server(Generic[C]):
+    """Listens on `host`:`port`; port 0 picks a free one."""
+
+    def __init__(
+        self,
+        open_connection: Callable[[], C],
+        open_session: Callable[[str], Session],
+        host: str,
+        port: int,
+        budget: Budget | None,
+        receive_bytes: int,
+    ) -> None:
+        """`open_session` gets the name of a client; `budget` may be shared with other servers of the loop.
+
+        `receive_bytes` are read from a client at once: making lines of them takes some ms at most.
+        """
+        self.open_session = open_session
+        self.budget = budget or Budget()
+        self.buffer = memoryview(bytearray(receive_bytes))  # of all connections: read and emptied at once
+        self.connections: set[C] = set()
+        self._open_connection = open_connection
+        self._asked = (host, port)
+        self._acceptor: Acceptor | None = None
+
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        self._acceptor = Acceptor(await open_listener(*self._asked), self._open_connection)
+
+    @property
+    def listening(self) -> bool:
+        return self._acceptor is not None
+
+    @property
+    def acceptor(self) -> Acceptor:
+        """The listening port. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the server does not listen")
+        return self._acceptor
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on."""
+        return self.acceptor.address
+
+    async def close(self) -> None:
+        """Stop listening, close every connection, and wait until all have gone."""
+        if self._acceptor is None:
+            return
+        self._acceptor.close()
+        self._acceptor = None
+        gone = [connection.gone for connection in self.connections]
+        for connection in list(self.connections):
+            connection.close()
+        if gone:
+            await asyncio.wait(gone)

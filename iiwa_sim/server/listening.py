@@ -6,13 +6,13 @@ import errno
 import logging
 import os
 import socket
+import struct
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from iiwa_sim.protocols.ports import MAX_PORT
-from iiwa_sim.server.socket_options import reset_at_close
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import Unusable, harmless, shortened
 
@@ -26,6 +26,8 @@ AGAIN_S = 0.25
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
 _USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
+_RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
+
 logger = logging.getLogger(__name__)
 
 
@@ -36,10 +38,6 @@ class ListenFault(Unusable):
 class Acceptor:
     """Accepts connections at a listening socket until `close`.
 
-    One connection in each turn of the event loop, so that a flood of connections delays nobody. When the
-    system has no descriptor left, one line is logged and accepting is tried again later; asyncio's own server
-    would retry and log hundreds of times at once.
-
     Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
     socket is bound to it that does not listen.
     """
@@ -48,11 +46,9 @@ class Acceptor:
         self._loop = asyncio.get_running_loop()
         self._listening = listening
         self._open_protocol = open_protocol
-        self._again: asyncio.TimerHandle | None = None
         self._opening: dict[asyncio.Task[None], socket.socket] = {}
-        self._refuses = False
-        listening.setblocking(False)
-        self._loop.add_reader(listening, self._take_one)
+        self._accepting: asyncio.Task[None] | None = None
+        self._begin()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -62,53 +58,39 @@ class Acceptor:
 
     def close(self) -> None:
         """Stop listening; accepted connections go on."""
-        if self._again is not None:
-            self._again.cancel()
-            self._again = None
-        if not self._refuses:
+        if self._accepting is not None:
+            self._accepting.cancel()
+            self._accepting = None
             self._loop.remove_reader(self._listening)
         self._listening.close()
 
     def refuse(self) -> None:
         """Refuse new connections until `accept`. Raises ListenFault if the port cannot be kept."""
-        if not self._refuses:
+        if self._accepting is not None:
             family, address = self._listening.family, self._listening.getsockname()
             self.close()
-            self._refuses = True
             self._listening = _bound(family, address)
 
     def accept(self) -> None:
         """Accept connections again, where they are refused."""
-        if self._refuses:
+        if self._accepting is None:
             self._listening.listen(BACKLOG)
-            self._listening.setblocking(False)
-            self._loop.add_reader(self._listening, self._take_one)
-            self._refuses = False
+            self._begin()
 
     def drop_arriving(self, *, reset: bool) -> None:
         """Close or reset the connections that wait to be accepted."""
-        for opening, connection in list(self._opening.items()):
-            if reset:
-                reset_at_close(connection)
+        for opening, connection in self._opening.items():
             opening.cancel()
-            opening.add_done_callback(partial(_close, connection))
+            opening.add_done_callback(partial(_close, connection, reset))
         with contextlib.suppress(OSError):  # no connection waits, or no descriptor is left
             while True:
-                connection, _ = self._listening.accept()
-                if reset:
-                    reset_at_close(connection)
-                connection.close()
+                _close(self._listening.accept()[0], reset)
 
-    def _take_one(self) -> None:
-        try:
-            connection, _ = self._listening.accept()
-        except OSError as fault:
-            if fault.errno in _USED_UP:
-                self._loop.remove_reader(self._listening)
-                self._again = self._loop.call_later(AGAIN_S, self._try_again)
-                _tell_used_up(fault)
-            return  # a failed accept means that the client has gone already
-        connection.setblocking(False)
+    def _begin(self) -> None:
+        self._listening.setblocking(False)
+        self._accepting = self._loop.create_task(accept(self._listening, self._serve))
+
+    def _serve(self, connection: socket.socket, _peer: object) -> None:
         opening = self._loop.create_task(self._open(connection))
         self._opening[opening] = connection
         opening.add_done_callback(self._opening.pop)
@@ -119,10 +101,6 @@ class Acceptor:
         except OSError as fault:
             logger.debug("a connection could not be opened: %s", why(fault))
             connection.close()
-
-    def _try_again(self) -> None:
-        self._again = None
-        self._loop.add_reader(self._listening, self._take_one)
 
 
 async def accept(listening: socket.socket, serve: Callable[[socket.socket, Any], None]) -> None:
@@ -158,8 +136,16 @@ def _bound(family: int, address: tuple[str, int]) -> socket.socket:
     return bound
 
 
-def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:
+def _close(connection: socket.socket, reset: bool, _opening: object = None) -> None:
+    if reset:
+        reset_at_close(connection)
     connection.close()
+
+
+def reset_at_close(connection: socket.socket) -> None:
+    """Make the next close a reset that discards unsent data."""
+    with contextlib.suppress(OSError):  # already gone
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_CLOSE)
 
 
 _told = Throttle[str](1)  # one throttle for all ports: the process shares its descriptors

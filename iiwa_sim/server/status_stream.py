@@ -1,14 +1,12 @@
 """A port that broadcasts lines: each connection gets the newest line, as often as it can take one."""
 
 import contextlib
-import logging
 import socket
 from collections.abc import Callable
 
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
-from iiwa_sim.server.line_connection import SessionConnection
-from iiwa_sim.server.server import Server
+from iiwa_sim.server.connection import Connection, Server
 
 RECEIVE_BYTES = 1024
 """Bytes read from a reader at once: small, so that a reader that floods is handled between ticks."""
@@ -22,8 +20,6 @@ MOST_SEND_BYTES = 16_384
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
 DEFAULT_RATE_HZ = 50
-
-logger = logging.getLogger(__name__)
 
 
 class StatusStream(Server["Reader"]):
@@ -57,8 +53,7 @@ class StatusStream(Server["Reader"]):
         if not MIN_RATE_HZ <= rate_hz <= most_hz:
             ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
-        super().__init__(lambda: Reader(self), host, port, budget, receive_bytes=RECEIVE_BYTES)
-        self.open_session = open_session
+        super().__init__(lambda: Reader(self), open_session, host, port, budget, RECEIVE_BYTES)
         self.on_reader = on_reader
         self.newest = b""
         self._line = line
@@ -96,7 +91,7 @@ class StatusStream(Server["Reader"]):
                 reader.offer()
 
 
-class Reader(SessionConnection):
+class Reader(Connection):
     """One connection to the status port."""
 
     _server: StatusStream
@@ -106,14 +101,6 @@ class Reader(SessionConnection):
         self._offered = False  # a line waits to be sent
         self._before_line = b""
 
-    def _begin(self) -> None:
-        connection = self._transport.get_extra_info("socket")
-        with contextlib.suppress(OSError):  # already gone
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._server.send_bytes)
-        self._session = self._server.open_session(self._name)
-        self._server.on_reader()
-        self._tell_connected()
-
     def offer(self) -> None:
         """Note that a line is due; a reader that has to wait gets the newest line at its turn."""
         self._offered = True
@@ -121,7 +108,7 @@ class Reader(SessionConnection):
 
     @property
     def ready(self) -> bool:
-        """Whether the system has taken all that was sent."""
+        """True if the system has taken all that was sent."""
         return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
 
     def close(self) -> None:
@@ -131,15 +118,16 @@ class Reader(SessionConnection):
         else:
             self._transport.abort()
 
-    def _work(self, _until_s: float) -> bool:
-        """Read what the reader has sent, and send the newest line."""
-        if self._transport.is_closing():
-            return False
-        try:
-            self._hand_on()
-        except Exception as fault:  # noqa: BLE001  # told in the log
-            self._drop(fault)
-            return False
+    def _begin(self) -> None:
+        connection = self._transport.get_extra_info("socket")
+        with contextlib.suppress(OSError):  # already gone
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._server.send_bytes)
+        self._server.on_reader()
+
+    def _answer(self, _until_s: float) -> bool:
+        """Send the newest line, behind what the session answers to what the reader has sent."""
+        while self._session.waiting:
+            self._before_line = self._session.answer() or self._before_line
         if self._offered and self.ready:
             self._offered = False
             self._transport.write(self._before_line + self._server.newest)
@@ -147,9 +135,3 @@ class Reader(SessionConnection):
         if not self._sent_end:
             self._transport.resume_reading()
         return False
-
-    def _hand_on(self) -> None:
-        """Pass the received bytes on to the session; its replies are sent before the next line."""
-        super()._hand_on()
-        while self._session.waiting:
-            self._before_line = self._session.answer() or self._before_line

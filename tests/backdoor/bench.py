@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
@@ -52,7 +53,10 @@ class Bench:
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recent = RecentDialogue(self.dialogue, self.controller.tick_s)
-        self.backdoor = Backdoor(self.controller, self.wire, [self.door], self.clock, self.recent)
+        self.backdoor = Backdoor(self.controller, self.wire, self._ports, self.clock, self.recent)
+
+    def _ports(self) -> list[Any]:
+        return [self.door]
 
     def grips_disc(self) -> None:
         """The disc is at the TCP, and held there."""

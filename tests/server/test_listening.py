@@ -63,7 +63,7 @@ async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_on
     _, writer = await connecting
     writer.close()
     acceptor.close()
-    assert scarce.asked == 41, "once for each pause, and no more"
+    assert scarce.asked <= 45, "now and then, and no more"
     assert turns > scarce.asked, "others have their turns between"
     (told,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     assert told == "nobody can connect for the time being: Too many open files"

@@ -193,7 +193,7 @@ async def test_what_readers_say_is_heard_each_on_its_own() -> None:
         await until(lambda: served.sessions[0].ended and len(served.sessions[1].heard) == 5000)
         assert served.sessions[0].heard == b"stop\n"
         assert served.sessions[0].name != served.sessions[1].name
-        assert served.sessions[1].calls >= 5, "a flood is heard in portions"
+        assert served.sessions[1].calls >= 3, "a flood is heard in portions"
 
 
 async def test_what_a_session_answers_comes_before_the_next_line_and_once() -> None:

@@ -12,7 +12,7 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 
 from iiwa_sim.server.listening import ListenFault, host_and_port
-from iiwa_sim.server.tcp import TcpServer
+from iiwa_sim.server.tcp import LONGEST_PAUSE_S, Admission, TcpServer
 from tests.server.line_sessions import EchoSession
 from tests.talking import DEADLINE_S, Client, until
 
@@ -20,12 +20,14 @@ from tests.talking import DEADLINE_S, Client, until
 class Served:
     """A server and the sessions it opened."""
 
-    def __init__(self, open_session: Callable[[str], EchoSession], unread_s: float) -> None:
+    def __init__(
+        self, open_session: Callable[[str], EchoSession], unread_s: float, admission: Admission | None
+    ) -> None:
         self.sessions: list[EchoSession] = []
         self._open_session = open_session
         self._clients: list[Client] = []
         self._silent: list[socket.socket] = []
-        self.server = TcpServer(self.open, "127.0.0.1", 0, unread_s=unread_s)
+        self.server = TcpServer(self.open, "127.0.0.1", 0, unread_s=unread_s, admission=admission)
 
     def open(self, name: str) -> EchoSession:
         self.sessions.append(self._open_session(name))
@@ -63,9 +65,11 @@ class Served:
 
 @asynccontextmanager
 async def serving(
-    open_session: Callable[[str], EchoSession] = EchoSession, unread_s: float = 1e3
+    open_session: Callable[[str], EchoSession] = EchoSession,
+    unread_s: float = 1e3,
+    admission: Admission | None = None,
 ) -> AsyncIterator[Served]:
-    served = Served(open_session, unread_s)
+    served = Served(open_session, unread_s, admission)
     await served.server.start()
     try:
         async with asyncio.timeout(DEADLINE_S):
@@ -249,3 +253,99 @@ async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None
             await server.start()
         assert str(caught.value).isprintable()
         assert len(str(caught.value)) < 200
+
+
+async def test_one_client_is_served_after_the_other_in_their_order() -> None:
+    async with serving(admission=Admission(exclusive=True)) as served:
+        clients = []
+        for k in range(4):
+            clients.append(await served.connect())
+            clients[-1].send(b"there\n")
+            await until(lambda k=k: len(served.sessions) == k + 1)
+        assert await clients[0].reply() == "there"
+        await clients[2].leaves()
+        for k in (1, 3):
+            assert clients[k].unread == b""
+            await clients[k - 1 if k == 1 else 1].leaves()
+            assert await clients[k].reply() == "there"
+
+
+@pytest.mark.parametrize("exclusive", [False, True])
+async def test_a_pause_after_the_last_client_has_gone(exclusive: bool) -> None:
+    loop, pause_s = asyncio.get_running_loop(), 0.1
+    async with serving(admission=Admission(exclusive, pause_s)) as served:
+        first = await served.connect()
+        await first.ask("there")
+        begun_s = loop.time()
+        await first.leaves()
+        await until(lambda: not served.server.connections)
+        assert await (await served.connect()).ask("there") == "there"
+        assert loop.time() - begun_s >= pause_s
+
+
+async def test_nobodys_turn_comes_after_the_close() -> None:
+    async with serving(admission=Admission(exclusive=True)) as served:
+        await (await served.connect()).ask("there")
+        late = await served.connect()
+        late.send(b"there\n")
+        await until(lambda: len(served.sessions) == 2)
+        await served.server.close()
+        with suppress(ConnectionError):
+            assert await late.rest() == b""
+        assert served.sessions[1].answered == 0
+
+
+@pytest.mark.parametrize("pause_s", [-1e-9, float("nan"), LONGEST_PAUSE_S + 1])
+def test_a_pause_out_of_range_is_refused(pause_s: float) -> None:
+    with pytest.raises(ValueError, match="expected 0 to 86400 s"):
+        Admission(pause_s=pause_s)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"POST /x?lin+move HTTP/1.1\r\nHost: a\r\n\r\nstop\r\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n",
+        b"GET /" + b"x" * 100_000 + b" HTTP/1.1\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\nstop\n",
+    ],
+)
+@pytest.mark.parametrize("size", [1, 3, 100_000])
+async def test_nothing_of_what_browsers_send_is_a_command(
+    data: bytes, size: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with serving() as served:
+        client = await served.connect()
+        for begin in range(0, min(len(data), 3000), size):
+            client.send(data[begin : begin + size])
+            await asyncio.sleep(0)
+        if size > 3000:
+            client.send(data[3000:])
+        with suppress(ConnectionError):
+            assert await client.rest() == b""
+        await served.all_lost()
+        assert [session.answered for session in served.sessions] == [0]
+    assert "as a web page would have it" in caplog.text
+
+
+@pytest.mark.parametrize("cut", [1, 4, 100])
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"get status\n",
+        b"GET STATUS :\nGET / HTTP/1.1\n",
+        b"\xff\xfd\x06\n",
+        b"x" * 5000 + b"\n",
+        b"\x16\n",
+        b"hello",
+    ],
+)
+async def test_what_only_looks_like_that_is_passed_on_whole(data: bytes, cut: int) -> None:
+    async with serving() as served:
+        client = await served.connect()
+        client.send(data[:cut])
+        await until(lambda: bool(served.sessions))
+        client.send(data[cut:])
+        client.sends_no_more()
+        assert await client.rest() == data.replace(b"\n", b"\r\n") + b"\r\n" * (not data.endswith(b"\n"))
