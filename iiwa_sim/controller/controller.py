@@ -195,7 +195,7 @@ class Controller:
     def _feel(self) -> None:
         """Find the forces where a tick has brought the robot."""
         motions, load = self.motions, self.load
-        joints, contact = motions.joints, motions.tcp_contact
+        joints, contact = motions.joints, motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
         tcp = coming = next_joints = None
         if load.needs_poses:
             tcp = load.tcp(joints)  # found a tick ago

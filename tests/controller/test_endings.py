@@ -19,7 +19,7 @@ from iiwa_sim.controller.errors import (
     Refused,
 )
 from iiwa_sim.robot.description import load_robot
-from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
+from tests.asked import gravity_hold, joint_move, lin_move_at, smart_joint_move
 from tests.chains import Recorder, chains
 from tests.stepped import ARMS, SteppedRobot
 
@@ -111,17 +111,6 @@ def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, end
     robot.step(300)
     told = "no smart command for 0.5 s: the robot stops"
     assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, told)]
-
-
-def test_a_force_ends_a_move_with_success_and_says_so(robot: SteppedRobot, endings: list[Ending]) -> None:
-    tcp = robot.tcp_frame(NEAR)
-    robot.controller.move(ptp_force_move(tcp, 0.1, 0.0, (5.0, 5.0, 5.0)))
-    robot.step(20)
-    robot.controller.load.wrench = (0.0, 0.0, -20.0, 0.0, 0.0, 0.0)
-    robot.step(2)
-    (ending,) = endings
-    assert (ending.move, ending.code) == (1, SUCCESS)
-    assert "along z of the TCP" in ending.reason
 
 
 def test_a_fault_in_a_tick_ends_all_moves(

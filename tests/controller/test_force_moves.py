@@ -18,8 +18,8 @@ from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from tests import asked
-from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
-from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, strong
+from tests.asked import joint_move, lin_force_move, ptp_force_move, ptp_move
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 
 STOP_S = 0.1
 START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
@@ -177,43 +177,6 @@ def three_moves(robot: SteppedRobot) -> list[int]:
     ]
 
 
-def test_a_push_that_began_before_the_move_did_ends_it_in_its_first_tick() -> None:
-    robot = SteppedRobot()
-    c = robot.controller
-    first = c.move(joint_move(AWAY, [1.0] * 7))
-    number = c.move(ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0)))
-    robot.step(10)
-    pushed(robot, 20.0)
-    while c.is_pending(first):
-        assert not robot.contacts
-        robot.step()
-    assert [contact.move for contact in robot.contacts] == [number]
-    robot.runs_until_stopped()
-    assert c.joints == pytest.approx(AWAY, abs=0.1)
-    again = c.move(
-        ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))
-    )  # now it is the offset
-    robot.runs_until_stopped()
-    assert [contact.move for contact in robot.contacts] == [number]
-    assert again > number
-    assert robot.controller.tool_frame() == pytest.approx(robot.tcp_frame(START), abs=1e-6)
-
-
-def test_a_stop_ends_a_force_move_like_any_other() -> None:
-    robot = at_start()
-    here = robot.controller.tool_frame()
-    robot.controller.move(lin_force_move(here._replace(y_mm=200.0), 1.0, 0.0, (None, None, 15.0)))
-    robot.step(50)
-    robot.stop()
-    pushed(robot, 100.0)
-    assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
-    robot.controller.move(lin_move(here, 1.0, 0.0))
-    pushed(robot, 0.0)
-    robot.runs_until_stopped()
-    assert robot.contacts == []
-    assert_same_frame(robot.controller.tool_frame(), here)
-
-
 def rest_of(robot: SteppedRobot) -> Joints:
     robot.runs_until_stopped()
     return robot.controller.joints
@@ -250,23 +213,6 @@ def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str, nam
 
 def head_for(robot: SteppedRobot, servo: str, joints: list[float]) -> int:
     return robot.controller.move(getattr(asked, f"{servo}_joint_move")(joints, [1.0] * len(joints)))
-
-
-def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:
-    robot = at_start()
-    head_for(robot, "smart", AWAY)
-    robot.step(50)
-    numbers = [robot.controller.move(joint_move(target, [1.0] * 7)) for target in (START, AWAY)]
-    assert robot.controller.queue == 2
-    robot.cancel()
-    assert all(map(robot.controller.is_pending, numbers)), "the robot was stopping"
-    robot.controller.clear_queue()
-    assert robot.controller.queue == 0
-    assert not any(map(robot.controller.is_pending, numbers))
-    assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
-    robot.controller.move(joint_move(START, [1.0] * 7))
-    assert rest_of(robot) == tuple(START)
-    assert_within_limits(robot)
 
 
 @pytest.mark.requirement("FRC014")

@@ -7,13 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from iiwa_sim.contact.shapes import Plane
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.frames import transform_from_euler
 from tests import asked
 from tests.asked import (
     direct_joint_move,
@@ -37,23 +32,6 @@ both = pytest.mark.parametrize("name", ARMS)
 FULL = [1.0] * 7
 NO_FORCE = [0.0] * 6
 LONGEST_STOP_S = 0.085  # of the KR 6; 0.072 of an iiwa
-
-
-def touching(
-    stiffness: float,
-    height_m: float,
-    tick_s: float,
-    *,
-    tilt_rad: float = 0.0,
-    friction: float = 0.0,
-    name: str = ARMS[0],
-) -> SteppedRobot:
-    """A robot at home whose TCP can touch a plane, which is at that height where x and y are 0."""
-    robot = SteppedRobot(strong(name), tick_s=tick_s)
-    pose = transform_from_euler(0.0, 0.0, height_m, 0.0, tilt_rad, 0.0)
-    world = World([Surface("plane", Plane(), pose, stiffness, 1.0, friction)], 0.005)
-    robot.controller = Controller(robot.description, tick_s, world=world)
-    return robot
 
 
 def at_start(name: str = ARMS[0]) -> SteppedRobot:
@@ -140,32 +118,6 @@ def test_the_six_values_are_subtracted_from_what_acts() -> None:
     z_axis = np.array(pose.rotation).reshape(3, 3)[:, 2]
     np.testing.assert_allclose(off, -0.010 * z_axis, atol=1e-4)
     assert robot.controller.cartesian_force() == (0.0,) * 6, "what the controller adds is not felt"
-
-
-@pytest.mark.parametrize(
-    ("tick_s", "surface", "stiffness", "speed_rel"),
-    [(0.001, 1e3, 100.0, 1.0), (0.01, 1e5, 5000.0, 0.1)],
-)
-def test_pressed_into_a_table_the_forces_balance(
-    tick_s: float, surface: float, stiffness: float, speed_rel: float
-) -> None:
-    robot = touching(surface, 0.495, tick_s)
-    robot.joints = [robot.controller.joints]
-    target = robot.controller.tool_frame()._replace(z_mm=470.0)
-    robot.controller.move(lin_stiff_move(target, speed_rel, stiffness, NO_FORCE))
-    robot.runs_until_stopped(60.0)
-    robot.step(round(2.0 / tick_s))
-    depth_mm = 500.0 - robot.controller.tool_frame().z_mm
-    assert depth_mm == pytest.approx(30.0 * stiffness / (stiffness + surface), rel=0.01)
-    assert not robot.controller.moving
-    fz = (
-        np.array(robot.controller.cartesian_force()[:3])
-        @ np.array(target.to_transform().rotation).reshape(3, 3).T
-    )
-    np.testing.assert_allclose(
-        fz, [0.0, 0.0, depth_mm / 1000.0 * surface], atol=0.01 * depth_mm * surface / 1000
-    )
-    assert_positions_and_velocities_within_limits(robot)
 
 
 # Gravity hold

@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
 from iiwa_sim.frames import Frame
-from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
+from tests.asked import joint_move, lin_move, ptp_move
 from tests.stepped import SteppedRobot
 
 FULL = [1.0] * 7
 READY = (0.0, 0.4, 0.0, -1.2, 0.0, 1.2, 0.0)
-AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
 
 
 def numbers(robot: SteppedRobot) -> list[int]:
@@ -65,19 +64,6 @@ def test_what_was_stopped_cancelled_or_cleared_is_told_no_more(ticks: int, how: 
     while controller.moving:
         robot.step(10)
         assert all(controller.is_pending(number) for number in numbers(robot))
-    assert controller.planned == []
-
-
-def test_of_a_servo_it_is_the_newest_target() -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    controller.move(joint_move(AWAY, FULL))
-    robot.step(50)
-    controller.move(smart_joint_move(READY, FULL))
-    assert [(each.number, each.joints) for each in controller.planned] == [(2, READY)]
-    while controller.moving:
-        assert numbers(robot) == [2]
-        robot.step()
     assert controller.planned == []
 
 

@@ -14,8 +14,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import MoveRequest, from_quaternion, shifted
 from iiwa_sim.frames import Frame, quaternion_from_rotation
-from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from iiwa_sim.robot.nearest import OUT_OF_REACH
 from tests.asked import (
     joint_move,
     lin_move,
@@ -147,19 +146,3 @@ def test_reachable_means_that_the_move_would_be_accepted_and_asking_changes_noth
     for robot in (asked, silent):
         robot.runs_until_stopped()
     assert asked.joints == silent.joints
-
-
-@pytest.mark.requirement("FRC020")
-def test_a_line_may_be_impossible_to_a_target_that_ptp_reaches() -> None:
-    controller = Controller(load_robot(), 0.002)
-    home = controller.tool_frame()
-    behind = home._replace(x_mm=-home.x_mm)
-    controller.check(reach(behind))
-    with pytest.raises(Refused):
-        controller.check(lin_reach(behind))
-    with pytest.raises(Refused) as refused:
-        controller.check(reach(home._replace(x_mm=2000.0)))
-    assert refused.value.code == OUT_OF_REACH
-    with pytest.raises(Refused) as refused:
-        controller.check(reach(home, 3.0))
-    assert refused.value.code == JOINT_LIMIT
