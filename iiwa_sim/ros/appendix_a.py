@@ -15,7 +15,7 @@ from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.commands import read_command
-from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.graph import Graph, Rate, Served, Topic
 from iiwa_sim.ros.messages import BadMessage, Message
 
 COMMAND_LIST = "/command_list"
@@ -65,7 +65,8 @@ class AppendixA:
         self._waiting: deque[_Command] = deque()  # not sent yet
         self._servo = ""  # the type of the command whose target the servo follows
         self._failed = False
-        self._results = graph.publish(COMMAND_RESULT, f"{_RMI}/msg/Result", 0, None, in_ros1=True)
+        self._results = Topic(f"{_RMI}/msg/Result", Rate(0, graph.tick_rate_hz), None, in_ros1=True)
+        graph.published[COMMAND_RESULT] = self._results
         for name, kind, rate_hz, content in (
             ("/robot_status", "industrial_msgs/msg/RobotStatus", 50, self._status),
             ("/tool_frame", f"{_RMI}/msg/EulerFrame", 100, self._tool_frame),
@@ -74,7 +75,7 @@ class AppendixA:
             ("/io_states", f"{_RMI}/msg/IOStates", 10, self._io_states),
         ):
             graph.publish(name, kind, rate_hz, content, in_ros1=True)
-        graph.subscribe(COMMAND_LIST, f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
+        graph.subscribed[COMMAND_LIST] = Served(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
         for name, kind, answer in (
             ("/scale_speed", f"{_RMI}/srv/SetFloat", self._scale_speed),
             ("/get_io", f"{_RMI}/srv/GetIO", self._get_io),
@@ -83,7 +84,7 @@ class AppendixA:
             ("/robot/get_digital_ios", f"{_RMI}/srv/GetDigitalIOs", self._get_digital_ios),
             ("/robot/set_digital_ios", f"{_RMI}/srv/SetDigitalIOs", self._set_digital_ios),
         ):
-            graph.serve(name, kind, answer, in_ros1=True)
+            graph.services[name] = Served(kind, answer, in_ros1=True)
 
     # Commands
 

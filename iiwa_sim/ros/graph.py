@@ -1,4 +1,4 @@
-"""The topics, services and the clients' view of one robot on ROS, whatever the transport."""
+"""The topics and services of one robot on ROS, whatever the transport."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -42,8 +42,8 @@ class Topic:
     rate: Rate
     content: Content | None
     """Makes a message; None for a topic that is published when something happens."""
-    in_ros1: bool
-    """Whether clients of ROS 1 know it in their form."""
+    in_ros1: bool = False
+    """Whether clients of ROS 1 know it, in their form."""
     seq: int = 0
     listeners: list[Listener] = field(default_factory=list)
 
@@ -71,7 +71,7 @@ class Served:
     kind: str
     take: Callable[[Any], Any]
     """Takes a checked message; returns the response of a service."""
-    in_ros1: bool
+    in_ros1: bool = False
 
 
 class Graph:
@@ -85,21 +85,9 @@ class Graph:
         self.subscribed: dict[str, Served] = {}
         self.services: dict[str, Served] = {}
 
-    def publish(
-        self, name: str, kind: str, rate_hz: int, content: Content | None, *, in_ros1: bool = False
-    ) -> Topic:
-        """Add a topic; one with content and a rate of 0 is latched."""
-        rate = Rate(rate_hz, self.tick_rate_hz)
-        topic = self.published[name] = Topic(kind, rate, content, in_ros1)
-        return topic
-
-    def subscribe(self, name: str, kind: str, take: Callable[[Any], None], *, in_ros1: bool = False) -> None:
-        """Add a topic to which the robot subscribes."""
-        self.subscribed[name] = Served(kind, take, in_ros1)
-
-    def serve(self, name: str, kind: str, take: Callable[[Any], Message], *, in_ros1: bool = False) -> None:
-        """Add a service."""
-        self.services[name] = Served(kind, take, in_ros1)
+    def publish(self, name: str, kind: str, rate_hz: int, content: Content, *, in_ros1: bool = False) -> None:
+        """Add a topic with a rate (Hz of simulated time), or one that is latched, with a rate of 0."""
+        self.published[name] = Topic(kind, Rate(rate_hz, self.tick_rate_hz), content, in_ros1)
 
     @property
     def stamp(self) -> dict[str, int]:

@@ -4,6 +4,7 @@ Codes and statuses of goals are those of joint_trajectory_controller; MoveIt jud
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
@@ -14,7 +15,7 @@ from iiwa_sim.controller.trajectory_request import Tolerance, TrajectoryPoint, T
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.robot.model import arm_model
-from iiwa_sim.ros.graph import Graph, Rate
+from iiwa_sim.ros.graph import Graph, Rate, Served
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
 
 T = TypeVar("T")
@@ -31,15 +32,14 @@ TOOL = "tool"
 FEEDBACK_HZ = 20
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
-SUCCESSFUL, INVALID_GOAL, PATH_TOLERANCE_VIOLATED, GOAL_TOLERANCE_VIOLATED = 0, -1, -4, -5
-"""Codes of FollowJointTrajectory's result."""
 _ENDS = {
-    Outcome.REACHED: (SUCCEEDED, SUCCESSFUL),
-    Outcome.CANCELLED: (CANCELED, SUCCESSFUL),
-    Outcome.PATH_TOLERANCE: (ABORTED, PATH_TOLERANCE_VIOLATED),
-    Outcome.GOAL_TOLERANCE: (ABORTED, GOAL_TOLERANCE_VIOLATED),
-    Outcome.ENDED: (ABORTED, INVALID_GOAL),
+    Outcome.REACHED: (SUCCEEDED, 0),
+    Outcome.CANCELLED: (CANCELED, 0),
+    Outcome.PATH_TOLERANCE: (ABORTED, -4),
+    Outcome.GOAL_TOLERANCE: (ABORTED, -5),
+    Outcome.ENDED: (ABORTED, -1),
 }
+"""Status, and error_code of FollowJointTrajectory's result."""
 
 
 class GoalEnd(NamedTuple):
@@ -55,11 +55,7 @@ class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
 
     def __init__(
-        self,
-        graph: Graph,
-        controller: Controller,
-        log: ProtocolLog,
-        joint_states: Callable[[], Message],
+        self, graph: Graph, controller: Controller, log: ProtocolLog, joint_states: Callable[[], Message]
     ) -> None:
         """`joint_states` makes a sensor_msgs/JointState."""
         self._graph = graph
@@ -81,14 +77,18 @@ class JointInterface:
             ("/robot_description", "std_msgs/msg/String", 0, lambda: {"data": controller.description.urdf}),
         ):
             graph.publish(topic, kind, rate_hz, content)
-        graph.subscribe(TRAJECTORY, "trajectory_msgs/msg/JointTrajectory", self._follow)
-        graph.subscribe(COMMANDS, "sensor_msgs/msg/JointState", self._head_for)
-        graph.subscribe("/set_speed_scale", "std_msgs/msg/Float64", self._set_speed_scale)
-        graph.serve("/stop", "std_srvs/srv/Trigger", _trigger(controller.stop))
-        graph.serve("/reset_error", "std_srvs/srv/Trigger", _trigger(controller.reset_error))
-        graph.serve("/emergency_stop", "std_srvs/srv/SetBool", _switch(self._emergency_stop))
+        graph.subscribed |= {
+            TRAJECTORY: Served("trajectory_msgs/msg/JointTrajectory", self._follow),
+            COMMANDS: Served("sensor_msgs/msg/JointState", self._head_for),
+            "/set_speed_scale": Served("std_msgs/msg/Float64", self._set_speed_scale),
+        }
+        graph.services |= {
+            "/stop": _trigger(controller.stop),
+            "/reset_error": _trigger(controller.reset_error),
+            "/emergency_stop": _switch(self._emergency_stop),
+        }
         for number in range(1, len(controller.io.output_names) + 1):
-            graph.serve(f"/set_output_{number}", "std_srvs/srv/SetBool", _switch(self._output(number)))
+            graph.services[f"/set_output_{number}"] = _switch(partial(controller.io.set_output, number))
 
     # The action and the topics that move the robot
 
@@ -98,11 +98,7 @@ class JointInterface:
         return bool(self._feedback)
 
     def send_goal(
-        self,
-        args: Any,
-        ended: Callable[[GoalEnd], None],
-        hear: Callable[[Message], None] | None,
-        who: str,
+        self, args: Any, ended: Callable[[GoalEnd], None], hear: Callable[[Message], None] | None, who: str
     ) -> int:
         """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
 
@@ -183,9 +179,6 @@ class JointInterface:
         elif self._controller.status().error_code == EMERGENCY_STOP:
             self._controller.release_emergency_stop()
 
-    def _output(self, number: int) -> Callable[[bool], None]:
-        return lambda on: self._controller.io.set_output(number, on)
-
     # States
 
     def _clock(self) -> Message:
@@ -224,22 +217,20 @@ class JointInterface:
         return {"header": self._graph.header(), "status": [told]}
 
 
-def _trigger(do: Callable[[], None]) -> Callable[[Any], Message]:
-    """The handler of a std_srvs/Trigger."""
-
-    def answer(_: Any) -> Message:
-        try:
-            do()
-        except Refused as refused:
-            return {"success": False, "message": refused.reason}
-        return {"success": True, "message": ""}
-
-    return answer
+def _trigger(do: Callable[[], None]) -> Served:
+    return Served("std_srvs/srv/Trigger", lambda _: _answer(do))
 
 
-def _switch(do: Callable[[bool], None]) -> Callable[[Any], Message]:
-    """The handler of a std_srvs/SetBool."""
-    return lambda request: _trigger(lambda: do(request.data))(request)
+def _switch(do: Callable[[bool], None]) -> Served:
+    return Served("std_srvs/srv/SetBool", lambda request: _answer(lambda: do(request.data)))
+
+
+def _answer(do: Callable[[], None]) -> Message:
+    try:
+        do()
+    except Refused as refused:
+        return {"success": False, "message": refused.reason}
+    return {"success": True, "message": ""}
 
 
 def _transform(header: Message, child: str, pose: Transform) -> Message:

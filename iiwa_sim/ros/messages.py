@@ -144,12 +144,13 @@ def short_name(name: str) -> str:
 
 
 def result_text(year: int) -> str:
-    """Return the definition of robot_movement_interface/Result for ROS 1 in the package of a year."""
+    """Return the full text of robot_movement_interface/Result for ROS 1 in the package of a year."""
     (today,) = interface("robot_movement_interface/Result", "msg", ros2=False)
     known = today.constants[: RESULT_CONSTANTS[year]]
     constants = [f"{kind} {name} = {value}" for kind, name, value in known]
     fields = [line for line in today.text.splitlines() if "=" not in line]
-    return "".join(f"{line}\n" for line in (*constants, *fields))
+    own = "".join(f"{line}\n" for line in (*constants, *fields))
+    return today._replace(text=own).full_text
 
 
 def checked(content: Any, name: str, kind: str = "msg") -> Any:

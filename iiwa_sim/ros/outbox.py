@@ -6,13 +6,14 @@ The frames are bounded however slowly a client reads.
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 MOST_REPLIES = 1000
 MOST_REPLY_LETTERS = 4_194_304
 LONGEST_FEED = 1000
 
-Frame = str | bytes
-"""Text, or the content of a binary frame."""
+Frame = str | dict[str, Any]
+"""Text, or a message for a binary frame, as CBOR."""
 
 
 class _Feed:
@@ -31,11 +32,11 @@ class Outbox:
         self.overflown = False
         """Whether the client has left too many replies unread: nothing more is kept for it."""
         self._news = asyncio.Event()
-        self._replies: deque[Frame] = deque()
+        self._replies: deque[str] = deque()
         self._reply_letters = 0
         self._feeds: dict[str, _Feed] = {}
 
-    def reply(self, message: Frame) -> None:
+    def reply(self, message: str) -> None:
         """Queue a message that must not be lost."""
         if self.overflown:
             return

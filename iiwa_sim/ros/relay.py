@@ -13,7 +13,6 @@ from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 
@@ -43,27 +42,26 @@ class RosFault(Unusable):
     line."""
 
 
-class Node(NamedTuple):
-    """What a process has to be told."""
-
-    name: str
-    """ROS 1 or ROS 2, for the log."""
-    module: str
-    """Its module in `relays`."""
-    python: Path
-    config: Message
-    """The first line it gets."""
-    lacks: str
-    """The message if that interpreter has no library for it, with a place for the fault."""
-
-
 class Relay:
     """The process of one node, from `start` to `close`."""
 
     def __init__(
-        self, node: Node, open_session: Callable[[str, Outbox], RosbridgeSession], turns: Turns
+        self,
+        name: str,
+        python: Path,
+        config: Message,
+        lacks: str,
+        open_session: Callable[[str, Outbox], RosbridgeSession],
+        turns: Turns,
     ) -> None:
-        self._node = node
+        """`name` is ROS 1 or ROS 2, `config` the first line that the process gets.
+
+        `lacks` is the message if the interpreter has no library for it, with places for `python` and `fault`.
+        """
+        self._name = name
+        self._python = python
+        self._config = config
+        self._lacks = lacks
         self._open_session = open_session
         self._turns = turns
         self._watching: asyncio.Task[None] | None = None
@@ -87,12 +85,11 @@ class Relay:
         await self._end()
 
     async def _begin(self) -> None:
-        node = self._node
-        folder = str(files("iiwa_sim.ros").joinpath("relays"))
+        script = str(files("iiwa_sim.ros").joinpath("relays", "start.py"))
         environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **os.environ}
         try:
             process = await asyncio.create_subprocess_exec(
-                *(node.python, str(Path(folder, "start.py")), node.module),
+                *(self._python, script, self._name.lower().replace(" ", "")),
                 stdin=PIPE,
                 stdout=PIPE,
                 stderr=PIPE,
@@ -101,11 +98,11 @@ class Relay:
                 start_new_session=True,  # a Ctrl-C is for us: the process ends when its input does
             )
         except OSError as fault:
-            raise RosFault(f"{node.python} cannot be run: {fault.strerror}") from None
+            raise RosFault(f"{self._python} cannot be run: {fault.strerror}") from None
         self._process = process
         assert process.stdin is not None
         process.stdin.transport.set_write_buffer_limits(MOST_UNREAD_BYTES)
-        process.stdin.write(msgspec.json.encode(node.config) + b"\n")
+        process.stdin.write(msgspec.json.encode(self._config) + b"\n")
         self._tasks = [asyncio.create_task(self._log_errors(process))]
         try:
             ready = await self._first_line(process)
@@ -113,9 +110,9 @@ class Relay:
             await self._end()
             raise
         if ready != self.ready and ready["without"]:
-            logger.info("%s has no types here for %s: left out", node.name, ", ".join(ready["without"]))
+            logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
         self.ready, outbox = ready, Outbox()
-        self._session = session = self._open_session(node.name, outbox)
+        self._session = session = self._open_session(self._name, outbox)
         self._tasks.append(asyncio.create_task(self._read(process, session)))
         self._tasks.append(asyncio.create_task(outbox.deliver(lambda frame: self._send(process, frame))))
 
@@ -142,7 +139,7 @@ class Relay:
 
     async def _watch(self) -> None:
         """Start the process again whenever it has ended by itself."""
-        name = self._node.name
+        name = self._name
         while True:
             if self._process is not None:
                 code = await self._process.wait()
@@ -157,17 +154,16 @@ class Relay:
                 logger.warning("the node of %s runs again", name)
 
     async def _first_line(self, process: Process) -> Message:
-        node = self._node
         assert process.stdout is not None
         try:
             async with asyncio.timeout(START_S):
                 told: Message = json.loads(await process.stdout.readline())
         except TimeoutError:
-            raise RosFault(f"{node.python} has made no node of {node.name} within {START_S:g} s") from None
+            raise RosFault(f"{self._python} has made no node of {self._name} within {START_S:g} s") from None
         except ValueError:
-            raise RosFault(f"{node.python} has ended before it was a node of {node.name}") from None
+            raise RosFault(f"{self._python} has ended before it was a node of {self._name}") from None
         if told["op"] == "lacks":
-            raise RosFault(node.lacks.format(fault=told["msg"]))
+            raise RosFault(self._lacks.format(python=self._python, fault=told["msg"]))
         if told["op"] == "fault":
             raise RosFault(told["msg"])
         return told
@@ -183,15 +179,14 @@ class Relay:
                 return
             message: Message = json.loads(line)  # msgspec is faster, and reads no NaN
             if message["op"] == "status":
-                logger.warning("%s: %s", self._node.name, message["msg"])
+                logger.warning("%s: %s", self._name, message["msg"])
             else:
                 shown = line[:1000]
                 await self._turns.take(lambda m=message, s=shown: session.handle(m, s))  # type: ignore[misc]
 
     async def _send(self, process: Process, frame: Frame) -> None:
         assert process.stdin is not None
-        assert isinstance(frame, str)
-        process.stdin.write(frame.encode() + b"\n")
+        process.stdin.write(f"{frame}\n".encode())
         with contextlib.suppress(ConnectionError):  # it is started again
             await process.stdin.drain()
 
@@ -209,4 +204,4 @@ class Relay:
                 return
             text = shortened(harmless(line.decode("utf-8", "backslashreplace").strip()), 500)
             if throttle.count(text[:40], round(1e9 * now_s())) is not None:
-                logger.info("%s: %s", self._node.name, text)
+                logger.info("%s: %s", self._name, text)

@@ -5,14 +5,17 @@ import contextlib
 import http
 import logging
 import socket
+import struct
 from collections.abc import Callable
+from typing import Any
 
+import cbor2
 from websockets.asyncio.server import Server, ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.server import ServerProtocol
 
-from iiwa_sim.ros.outbox import Outbox, Turns
+from iiwa_sim.ros.outbox import Frame, Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.listening import Acceptor, open_listener, peer_of
 from iiwa_sim.server.web_access import WebAccess
@@ -90,18 +93,17 @@ _of_library.addFilter(_OneLine())
 
 
 class RosbridgeServer:
-    """Serves every connection to `host`:`port` that has access, whatever path it asks for."""
+    """Serves every connection to an address that has access, whatever path it asks for."""
 
     def __init__(
         self,
         open_session: Callable[[str, Outbox], RosbridgeSession],
-        host: str,
-        port: int,
+        address: tuple[str, int],
         turns: Turns,
         access: WebAccess,
     ) -> None:
         self._open_session = open_session
-        self._asked = (host, port)
+        self._asked = address
         self._turns = turns
         self._access = access
         self._acceptor: Acceptor | None = None
@@ -148,7 +150,7 @@ class RosbridgeServer:
         name, outbox = _name_of(connection), Outbox()
         mark = {"fields": {"session": name}}
         session = self._open_session(name, outbox)
-        sending = asyncio.create_task(outbox.deliver(connection.send))
+        sending = asyncio.create_task(outbox.deliver(lambda frame: connection.send(encoded(frame))))
         logger.info("%s connected", name, extra=mark)
         try:
             while not session.closing:
@@ -158,7 +160,7 @@ class RosbridgeServer:
                     logger.warning("%s asks and does not read the answers: it is dropped", name, extra=mark)
                     connection.transport.abort()
             while (message := outbox.next(0.0)[0]) is not None:
-                await connection.send(message)
+                await connection.send(encoded(message))
             await connection.close(POLICY_VIOLATION)
         except ConnectionClosed:
             pass
@@ -168,6 +170,22 @@ class RosbridgeServer:
             with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
                 await sending
             logger.info("%s disconnected", name, extra=mark)
+
+
+def encoded(frame: Frame) -> str | bytes:
+    """Return a frame as the library sends it: a text, or CBOR."""
+    return frame if isinstance(frame, str) else cbor2.dumps(_with_arrays(frame))
+
+
+def _with_arrays(value: Any) -> Any:
+    """A message with its lists of floats as typed arrays (RFC 8746): 86 is float64, little-endian."""
+    if isinstance(value, dict):
+        return {name: _with_arrays(each) for name, each in value.items()}
+    if not isinstance(value, list) or not value:
+        return value
+    if isinstance(value[0], float):
+        return cbor2.CBORTag(86, struct.pack(f"<{len(value)}d", *value))
+    return [_with_arrays(each) for each in value]
 
 
 def _name_of(connection: ServerConnection) -> str:

@@ -264,11 +264,7 @@ class RosbridgeSession:
             definition = interface(self._graph.published[topic].kind, "msg", ros2=False)[0]
             told = {**to_ros1(self._graph.stamp), "bytes": serialized(definition, told)}
         frame = {"op": "publish", "topic": subscription.name, "msg": told}
-        if compression == "none":
-            return _encode(frame).decode()
-        from iiwa_sim.ros.cbor import encoded
-
-        return encoded(frame)
+        return _encode(frame).decode() if compression == "none" else frame
 
     # Services
 

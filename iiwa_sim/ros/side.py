@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from functools import partial
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,7 +18,7 @@ from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import Message, result_text, short_name
 from iiwa_sim.ros.outbox import Outbox, Turns
-from iiwa_sim.ros.relay import Node, Relay, RosFault
+from iiwa_sim.ros.relay import Relay, RosFault
 from iiwa_sim.ros.ros2_env import found_python
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.token import secret_in
@@ -30,6 +31,8 @@ NODE_NAME = "iiwa_sim"
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """Where Debian's and Ubuntu's packages are, which that Python has."""
+ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy, or source the setup.bash of a ROS 1"
+ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env makes an environment that has it"
 
 
 class RosSide:
@@ -54,11 +57,12 @@ class RosSide:
         self._rosbridge = self._rosbridge_server(settings, turns)
         self._ros1 = self._ros2 = None
         if settings.ros:
-            self._ros1 = Relay(self._ros1_node(settings.ros_result), self._open_session, turns)
+            config = self._config(settings, ros2=False)
+            self._ros1 = Relay("ROS 1", _ros1_python(), config, ROS1_LACKS, self._open_session, turns)
         if settings.ros2:
-            python = settings.ros2_python
-            node = self._ros2_node(Path(python) if python else found_python(), settings.ros_namespace)
-            self._ros2 = Relay(node, self._open_session, turns)
+            python = Path(settings.ros2_python) if settings.ros2_python else found_python()
+            config = self._config(settings, ros2=True)
+            self._ros2 = Relay("ROS 2", python, config, ROS2_LACKS, self._open_session, turns)
 
     def tick(self) -> None:
         """Notice a tick; to be called after each."""
@@ -114,7 +118,7 @@ class RosSide:
         """The name of the node of ROS 2, if there is one."""
         return None if self._ros2 is None else self._ros2.ready["node"]
 
-    def _open_session(self, name: str, outbox: Outbox, secret: str | None = None) -> RosbridgeSession:
+    def _open_session(self, name: str, outbox: Outbox, *, secret: str | None = None) -> RosbridgeSession:
         return RosbridgeSession(self._graph, self._joints, outbox, self._log, name, secret=secret)
 
     def _rosbridge_server(self, settings: Settings, turns: Turns) -> "RosbridgeServer | None":
@@ -127,49 +131,35 @@ class RosSide:
 
         secret = None if settings.rosbridge_secret is None else secret_in(settings.rosbridge_secret)
         access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
-        return RosbridgeServer(
-            lambda name, outbox: self._open_session(name, outbox, secret),
-            settings.host,
-            settings.rosbridge_port,
-            turns,
-            access,
-        )
+        address = settings.host, settings.rosbridge_port
+        return RosbridgeServer(partial(self._open_session, secret=secret), address, turns, access)
 
-    def _ros1_node(self, result_year: int) -> Node:
+    def _config(self, settings: Settings, *, ros2: bool) -> Message:
+        """The first line for the process of a node: what there shall be, and the types."""
         graph = self._graph
-        config: Message = {
+
+        def named(kind: str) -> str:
+            return kind if ros2 else short_name(kind)
+
+        return {
             "node": NODE_NAME,
+            "namespace": settings.ros_namespace.strip("/"),
             "packages": str(files("iiwa_sim.protocol").joinpath("rmi")),
-            "result": result_text(result_year),
+            "result": result_text(settings.ros_result),
             "publish": [
-                [name, short_name(topic.kind), topic.recurs]
+                [name, named(topic.kind), topic.recurs, topic.is_latched]
                 for name, topic in graph.published.items()
-                if topic.in_ros1
+                if ros2 or topic.in_ros1
             ],
             **{
-                key: [[name, short_name(each.kind)] for name, each in served.items() if each.in_ros1]
+                key: [[name, named(each.kind)] for name, each in served.items() if ros2 or each.in_ros1]
                 for key, served in (("subscribe", graph.subscribed), ("serve", graph.services))
             },
-        }
-        on_system = (SYSTEM_PACKAGES / "rospy").is_dir() or "ROS_ROOT" in os.environ
-        lacks = (
-            "--ros needs rospy ({fault}): on Debian and Ubuntu, apt install python3-rospy, or source the "
-            "setup.bash of a ROS 1"
-        )
-        return Node("ROS 1", "ros1", SYSTEM_PYTHON if on_system else Path(sys.executable), config, lacks)
-
-    def _ros2_node(self, python: Path, namespace: str) -> Node:
-        graph = self._graph
-        config: Message = {
-            "node": NODE_NAME,
-            "namespace": namespace.strip("/"),
-            "publish": [
-                [name, topic.kind, topic.recurs, topic.is_latched] for name, topic in graph.published.items()
-            ],
-            "subscribe": [[name, each.kind] for name, each in graph.subscribed.items()],
-            "serve": [[name, each.kind] for name, each in graph.services.items()],
             "actions": [[ACTION, ACTION_TYPE]],
         }
-        hint = "iiwa-sim ros2-env makes an environment that has it"
-        lacks = f"{python} has no rclpy that works ({{fault}}): {hint}"
-        return Node("ROS 2", "ros2", python, config, lacks)
+
+
+def _ros1_python() -> Path:
+    """The system's, for which packages and distributions of ROS 1 are; else our own."""
+    on_system = (SYSTEM_PACKAGES / "rospy").is_dir() or "ROS_ROOT" in os.environ
+    return SYSTEM_PYTHON if on_system else Path(sys.executable)

@@ -8,7 +8,10 @@ import struct
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from concurrent.futures import TimeoutError as NotAnswered
 from importlib import import_module
+from itertools import count
 from typing import Any
 
 ANSWER_S = 60.0
@@ -28,39 +31,37 @@ class Pipe:
         self._out = os.fdopen(os.dup(1), "w", encoding="utf-8")
         os.dup2(2, 1)
         self._lock = threading.Lock()
-        self._number = 0
+        self._numbers = count(1)
         self._closed = False
-        self._waiting: dict[int, list[Any]] = {}  # an event and the response, by the id of the call
+        self._waiting: dict[int, Future[Any]] = {}  # by the id of the call
 
     def say(self, op: str, **fields: Any) -> bool:
         """Send a message, unless it is too long; return whether it was sent."""
         text = json.dumps({"op": op, **fields})
         if len(text) > LONGEST_BYTES:
-            self.say("status", level="error", msg=f"{op} of {len(text)} bytes as JSON: that is too long")
+            self.warn(f"{op} of {len(text)} bytes as JSON: that is too long")
             return False
         with self._lock:
             self._out.write(text + "\n")
             self._out.flush()
         return True
 
+    def warn(self, text: str) -> None:
+        """Have a line put into the log of iiwa-sim."""
+        self.say("status", level="warning", msg=text)
+
     def call(self, service: str, args: Any) -> tuple[Any, str]:
         """Call a service of iiwa-sim; return its values, or the reason for which there are none."""
-        there = threading.Event()
-        waiting: list[Any] = [there, None]
-        with self._lock:
-            self._number += 1
-            number = self._number
-            self._waiting[number] = waiting
-        if self._closed:
-            there.set()
-        if not self.say("call_service", service=service, args=args, id=number):
-            return None, "the request is too long"
-        there.wait(ANSWER_S)
-        with self._lock:
+        number, answer = next(self._numbers), Future()  # type: tuple[int, Future[Any]]
+        self._waiting[number] = answer
+        if not self.say("call_service", service=service, args=args, id=number) or self._closed:
+            answer.cancel()
+        try:
+            response = answer.result(ANSWER_S)
+        except (CancelledError, NotAnswered):
+            return None, "the robot has not answered"
+        finally:
             del self._waiting[number]
-        response = waiting[1]
-        if response is None:
-            return None, "the robot has gone" if self._closed else f"not answered in {ANSWER_S:g} s"
         return (response["values"], "") if response["result"] else (None, response["values"])
 
     def read(self, take: Callable[[dict[str, Any]], None]) -> None:
@@ -68,18 +69,14 @@ class Pipe:
         try:
             for line in sys.stdin:
                 message = json.loads(line)
-                if message["op"] == "service_response":
-                    with self._lock:
-                        waiting = self._waiting.get(message["id"])
-                    if waiting is not None:
-                        waiting[1] = message
-                        waiting[0].set()
-                else:
+                if message["op"] != "service_response":
                     take(message)
+                elif message["id"] in self._waiting:
+                    self._waiting[message["id"]].set_result(message)
         finally:
             self._closed = True
-            for there, _ in list(self._waiting.values()):
-                there.set()
+            for answer in list(self._waiting.values()):
+                answer.cancel()
 
 
 def shortest(value: float) -> float:
@@ -95,13 +92,13 @@ def run(name: str) -> None:
     """Be a relay until standard input ends."""
     pipe = Pipe()
     first = sys.stdin.readline()
-    if first:
-        try:
+    try:
+        if first:
             import_module(f"relays.{name}").serve(pipe, json.loads(first))
-        except ImportError as fault:
-            pipe.say("lacks", msg=str(fault))
-        except Fault as fault:
-            pipe.say("fault", msg=" ".join(str(fault).split())[:300])
-        except (BrokenPipeError, KeyboardInterrupt):
-            pass
+    except ImportError as fault:
+        pipe.say("lacks", msg=str(fault))
+    except Fault as fault:
+        pipe.say("fault", msg=" ".join(str(fault).split())[:300])
+    except (BrokenPipeError, KeyboardInterrupt):
+        pass
     os._exit(0)  # a thread of ROS that has not ended would keep the process

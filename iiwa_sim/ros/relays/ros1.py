@@ -37,17 +37,21 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
     except (OSError, ValueError):
         online = False
     if not online:
-        raise Fault(
-            f"no ROS master at {master[:80]}: start one (roscore, or rosmaster --core), or set ROS_MASTER_URI"
-        )
-    sys.path.append(str(Path(config["packages"], "iiwa_sim_msgs", "src")))
+        hint = "start one (roscore, or rosmaster --core), or set ROS_MASTER_URI"
+        raise Fault(f"no ROS master at {master[:80]}: {hint}")
     try:
-        _start_node(config["node"])
+        # Without a logging file of its own, rospy takes one that replaces all handlers and writes files.
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
+            nothing_new.write("{version: 1, incremental: true}\n")
+            nothing_new.flush()
+            os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
+            quiet = {"disable_signals": True, "disable_rosout": True, "disable_rostime": True}
+            rospy.init_node(config["node"], argv=[], **quiet)
         relay = Relay(pipe, config)
     except (*FAULTS, rospy.ROSException, ValueError) as fault:
         raise Fault(f"no ROS node with the master at {master}: {fault}") from None
     pipe.say("ready", without=[], node=master)
-    for topic, (_, _, recurs) in relay.publishers.items():
+    for topic, _, recurs, _ in config["publish"]:
         if not recurs:
             pipe.say("subscribe", topic=topic)
     threading.Thread(target=relay.watch, name="ros-master", daemon=True).start()
@@ -55,20 +59,10 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
         pipe.read(relay.take)
     finally:
         relay.ends = True
-        # a master that hangs must not keep the process
+        # A master that hangs must not keep the process.
         leaving = threading.Thread(target=lambda: rospy.signal_shutdown("the robot ends"), daemon=True)
         leaving.start()
         leaving.join(5.0)
-
-
-def _start_node(name: str) -> None:
-    """Call rospy.init_node without its signal handlers and log files."""
-    # Without a logging file of its own, rospy takes one that replaces all handlers and writes files.
-    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
-        nothing_new.write("{version: 1, incremental: true}\n")
-        nothing_new.flush()
-        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
-        rospy.init_node(name, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True)
 
 
 class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
@@ -78,65 +72,61 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
         super().__init__()
         self.ends = False
         self._pipe = pipe
-        self.publishers: dict[str, tuple[Any, type, bool]] = {}
-        self._handles: list[Any] = []  # rospy's publishers, services and subscribers
+        self._types = _Types(config["packages"], config["result"])
         rospy.on_shutdown(self._shut_down)
-        types = self._types = _Types(config["result"])
-        for topic, kind, recurs in config["publish"]:
-            made = types.of(kind)
-            publisher = rospy.Publisher(
+        self._publishers = {
+            topic: rospy.Publisher(
                 topic,
-                made,
+                self._types.of(kind),
                 subscriber_listener=self if recurs else None,
                 tcp_nodelay=True,
                 queue_size=STATES_WAIT if recurs else RESULTS_WAIT,
             )
-            self.publishers[topic] = (publisher, made, recurs)
-            self._handles.append(publisher)
-        for name, kind in config["serve"]:
-            made = types.of(kind, "srv")
-            self._handles.append(rospy.Service(name, made, self._serves(name, made)))
+            for topic, kind, recurs, _ in config["publish"]
+        }
+        self._others = [self._served(*each) for each in config["serve"]]
         for topic, kind in config["subscribe"]:
-            heard = rospy.Subscriber(topic, types.of(kind), self._hears(topic), tcp_nodelay=True)
-            self._handles.append(heard)
+            hears = self._hears(topic)
+            self._others.append(rospy.Subscriber(topic, self._types.of(kind), hears, tcp_nodelay=True))
 
     def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
-        """Somebody subscribes to a topic, says rospy."""
+        """Notice that somebody subscribes to a topic."""
         self._pipe.say("subscribe", topic=topic)
 
     def peer_unsubscribe(self, topic: str, count: int) -> None:
-        """A subscriber has gone, says rospy."""
+        """Notice that a subscriber has gone."""
         if not count:
             self._pipe.say("unsubscribe", topic=topic)
 
     def take(self, message: dict[str, Any]) -> None:
         """Publish a message that comes from iiwa-sim."""
         if message["op"] == "publish" and not rospy.is_shutdown():
-            publisher, made, _ = self.publishers[message["topic"]]
-            publisher.publish(self._types.filled(made(), message["msg"]))
+            publisher = self._publishers[message["topic"]]
+            publisher.publish(self._types.filled(publisher.data_class(), message["msg"]))
 
     def watch(self) -> None:
         """Keep the node registered, also at a master that is started anew."""
-        master, answers = rosgraph.Master(rospy.get_name()), True
+        master, answers, own = rosgraph.Master(rospy.get_name()), True, rospy.get_name()
         while not (self.ends or rospy.is_shutdown()):
             try:
                 try:
-                    master.lookupNode(rospy.get_name())
+                    master.lookupNode(own)
                 except rosgraph.MasterError:  # the master knows no such node
                     self._register(master)
-                    self._tell("the ROS master no longer knew this node: it has registered again")
+                    self._pipe.warn("the ROS master no longer knew this node: it has registered again")
                 if not answers:
-                    self._tell("the ROS master answers again")
+                    self._pipe.warn("the ROS master answers again")
                 answers = True
             except FAULTS as fault:
                 if answers:
-                    self._tell(f"the ROS master does not answer: new nodes do not find this one ({fault})")
+                    told = "the ROS master does not answer: new nodes do not find this one"
+                    self._pipe.warn(f"{told} ({fault})")
                 answers = False
             threading.Event().wait(WATCH_S)
 
     def _register(self, master: Any) -> None:
         uri = rospy.get_node_uri()
-        for handle in self._handles:
+        for handle in (*self._publishers.values(), *self._others):
             name = handle.resolved_name
             if isinstance(handle, rospy.Service):
                 master.registerService(name, handle.uri, uri)
@@ -144,16 +134,13 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
                 master.registerPublisher(name, handle.type, uri)
             else:
                 publishers = master.registerSubscriber(name, handle.type, uri)
-                # the same call by which the master announces new publishers
+                # The same call by which the master announces new publishers.
                 with xmlrpc.client.ServerProxy(uri) as ourselves:
                     ourselves.publisherUpdate("/master", name, publishers)
 
     def _shut_down(self) -> None:
         if not self.ends:
-            self._tell("the ROS node was shut down from outside: its topics and services are gone")
-
-    def _tell(self, text: str) -> None:
-        self._pipe.say("status", level="warning", msg=text)
+            self._pipe.warn("the ROS node was shut down from outside: its topics and services are gone")
 
     def _hears(self, topic: str) -> Callable[[Any], None]:
         def hear(message: Any) -> None:
@@ -161,36 +148,35 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
 
         return hear
 
-    def _serves(self, name: str, made: Any) -> Callable[[Any], Any]:
+    def _served(self, name: str, kind: str) -> Any:
+        made = self._types.of(kind, "srv")
+
         def serve(request: Any) -> Any:
             values, fault = self._pipe.call(name, _plain(request))
             if fault:
                 raise rospy.ServiceException(fault)
             return self._types.filled(made._response_class(), values)
 
-        return serve
+        return rospy.Service(name, made, serve)
 
 
 class _Types:
     """Classes of messages and services that genpy makes of the definitions in iiwa-sim's folder."""
 
-    def __init__(self, result: str) -> None:
+    def __init__(self, packages: str, result: str) -> None:
         """`result` is the definition of the message Result, of which years have different ones."""
+        sys.path.append(str(Path(packages, "iiwa_sim_msgs", "src")))
         self._generated = import_module("iiwa_sim_msgs.generated")
-        self._made: dict[str, Any] = {}
-        self._result = result
+        name = "robot_movement_interface/Result"
+        self._made: dict[str, Any] = {name: generate_dynamic(name, result)[name]}
 
     def of(self, name: str, kind: str = "msg") -> Any:
         """Return the class of package/Type."""
-        package, own = name.split("/")
-        if name == "robot_movement_interface/Result":
-            header = Path(self._generated.PACKAGES, "std_msgs", "msg", "Header.msg").read_text()
-            text = "".join([self._result, "=" * 80, "\nMSG: std_msgs/Header\n", header])
-            return generate_dynamic(name, text)[name]
-        if package + kind not in self._made:
-            load = self._generated.messages if kind == "msg" else self._generated.services
-            self._made[package + kind] = load(package)
-        return self._made[package + kind][own]
+        if name not in self._made:
+            package = name.partition("/")[0]
+            made = getattr(self._generated, {"msg": "messages", "srv": "services"}[kind])(package)
+            self._made = {**{f"{package}/{own}": each for own, each in made.items()}, **self._made}
+        return self._made[name]
 
     def filled(self, message: Any, values: dict[str, Any]) -> Any:
         """Put values into a message."""

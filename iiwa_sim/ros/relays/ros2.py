@@ -7,6 +7,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import rclpy
@@ -36,6 +37,12 @@ END_S = 10.0
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 INVALID_GOAL = -1
+GONE = {
+    "status": ABORTED,
+    "values": {"error_code": INVALID_GOAL, "error_string": "the robot has gone"},
+    "result": True,
+}
+"""The end of a goal that has none else."""
 BETWEEN_S = 0.001
 CANCELING_S = 10.0
 """rclpy takes less to note that a goal is to be cancelled, before which it cannot be."""
@@ -156,8 +163,7 @@ class Relay:
 
     def _serves(self, service: str) -> Callable[[Any, Any], Any]:
         def serve(request: Any, response: Any) -> Any:
-            args = {name: value for name, value in plain(request).items() if name != EMPTY}
-            values, fault = self._pipe.call(service, args)
+            values, fault = self._pipe.call(service, plain(request))
             if not fault:
                 return fill(response, values)
             # ROS 2 has no answer for a call that fails, and rclpy ends with what a service raises.
@@ -167,17 +173,15 @@ class Relay:
         return serve
 
 
+@dataclass
 class _Goal:
     """A goal that was asked for."""
 
-    def __init__(self, number: str) -> None:
-        self.number = number
-        self.handle: Any = None
-        self.ended = threading.Event()
-        self.rejected = False
-        self.status = ABORTED
-        self.result: Message = {"error_code": INVALID_GOAL, "error_string": "the robot has gone"}
-        self.cancelling = False
+    number: str
+    handle: Any = None
+    ended: threading.Event = field(default_factory=threading.Event)
+    end: Message = field(default_factory=lambda: GONE)
+    cancelling: bool = False
 
 
 class Goals:
@@ -190,7 +194,6 @@ class Goals:
         self._count = 0
         self._goals: dict[str, _Goal] = {}  # not told to have ended
         self._wished: dict[int, _Goal] = {}  # by the id of the request, which rclpy passes on as it is
-        self._by_id: dict[bytes, _Goal] = {}
         self._server = rclpy.action.ActionServer(
             node,
             made,
@@ -209,9 +212,7 @@ class Goals:
         if goal is None:
             return
         if message["op"] == "action_result":
-            goal.rejected = not message["result"]
-            if not goal.rejected:
-                goal.status, goal.result = message["status"], message["values"]
+            goal.end = message
             goal.ended.set()
         elif goal.handle is not None and not goal.ended.is_set():
             goal.handle.publish_feedback(fill(self._made.Feedback(), message["values"]))
@@ -229,25 +230,24 @@ class Goals:
         asked = {"action": self._name, "action_type": self._kind, "id": number, "feedback": True}
         sent = self._pipe.say("send_action_goal", args=plain(request), **asked)
         values, _ = self._pipe.call(BARRIER, {}) if sent else (None, "")
-        if values is not None and not goal.rejected:
+        if values is not None and goal.end["result"]:
             self._wished[id(request)] = goal
             return rclpy.action.GoalResponse.ACCEPT
         del self._goals[number]
-        if sent and not goal.rejected:  # late, it would be followed for nobody
+        if sent and not goal.ended.is_set():  # late, it would be followed for nobody
             self._pipe.say("cancel_action_goal", action=self._name, id=number)
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
-        goal = self._wished.pop(id(handle.request))
+        handle.goal = goal = self._wished.pop(id(handle.request))
         goal.handle = handle
-        self._by_id[bytes(handle.goal_id.uuid)] = goal
         handle.execute()
 
     def _execute(self, handle: Any) -> Any:
         """Wait for the end, and tell it. A thread waits for each goal, of which the older have just ended."""
-        goal = self._by_id[bytes(handle.goal_id.uuid)]
+        goal = handle.goal
         goal.ended.wait()
-        status, result = goal.status, goal.result
+        status, result = goal.end["status"], goal.end["values"]
         if status == CANCELED:
             end_s = time.monotonic() + CANCELING_S
             while goal.cancelling and not handle.is_cancel_requested and time.monotonic() < end_s:
@@ -256,14 +256,13 @@ class Goals:
                 status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         tell = {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)
         tell()
-        del self._goals[goal.number], self._by_id[bytes(handle.goal_id.uuid)]
+        del self._goals[goal.number]
         return fill(self._made.Result(), result)
 
     def _cancel(self, handle: Any) -> Any:
-        goal = self._by_id.get(bytes(handle.goal_id.uuid))
-        if goal is not None and not goal.ended.is_set():
-            goal.cancelling = True
-            self._pipe.say("cancel_action_goal", action=self._name, id=goal.number)
+        if not handle.goal.ended.is_set():
+            handle.goal.cancelling = True
+            self._pipe.say("cancel_action_goal", action=self._name, id=handle.goal.number)
         return rclpy.action.CancelResponse.ACCEPT
 
 
@@ -307,6 +306,7 @@ def plain(value: Any) -> Any:
         return {
             name: shortest(getattr(value, name)) if kind == "float" else plain(getattr(value, name))
             for name, kind in value.get_fields_and_field_types().items()
+            if name != EMPTY
         }
     if isinstance(value, bytes):
         return list(value)
