@@ -12,7 +12,6 @@ import pytest
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, COMMANDS, STATES, TRAJECTORY
 from iiwa_sim.ros.messages import BadMessage
-from iiwa_sim.ros.rosbridge_session import CANCEL_SERVICE
 from tests.ros_robot import NOW_NS, RosClient, RosRobot
 from tests.stepped import assert_within_limits
 
@@ -94,13 +93,6 @@ def test_a_goal_is_cancelled_by_its_id(client: Client, robot: RosRobot) -> None:
     client.runs()
     assert robot.controller.joints != tuple(AWAY)
     assert client.says("cancel_action_goal", id="one", action=ACTION)[0]["op"] == "status"
-
-
-def test_all_goals_are_cancelled_as_roslibjs_does(client: Client, robot: RosRobot) -> None:
-    client.goal("one", [(2.0, AWAY)], feedback=False)
-    robot.step(300)
-    result, response = client.says("call_service", service=CANCEL_SERVICE, args={})
-    assert (result["status"], response["values"]["return_code"]) == (5, 0)
 
 
 def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> None:
@@ -285,14 +277,6 @@ def test_what_they_say(client: Client, robot: RosRobot) -> None:
     robot.controller.emergency_stop()
     (status,) = hears("/diagnostics")["status"]
     assert (status["level"], status["message"]) == (2, "emergency stop")
-
-
-def test_cbor_is_cbor(client: Client, robot: RosRobot) -> None:
-    client.says("subscribe", topic="/tf", compression="cbor")
-    robot.step(10)
-    assert len(client.hears()[0]["msg"]["transforms"]) == 8
-    (status,) = client.says("subscribe", topic="/wrench", compression="cbor-raw")
-    assert "expected none, cbor" in status["msg"]
 
 
 def asks(client: Client, of: str, **args: Any) -> Any:

@@ -12,14 +12,12 @@ import pytest
 
 from iiwa_sim.ros.joint_interface import ACTION_TYPE
 from iiwa_sim.ros.messages import (
-    DEFAULTS,
     BadMessage,
     Definition,
     checked,
     from_ros1,
     interface,
     serialized,
-    short_name,
     to_ros1,
 )
 from iiwa_sim.ros.relays.pipe import shortest
@@ -177,9 +175,3 @@ def test_bytes_of_ros_1_have_numbers_of_their_types() -> None:
 def test_a_float32_is_the_decimal_that_was_meant(value: float) -> None:
     assert shortest(array("f", [value])[0]) == value
     assert str(shortest(float("nan"))) == "nan"
-
-
-def test_primitives_have_defaults_and_types_short_names() -> None:
-    assert {DEFAULTS[kind] for kind in ("int8", "uint64")} == {"0"}
-    assert short_name("std_msgs/msg/String") == "std_msgs/String"
-    assert short_name("std_msgs/String") == "std_msgs/String"

@@ -1,34 +1,33 @@
-"""The robot as a node of ROS 1, with a real master and the tools of another terminal."""
+"""The robot as a node of ROS 1, with a real master and the tools of another terminal, as Debian has them."""
 
 from __future__ import annotations
 
-import re
+import contextlib
+import os
+import shutil
 import signal
+import socket
+import subprocess
 import sys
 import xmlrpc.client
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
-from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros import side
-from iiwa_sim.ros.messages import interface, result_text
-from tests.processes import (
-    Process,
-    fails,
-    next_line,
-    refused,
-    running,
-)
-from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
-from tests.talking import DEADLINE_S
+from iiwa_sim.ros.messages import result_text
+from tests.needed import lacks
+from tests.processes import IIWA_SIM, Process, fails, next_line, refused, running, succeeds
+from tests.talking import DEADLINE_S, wait_until
 
+SYSTEM_PYTHON = "/usr/bin/python3"
+LIST = "robot_movement_interface/CommandList"
 TOPICS = {
-    "/command_list": "robot_movement_interface/CommandList",
+    "/command_list": LIST,
     "/command_result": "robot_movement_interface/Result",
     "/robot_status": "industrial_msgs/RobotStatus",
     "/tool_frame": "robot_movement_interface/EulerFrame",
@@ -60,92 +59,108 @@ SUMS = {
     "std_srvs/Trigger": "937c9679a518e3a18d831e57125ea522",
 }
 """The published MD5 sums, or their beginnings."""
-RESULT = "robot_movement_interface/Result"
-LIST = "robot_movement_interface/CommandList"
 PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
 
 
-def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:
-    """What one that the master knows of is asked by the first subscriber."""
-    asked: list[tuple[Any, ...]] = []
+class Terminal:
+    """Where ROS_MASTER_URI and ROS_PACKAGE_PATH are set."""
 
-    def request_topic(*parameters: Any) -> list[Any]:
-        asked.append(parameters)
-        return [0, "nothing to be had", []]
+    def __init__(self, master_uri: str, home: Path) -> None:
+        self.master_uri = master_uri
+        self.own = {"HOME": str(home), "ROS_MASTER_URI": master_uri, "ROS_IP": "127.0.0.1"}
+        packages = succeeds([*IIWA_SIM, "ros-package-path"]).strip()
+        here = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        self._environment = here | self.own | {"ROS_PACKAGE_PATH": packages, "PYTHONUNBUFFERED": "1"}
 
-    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
-        server.timeout = DEADLINE_S
-        server.register_function(request_topic, "requestTopic")
-        uri = f"http://127.0.0.1:{server.server_address[1]}/"
-        with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
-            proxy.registerPublisher("/early", topic, kind, uri)
-            server.handle_request()
-            proxy.unregisterPublisher("/early", topic, uri)
-    return asked[0]
+    def starts(self, *command: str) -> subprocess.Popen[str]:
+        pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+        environment = self._environment
+        return subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, text=True, **pipes)
 
+    def runs(self, *command: str) -> tuple[int, str]:
+        """Exit code and output."""
+        with self.starts(*command) as process:
+            try:
+                said, _ = process.communicate(timeout=5 * DEADLINE_S)
+            finally:
+                process.kill()
+        return process.returncode, said
 
-@pytest.fixture(scope="module")
-def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
-    needs_ros()
-    with master(tmp_path_factory.mktemp("home")) as terminal:
-        yield terminal
+    def says(self, *command: str) -> str:
+        """The output of what must succeed."""
+        code, said = self.runs(*command)
+        assert code == 0, said
+        return said
 
+    def python(self, script: str) -> str:
+        """What a script says in the Python that ROS is installed for."""
+        return self.says(SYSTEM_PYTHON, "-c", script)
 
-@pytest.fixture(scope="module")
-def environment(terminal: Terminal) -> Iterator[Terminal]:
-    """The environment of the terminal is set for this process."""
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
-            monkeypatch.setenv(name, terminal.environment[name])
-        yield terminal
+    def nodes_at(self, topic: str, *, subscribers: bool = False) -> list[str]:
+        """The nodes that the master has for a topic."""
+        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
+            state: Any = proxy.getSystemState("/tests")
+        nodes: list[str] = dict(state[2][1 if subscribers else 0]).get(topic, [])
+        return nodes
+
+    @contextmanager
+    def hearing(self, topic: str, *options: str) -> Iterator[subprocess.Popen[str]]:
+        """A `rostopic echo` that the robot knows of."""
+        with self.starts("rostopic", "echo", *options, topic) as echo:
+            try:
+                wait_until(lambda: echo.poll() is not None or self.nodes_at(topic, subscribers=True) != [])
+                assert echo.poll() is None, echo.communicate()[0]
+                yield echo
+            finally:
+                echo.kill()
 
 
 @contextmanager
-def on_ros(environment: Terminal) -> Iterator[Process]:
-    with running("--ros") as process:
-        assert process.line() == f"ROS node at {environment.master_uri}\n"
+def master(home: Path, port: int = 0) -> Iterator[Terminal]:
+    """A terminal with a ROS master, at a free port if none is given; this process has its environment."""
+    if not (side.SYSTEM_PACKAGES / "rospy").is_dir() or not shutil.which("rosservice"):
+        lacks("ROS 1 of Debian's packages")
+    if not port:
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+    terminal = Terminal(f"http://127.0.0.1:{port}", home)
+    with (
+        pytest.MonkeyPatch.context() as monkeypatch,
+        terminal.starts("rosmaster", "--core", "-p", str(port)) as process,
+    ):
+        for name, value in terminal.own.items():
+            monkeypatch.setenv(name, value)
+
+        def listens() -> bool:
+            assert process.poll() is None, process.communicate()[0]
+            with contextlib.suppress(OSError):
+                return terminal.nodes_at("/none") == []
+            return False
+
+        try:
+            wait_until(listens)
+            yield terminal
+        finally:
+            process.kill()
+
+
+@contextmanager
+def on_ros(terminal: Terminal, *options: str) -> Iterator[Process]:
+    with running("--ros", *options) as process:
+        assert process.line() == f"ROS node at {terminal.master_uri}\n"
         yield process
-
-
-class Sharing(ExitStack):
-    """Has a robot that tests share, while there is one."""
-
-    robot: Process | None = None
 
 
 @pytest.fixture(scope="module")
-def sharing() -> Iterator[Sharing]:
-    with Sharing() as sharing:
-        yield sharing
-
-
-@pytest.fixture
-def shared_robot(environment: Terminal, sharing: Sharing) -> Process:
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Terminal, Process]]:
     """A robot for tests that leave it as it was, but for where it stands."""
-    if sharing.robot is None:
-        sharing.robot = sharing.enter_context(on_ros(environment))
-    return sharing.robot
-
-
-@pytest.fixture
-def alone(environment: Terminal, sharing: Sharing) -> None:
-    """No robot is a node yet: another one would take its name from it."""
-    del environment
-    sharing.close()
-    sharing.robot = None
-
-
-@pytest.fixture
-def robot(environment: Terminal, alone: None) -> Iterator[Process]:
-    """A robot of the test's own, which it may end."""
-    del alone
-    with on_ros(environment) as process:
-        yield process
+    with master(tmp_path_factory.mktemp("home")) as terminal, on_ros(terminal) as robot:
+        yield terminal, robot
 
 
 @pytest.mark.requirement("FRA001", "FRA002")
-@pytest.mark.usefixtures("shared_robot")
-def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) -> None:
+def test_topics_and_services_have_the_types_of_appendix_a(shared: tuple[Terminal, Process]) -> None:
+    terminal, _ = shared
     told = terminal.python(
         "import rosgraph, rosservice; "
         "print(*(' '.join(each) for each in rosgraph.Master('/tests').getTopicTypes()), sep='\\n'); "
@@ -155,11 +170,10 @@ def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) ->
     assert {name: types[name] for name in TOPICS | SERVICES} == TOPICS | SERVICES
 
 
-@pytest.mark.slow
 @pytest.mark.requirement("FRA002")
-def test_the_tools_know_the_types_with_the_published_sums(terminal: Terminal) -> None:
+def test_the_tools_know_the_types_with_the_published_sums(shared: tuple[Terminal, Process]) -> None:
     """Types of ROS's own packages come from Debian here, the others from our folder of packages."""
-    told = terminal.python(
+    told = shared[0].python(
         "from roslib.message import get_message_class, get_service_class\n"
         f"for name in {sorted(TOPICS.values())}: print(name, get_message_class(name)._md5sum)\n"
         f"for name in {sorted(SERVICES.values())}: print(name, get_service_class(name)._md5sum)"
@@ -170,8 +184,8 @@ def test_the_tools_know_the_types_with_the_published_sums(terminal: Terminal) ->
 
 
 @pytest.mark.requirement("FRA002", "FRA005")
-def test_services_are_called_from_another_terminal(terminal: Terminal, shared_robot: Process) -> None:
-    assert terminal.says("rosservice", "call", "/scale_speed", "value: 0.5").strip() == ""
+def test_services_are_called_from_another_terminal(shared: tuple[Terminal, Process]) -> None:
+    terminal, robot = shared
     calls = {
         "/scale_speed": [{"value": -3.0}],
         "/set_io": [{"number": 3, "value": True}, {"number": 17, "value": True}],
@@ -194,7 +208,7 @@ def test_services_are_called_from_another_terminal(terminal: Terminal, shared_ro
         "/stop_robot_right_now success: True message: ''",
     ]
     assert ios.startswith('/robot/get_digital_ios ios: - id: group_id: "DO" pin_number: 3 value: True ')
-    with Iiwa("127.0.0.1", shared_robot.port) as telnet:
+    with Iiwa("127.0.0.1", robot.port) as telnet:
         assert telnet.command("get override") == "0.01"
         telnet.set_override(1.0)
     code, said = terminal.runs("rosservice", "call", "/scale_speed", "value: .nan")
@@ -203,7 +217,8 @@ def test_services_are_called_from_another_terminal(terminal: Terminal, shared_ro
 
 
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
-def test_lists_are_published_from_another_terminal(terminal: Terminal, shared_robot: Process) -> None:
+def test_lists_are_published_from_another_terminal(shared: tuple[Terminal, Process]) -> None:
+    terminal, robot = shared
     commands = (
         f"commands: [{{command_id: 1, {PTP}, pose: [0.3, 0.3, 0, -1.2, 0, 1, 0], blending_type: '%', "
         f"blending: [0.1]}}, {{command_id: 2, {PTP}, pose: [0.6, 0.5, 0, -1.2, 0, 1, 0]}}, "
@@ -212,133 +227,100 @@ def test_lists_are_published_from_another_terminal(terminal: Terminal, shared_ro
     with terminal.hearing("/command_result", "-n3", "-p") as echo:
         terminal.says("rostopic", "pub", "-1", "/command_list", LIST, commands)
         said, _ = echo.communicate(timeout=DEADLINE_S)
-    header, *lines = [line for line in said.splitlines() if line]
-    names = header.split(",")
-    results = [dict(zip(names, line.split(","), strict=False)) for line in lines]
-    assert [(each["field.command_id"], each["field.result_code"]) for each in results] == [
-        ("1", "0"),
-        ("2", "0"),
-        ("3", "3000"),
-    ]
+    header, *lines = [line.split(",") for line in said.splitlines() if line]
+    results = [dict(zip(header, line, strict=False)) for line in lines]
+    codes = [(each["field.command_id"], each["field.result_code"]) for each in results]
+    assert codes == [("1", "0"), ("2", "0"), ("3", "3000")]
     assert "command_type 'CIRC'" in results[2]["field.additional_information"]
-    with Iiwa("127.0.0.1", shared_robot.port) as telnet:
+    with Iiwa("127.0.0.1", robot.port) as telnet:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
 
 
 @pytest.mark.slow
 @pytest.mark.requirement("FRA002")
-@pytest.mark.usefixtures("alone")
-def test_results_of_an_older_package_are_heard_by_its_clients(environment: Terminal) -> None:
+def test_results_of_an_older_package_are_heard_by_its_clients(tmp_path: Path) -> None:
     """The type of 2016 has no constants; a client that was built with it has another MD5 sum than today's."""
-    header = interface("std_msgs/Header", "msg", ros2=False)[0]
-    text = f"{result_text(2016)}{'=' * 80}\nMSG: std_msgs/Header\n{header.text}"
+    name = "robot_movement_interface/Result"
     script = (
         "import rospy\n"
         "from genpy.dynamic import generate_dynamic\n"
-        f"made = generate_dynamic('{RESULT}', {text!r})['{RESULT}']\n"
+        f"made = generate_dynamic('{name}', {result_text(2016)!r})['{name}']\n"
         "rospy.init_node('older', anonymous=True, disable_rosout=True)\n"
         "heard = []\n"
         "subscriber = rospy.Subscriber('/command_result', made, heard.append)\n"
         "while not subscriber.get_num_connections(): rospy.sleep(0.01)\n"
         "print('hears', flush=True)\n"
         "while not heard: rospy.sleep(0.01)\n"
-        "print(heard[0].command_id, heard[0].result_code)\n"
+        "print(made._md5sum[:8], heard[0].command_id, heard[0].result_code)\n"
     )
     command = ("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
     with (
-        running("--ros", "--ros-result", "2016"),
-        environment.starts(SYSTEM_PYTHON, "-c", script) as older,
+        master(tmp_path) as terminal,
+        on_ros(terminal, "--ros-result", "2016"),
+        terminal.starts(SYSTEM_PYTHON, "-c", script) as older,
     ):
         try:
             assert next_line(older) == "hears\n"
-            environment.says(*command)
-            assert next_line(older) == "7 3000\n"
+            terminal.says(*command)
+            assert next_line(older) == "aae92300 7 3000\n"
         finally:
             older.kill()
 
 
-@pytest.mark.requirement("FRA007", "FRA104", "FRA201")
 @pytest.mark.slow
-@pytest.mark.usefixtures("shared_robot")
-def test_a_topic_comes_without_gaps(terminal: Terminal) -> None:
-    """How many ticks lie between two messages is in tests/ros/test_appendix_a.py."""
-    said = terminal.says("rostopic", "echo", "-n100", "-p", "/joint_states/header/seq")
-    numbers = [int(line.split(",")[1]) for line in said.splitlines() if line[:1].isdigit()]
-    assert len(numbers) == 100
-    assert numbers == list(range(numbers[0], numbers[0] + 100))
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("shared_robot")
-def test_every_state_can_be_echoed(terminal: Terminal) -> None:
-    topics = [topic for topic in TOPICS if not topic.startswith("/command")]
-    told = terminal.python(
-        "import rospy, rostopic\n"
-        "rospy.init_node('echo', anonymous=True, disable_rosout=True)\n"
-        f"for topic in {topics}:\n"
-        "    print(topic, *str(rospy.wait_for_message(topic, rostopic.get_topic_class(topic)[0])).split())"
-    )
-    said = dict(line.split(" ", 1) for line in told.splitlines())
-    assert list(said) == topics
-    assert "effort: []" in said["/joint_states"]
-    assert re.search("alpha: .* beta: .* gamma: ", said["/tool_frame"])
-    assert "in_motion: val: 0" in said["/robot_status"]
-    assert said["/current_speed_scale"] == "data: 1.0"
-    assert said["/io_states"].count("pin_number") == 32
-
-
-@pytest.mark.slow
-def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal, robot: Process) -> None:
-    """Lists as long as are taken, by publishers who do nothing else."""
+def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(tmp_path: Path) -> None:
+    """Lists as long as are taken, by a publisher that does nothing else, also while the robot ends."""
     script = (
         "import roslib.message, rospy\n"
         f"made = roslib.message.get_message_class('{LIST}')\n"
-        "wrong = type(made().commands)(roslib.message.get_message_class("
-        "'robot_movement_interface/Command')(command_type='CIRC') for _ in range(1000))\n"
+        "wrong = [roslib.message.get_message_class("
+        "'robot_movement_interface/Command')(command_type='CIRC') for _ in range(1000)]\n"
         "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
         "publisher = rospy.Publisher('/command_list', made, queue_size=1)\n"
         "while not publisher.get_num_connections(): pass\n"
         "print('begins', flush=True)\n"
         "while True: publisher.publish(made(commands=wrong))\n"
     )
-    _assert_others_are_served_during(script, terminal, robot)
+    with (
+        master(tmp_path) as terminal,
+        on_ros(terminal) as robot,
+        terminal.starts(SYSTEM_PYTHON, "-c", script) as flood,
+    ):
+        try:
+            assert next_line(flood) == "begins\n"
+            terminal.says("rostopic", "echo", "-n200", "/tool_frame")
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert flood.poll() is None
+            code, log = robot.ends(signal.SIGTERM)
+        finally:
+            flood.kill()
+    assert code == 0
+    assert "fault" not in log
+    assert "Traceback" not in log, log
 
 
 @pytest.mark.slow
-def test_at_the_end_the_master_forgets_the_node(terminal: Terminal, robot: Process) -> None:
-    assert terminal.nodes_at("/joint_states") == ["/iiwa_sim"]
-    assert robot.ends(signal.SIGTERM) == (0, "")
-    assert terminal.nodes_at("/joint_states") == []
-
-
-@pytest.mark.slow
-def test_a_master_that_is_started_anew_is_told_of_the_node(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    needs_ros()
+def test_a_master_that_is_started_anew_is_told_of_the_node(tmp_path: Path) -> None:
     with ExitStack() as robots:
         with master(tmp_path) as before:
-            for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
-                monkeypatch.setenv(name, before.environment[name])
-            robot = robots.enter_context(running("--ros"))
-            assert robot.line().startswith("ROS node at ")
+            robot = robots.enter_context(on_ros(before))
         with master(tmp_path, int(before.master_uri.rpartition(":")[2])) as anew:
-            asked = asked_of_a_publisher(anew, "/command_list", LIST)  # most often before the robot is back
-            assert asked[:2] == ("/iiwa_sim", "/command_list")
             with anew.hearing("/command_result", "-n1") as echo:
+                wait_until(lambda: anew.nodes_at("/command_result") != [])
                 anew.says("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
                 assert "command_id: 7" in echo.communicate(timeout=DEADLINE_S)[0]
             assert anew.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
             assert anew.nodes_at("/joint_states") == ["/iiwa_sim"]
-            log = _stops(robot)
+            code, log = robot.ends(signal.SIGTERM)
+            assert code == 0
             assert "the ROS master no longer knew this node: it has registered again" in log
             assert "Traceback" not in log, log
             assert anew.nodes_at("/joint_states") == []
 
 
-@pytest.mark.slow
 def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    needs_ros()
+    if not (side.SYSTEM_PACKAGES / "rospy").is_dir():
+        lacks("ROS 1 of Debian's packages")
     uri = "http://127.0.0.1:1"
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("ROS_MASTER_URI", uri)
@@ -352,34 +334,3 @@ def test_without_rospy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyP
     said = refused("--port", "0", "--ros")
     assert said.startswith("iiwa-sim: --ros needs rospy (")
     assert "apt install python3-rospy" in said
-
-
-def _stops(robot: Process) -> str:
-    code, log = robot.ends(signal.SIGTERM)
-    assert code == 0
-    return log
-
-
-def _assert_others_are_served_during(flood_script: str, terminal: Terminal, robot: Process) -> None:
-    """The script says when it begins, and goes on for ever, also while the robot ends."""
-    with terminal.starts(SYSTEM_PYTHON, "-c", flood_script) as flood:
-        try:
-            assert next_line(flood) == "begins\n"
-            _hear(terminal, "/tool_frame", 200)
-            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            assert flood.poll() is None
-            log = _stops(robot)
-        finally:
-            flood.kill()
-    assert "fault" not in log
-    assert "Traceback" not in log, log
-
-
-def _hear(terminal: Terminal, topic: str, count: int) -> None:
-    """All these messages arrive, however long it takes; they would not fit into any buffer."""
-    with terminal.starts("rostopic", "echo", f"-n{count}", topic) as echo:
-        try:
-            echo.communicate(timeout=5 * DEADLINE_S)  # thousands take a minute on a busy machine
-            assert echo.returncode == 0
-        finally:
-            echo.kill()

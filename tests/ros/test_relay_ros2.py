@@ -182,11 +182,6 @@ def test_an_interpreter_is_found_where_a_distribution_is_sourced(
     assert found_python() == made
 
 
-def test_a_fleet_needs_a_namespace_for_each() -> None:
-    said = refused(*ROS2, "--count", "2")
-    assert "--ros-namespace: expected a different one for each robot on ROS 2" in said
-
-
 def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator, User]) -> None:
     robot, someone = cell
     assert someone.sends("reached", [(2.0, AWAY), (4.0, HERE)])
