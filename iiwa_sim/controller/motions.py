@@ -7,13 +7,12 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Impedance, Pushes
+from iiwa_sim.motion.joint_trajectory import JointTrajectory, Reference, joint_trajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.servo import Pursuit, Servo
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.motion.time_scaling import TimeScaling
-from iiwa_sim.motion.trajectory.reference import Reference
-from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.feeling_kernel import Feeling, Reached
 from iiwa_sim.robot.inverse import Inverse
@@ -149,22 +148,23 @@ class Motions:
         return self.joints if self._following else self.rest_after_stop()
 
     @property
-    def tracked(self) -> Followed | None:
+    def tracked(self) -> JointTrajectory | None:
         """The joint trajectory that is followed and has not been stopped; None while there is none."""
-        way = self._executor.trajectory
-        return (
-            Followed(way, self._executor.time.time_s)
-            if self.tracking and isinstance(way, TrackingPlan)
-            else None
-        )
+        trajectory = self._executor.trajectory
+        return trajectory if self.tracking and isinstance(trajectory, JointTrajectory) else None
 
-    def plan_way(self, reference: Reference, limits: JointLimits) -> TrackingPlan:
+    @property
+    def tracked_s(self) -> float:
+        """Time since that trajectory began, at the rate of the override."""
+        return self._executor.time.time_s
+
+    def plan_way(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
         """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
         `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
-        state = self._executor.state if self.tracked else (here, still, still)
-        return tracking_plan(reference, state, limits, self._servo.courses)
+        state = self._executor.state if self.tracked is not None else (here, still, still)
+        return joint_trajectory(reference, state, limits, self._servo.courses)
 
     @property
     def goal(self) -> Joints:

@@ -22,9 +22,8 @@ from iiwa_sim.controller.trajectory_request import (
     tolerances_of,
 )
 from iiwa_sim.controller.wanted import Tracked
+from iiwa_sim.motion.joint_trajectory import Beyond, Knot, Reference
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path import Outside
-from iiwa_sim.motion.trajectory.reference import Knot, Reference
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
@@ -115,7 +114,9 @@ class Trajectories:
         followed = None if change.stops else core.motions.tracked
         here = core.motions.rest_after_stop()
         still = (0.0,) * len(here)
-        position, velocity, acceleration = (here, still, still) if followed is None else followed.desired
+        position, velocity, acceleration = here, still, still
+        if followed is not None:
+            position, velocity, acceleration = followed.reference.at(core.motions.tracked_s)
         reference = Reference(_from_here(knots, position, velocity, acceleration))
         self._check(reference, position)
         try:
@@ -153,15 +154,15 @@ class Trajectories:
         followed = motions.tracked
         if followed is None or active is None:
             return None
-        actual = motions.joints, self._core.joint_velocity()
-        return Progress(active.number, followed.time_s, followed.desired, actual)
+        time_s, actual = motions.tracked_s, (motions.joints, self._core.joint_velocity())
+        return Progress(active.number, time_s, followed.reference.at(time_s), actual)
 
     def _check(self, reference: Reference, here: Joints) -> None:
         """Raises `Refused` where the reference passes limits of positions or velocities, or begins
         elsewhere."""
         beyond = reference.first_beyond(0, self._lowest, self._highest)
         if beyond is not None:
-            position = reference.at(beyond.s)[0][beyond.joint]
+            position = reference.at(beyond.time_s)[0][beyond.joint]
             low, high = self._lowest[beyond.joint], self._highest[beyond.joint]
             raise outside(self._at(beyond), position, low, high)
         fastest = (1.0 + ROUNDING) * self._velocity
@@ -175,15 +176,15 @@ class Trajectories:
             where = f"{self._names[farthest]} is {away[farthest]:.7g} rad from where the trajectory begins"
             raise Refused(EXECUTION, f"{where}: expected {START_RAD:g} rad at most")
 
-    def _at(self, beyond: Outside) -> str:
-        return f"after {beyond.s:.3f} s {self._names[beyond.joint]}"
+    def _at(self, beyond: Beyond) -> str:
+        return f"after {beyond.time_s:.3f} s {self._names[beyond.joint]}"
 
     def _watch(self) -> None:
         """Look after a tick whether the robot is where the trajectory asks for, where it says how near."""
-        active, followed = self._active, self._core.motions.tracked
-        if active is None or followed is None:
+        active, motions = self._active, self._core.motions
+        if active is None:
             return
-        compares = active.compares_path if followed.time_s < active.end_s else active.goal_time_s > 0.0
+        compares = active.compares_path if motions.tracked_s < active.end_s else active.goal_time_s > 0.0
         progress = self.progress if compares else None  # not in most ticks, as it costs more than they do
         if progress is None:
             return

@@ -10,8 +10,8 @@ from math import inf, isfinite
 from typing import NamedTuple
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.trajectory.reference import Knot
 
 MOST_POINTS = 2000
 """A trajectory of more is refused: taking one of so many costs 20 ms, in which ticks are late."""

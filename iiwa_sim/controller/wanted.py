@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from iiwa_sim.motion.blend import Move
+from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.springs import CartesianImpedance
-from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 
 
 class Target(NamedTuple):
@@ -64,7 +64,7 @@ class Tracked(NamedTuple):
     """A joint trajectory, and how the robot follows it."""
 
     number: int
-    way: TrackingPlan
+    way: JointTrajectory
 
     @property
     def end(self) -> Joints:

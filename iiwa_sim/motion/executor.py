@@ -1,10 +1,10 @@
 """The executor: runs queued moves, blended where they may be, or the course of a servo; stops on the path."""
 
 from collections.abc import Sequence
-from typing import Protocol
 
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.courses import State
+from iiwa_sim.motion.courses import RuckigCourse, State
+from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.lookahead import Ahead, LookAhead
@@ -14,24 +14,6 @@ from iiwa_sim.motion.waiting import Waiting, among
 
 AHEAD = 128
 """Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
-
-
-class Timed(Protocol):
-    """Joint positions over planned time, from 0 on."""
-
-    @property
-    def end(self) -> Joints:
-        """Joint positions at the end (rad)."""
-
-    @property
-    def end_s(self) -> float:
-        """Time at which the joints come to rest there."""
-
-    def joints(self, time_s: float) -> Joints:
-        """Return joint positions (rad); those of the end behind it."""
-
-    def state(self, time_s: float) -> State:
-        """Return joint positions, velocities and accelerations."""
 
 
 class Executor:
@@ -49,7 +31,7 @@ class Executor:
         self.rest = joints
         """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""
         self.time = time
-        self.trajectory: Timed | None = None
+        self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
         """What the robot goes along; None at rest."""
         self._chain: Trajectory | None = None  # the trajectory, if it is of queued moves
         self._waiting = Waiting()
@@ -160,7 +142,7 @@ class Executor:
         (self._waiting.again or self._waiting.planned).append(move)
         self._quiet_until_s = 0.0
 
-    def follow(self, trajectory: Timed) -> None:
+    def follow(self, trajectory: JointTrajectory | RuckigCourse) -> None:
         """Go along a trajectory that begins with the robot's state, in place of what runs or waits."""
         if self.trajectory is None:
             self.time.begin()
@@ -271,15 +253,17 @@ class Executor:
             if not waiting or waiting[0].length_s == 0.0 or not self._begin(left_s):
                 return
         assert trajectory is not None
-        if changes or self._chain is None:
+        if changes or isinstance(trajectory, RuckigCourse):
             self.joints = trajectory.joints(time.time_s)
             if time.stopped:
                 self._end()
         elif not time.pausing:
             if not self._ahead:
                 times = time.ticks(AHEAD)
-                joints = self._chain.sample(times[times < self._chain.end_s])
+                joints = trajectory.sample(times[times < trajectory.end_s])
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
+                if self._chain is None:
+                    self._quiet_until_s = trajectory.end_s
             self.joints = self._ahead.pop()
 
     def _begin(self, time_s: float) -> bool:

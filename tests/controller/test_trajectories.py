@@ -22,9 +22,8 @@ from iiwa_sim.controller.trajectory_request import (
     TrajectoryPoint,
     TrajectoryRequest,
 )
+from iiwa_sim.motion.joint_trajectory import Knot, Reference, windows_of
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.trajectory.reference import Knot, Reference
-from iiwa_sim.motion.trajectory.windows import windows_of
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong

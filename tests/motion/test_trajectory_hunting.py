@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
-from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
+from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from tests.hunting import STEP_S
-from tests.stepped import ROUNDING, Array, assert_within_positions
+from tests.stepped import ROUNDING, assert_within_positions
 from tests.wide_hunting import WideHunt
 
 OTHERS = 0.5  # part of what is said that `WideHunt` says, too
 FASTER = 1.4  # from one attempt to the next, until a trajectory is taken
 ATTEMPTS = 8
-MOST_PLACES = 20000
+MOST_PLACES = 2000
 NEARLY = (1e-10, 1e-8, 1e-6)  # rad, rad/s, rad/s^2: so near are states that are the same
 FIRST_RAD = 0.08
 
@@ -38,7 +38,7 @@ class TrajectoryHunt(WideHunt):
         """Trajectories that were taken."""
         self._told: dict[int, TrajectoryEnd] = {}
         self._numbers: list[int] = []
-        self._last: TrackingPlan | None = None
+        self._last: JointTrajectory | None = None
         d = self.robot.description
         self._limits = np.array([d.velocity, d.direct_acceleration, d.direct_jerk])
 
@@ -125,7 +125,11 @@ class TrajectoryHunt(WideHunt):
         """Of a trajectory from where the robot will be: some are too fast."""
         rng, controller, d = self._rng, self.robot.controller, self.robot.description
         followed = controller.motions.tracked
-        here = np.array(followed.desired[0] if followed else controller.motions.rest_after_stop())
+        here = np.array(
+            followed.reference.at(controller.motions.tracked_s)[0]
+            if followed
+            else controller.motions.rest_after_stop()
+        )
         low, high, fast = np.array(d.position_min), np.array(d.position_max), np.array(d.velocity)
         count = self._one_of((1, 2, 2, 3, 5, int(rng.integers(2, 30)), int(rng.integers(2, 200))))
         spaces = self._one_of((0.02, 0.1, 0.4, 10.0 ** float(rng.uniform(-4.0, 0.0))))
@@ -177,68 +181,23 @@ class TrajectoryHunt(WideHunt):
             )
         ]
 
-    def _look_at_way(self, way: TrackingPlan, state: tuple[Any, Any, Any]) -> None:
+    def _look_at_way(self, way: JointTrajectory, state: tuple[Any, Any, Any]) -> None:
         """Whether it sets out where and as the robot is, keeps its limits everywhere, and is near enough."""
         self.plans_seen += 1
         places = min(max(int(way.end_s / STEP_S), 20), MOST_PLACES)
         times = np.linspace(0.0, way.end_s, places + 1)
-        if way.join is not None:
-            joined = np.minimum(times[times <= way.join_s], way.join.end_s)
-            found = [self._joining(way, time) for time in joined.tolist()]
-            self._keep(np.array(found))
-            _assert_meets(way.join.trajectory.at_time(0.0), state)
-            if way.end_s > way.join_s:
-                _assert_meets(way.join.trajectory.at_time(way.join.end_s), way.smoothed.state(way.join_s))
-        else:
-            _assert_meets(way.smoothed.state(0.0), state)
-        on_it = times[times > way.join_s]
-        if way.end_s > way.join_s and len(on_it):
-            self._look_at_smoothed(way, on_it)
-
-    def _joining(self, way: TrackingPlan, time_s: float) -> Array:
-        """Velocities, accelerations and jerks (3, n) of the join."""
-        assert way.join is not None
-        position, velocity, acceleration = way.join.trajectory.at_time(time_s)
-        jerks = [_jerk(profile, time_s) for profile in way.join.trajectory.profiles[0]]
-        assert_within_positions(self.robot.description, [position])
-        return np.array([velocity, acceleration, jerks])
-
-    def _keep(self, derivatives: Array) -> None:
-        """Of places (m, 3, n)."""
-        if len(derivatives):
-            loads = (np.abs(derivatives) / self._limits).max(axis=(0, 2))
-            self.plans = np.maximum(self.plans, loads)
-
-    def _look_at_smoothed(self, way: TrackingPlan, times: Array) -> None:
-        smoothed, reference = way.smoothed, way.reference
-        narrow, wide = smoothed._narrow_s, smoothed._wide_s
-        d = [self._asked(way, times - back) for back in (0.0, narrow, wide, wide + narrow)]
-        if narrow:
-            acceleration = (d[0][0] - d[1][0] - d[2][0] + d[3][0]) / (narrow * wide)
-            jerk = (d[0][1] - d[1][1] - d[2][1] + d[3][1]) / (narrow * wide)
-        elif wide:
-            acceleration = (d[0][1] - d[2][1]) / wide
-            jerk = (d[0][2] - d[2][2]) / wide
-        else:
-            acceleration, jerk = d[0][2], d[0][3]
-        velocity = np.array([smoothed._averaged.at(1, time) for time in times.tolist()]) if wide else d[0][1]
-        self._keep(np.stack([velocity, acceleration, jerk], axis=1))
-        delay_s = 0.5 * (narrow + wide)
-        off = np.array([smoothed.joints(time) for time in times.tolist()]) - d[0][0]
-        error = reference.range(1).magnitude * delay_s
-        still = times < reference.end_s  # behind that the robot comes in from where it is
-        assert (np.abs(off[still]) <= error + ROUNDING).all(), "farther from the trajectory than is said"
-
-    @staticmethod
-    def _asked(way: TrackingPlan, times: Array) -> Array:
-        """Positions of the reference and their derivatives (4, m, n)."""
-        r = way.reference
-        found = np.zeros((4, len(times), len(r.start)))
-        inside = (times >= r.times[0]) & (times < r.end_s)
-        found[:, inside] = r.curve.derivatives(times[inside])
-        found[0, times < r.times[0]] = r.start
-        found[0, times >= r.end_s] = r.end
-        return found
+        found = np.array([way.state(time) for time in times.tolist()])
+        assert_within_positions(self.robot.description, found[:, 0])
+        jerk = np.diff(found[:, 2], axis=0) / (times[1] - times[0])
+        derivatives = found[:, 1], found[:, 2], jerk
+        loads = [(np.abs(each) / limit).max() for each, limit in zip(derivatives, self._limits, strict=True)]
+        self.plans = np.maximum(self.plans, loads)
+        _assert_meets(way.state(0.0), state)
+        reference = way.reference
+        on_it = (times > way.join_s) & (times < reference.end_s)  # behind that it comes in from where it is
+        asked = np.array([reference.at(time)[0] for time in times[on_it].tolist()]).reshape(-1, len(way.end))
+        error = reference.range(1).magnitude * 0.5 * (way.end_s - reference.end_s)
+        assert (np.abs(found[on_it, 0] - asked) <= error + ROUNDING).all(), "farther off than is said"
 
 
 def _assert_meets(one: tuple[Any, Any, Any], other: tuple[Any, Any, Any]) -> None:
@@ -246,17 +205,6 @@ def _assert_meets(one: tuple[Any, Any, Any], other: tuple[Any, Any, Any]) -> Non
     for a, b, near in zip(one, other, NEARLY, strict=True):
         off = float(np.abs(np.subtract(a, b)).max())
         assert off <= near, f"{off} beside each other"
-
-
-def _jerk(profile: Any, time_s: float) -> float:
-    """Of one joint, at a time of Ruckig's profile."""
-    brake = profile.brake
-    for part in (brake, profile) if brake.duration else (profile,):
-        for duration, jerk in zip(part.t, part.j, strict=False):
-            if time_s < duration:
-                return float(jerk)
-            time_s -= duration
-    return 0.0
 
 
 def trajectories(seed: int) -> dict[str, float]:

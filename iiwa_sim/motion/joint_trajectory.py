@@ -1,0 +1,378 @@
+"""Joint trajectories, given as points with times, and how the robot follows them within its limits.
+
+Between two points the curve is the one of ros2_controllers' joint_trajectory_controller: a quintic where both
+have velocities and accelerations, a cubic where both have velocities, else a straight line.
+
+The robot follows an average of that curve over the time just behind, of two widths one after the other. An
+average never leaves the range of its values. Averaging over T seconds keeps positions and velocities within
+their limits, and bounds the next derivative by (range of this one) / T. The first average, T1 wide, is needed
+where velocities jump, as between straight lines, or change faster than the robot accelerates; the second, T2
+wide, where accelerations do. A curve that asks for nothing the robot cannot do is not averaged at all. Else
+the robot is (T1 + T2) / 2 behind it.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import comb, prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.motion.courses import Courses, RuckigCourse, State
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array, JointLimits
+
+ROWS = 6
+"""Coefficients of a piece, which is a quintic at most."""
+KEPT = 0.99
+"""Part of the limits of acceleration and jerk that is used."""
+SMOOTH = 1e-9
+"""Part of a limit by which a continuous derivative may jump: rounding."""
+NARROWEST_S = 1e-4
+"""No average is narrower, but for none."""
+FIRST_JOIN_S = 0.01
+"""A robot that is beside the curve, or moves otherwise, is on it after so long at the soonest."""
+JOIN_GROWTH = 1.5
+"""Where it cannot be, so many times later is tried next."""
+
+
+class Knot(NamedTuple):
+    """A point of a trajectory, its joints in the order of the robot's."""
+
+    time_s: float
+    """Since the trajectory has begun; a first knot may lie before that."""
+    positions: Joints
+    """rad"""
+    velocities: Joints | None = None
+    """rad/s"""
+    accelerations: Joints | None = None
+    """rad/s^2"""
+
+
+class Beyond(NamedTuple):
+    """Where a joint leaves its bounds."""
+
+    time_s: float
+    joint: int
+    """Index of the joint."""
+
+
+class Range(NamedTuple):
+    """Bounds (n,) of a derivative over a whole curve, and over the standstill before and behind it."""
+
+    lowest: Array
+    highest: Array
+
+    @property
+    def width(self) -> Array:
+        """Difference of the bounds (n,)."""
+        return self.highest - self.lowest
+
+    @property
+    def magnitude(self) -> Array:
+        """Largest absolute value (n,)."""
+        return np.maximum(self.highest, -self.lowest)
+
+
+class Reference:
+    """Joint positions (rad) over time (s) through knots, at rest before the first and behind the last."""
+
+    def __init__(self, knots: Sequence[Knot]) -> None:
+        """Take two knots at least, whose times rise; the last of them lies behind 0."""
+        self.times = np.array([knot.time_s for knot in knots])
+        """(pieces + 1,)"""
+        self.start = knots[0].positions
+        self.end = knots[-1].positions
+        self.end_s = knots[-1].time_s
+        self.pieces = _powers(self.times, knots)
+        """Coefficients (pieces, ROWS, n) of powers of u, which goes from 0 to 1 over a piece."""
+
+    def at(self, time_s: float) -> State:
+        """Return positions (rad), velocities (rad/s) and accelerations (rad/s^2) at a time."""
+        still = (0.0,) * len(self.start)
+        if time_s >= self.end_s or time_s < self.times[0]:
+            return self.end if time_s >= self.end_s else self.start, still, still
+        times = np.array([time_s])
+        a, b, c = (
+            tuple(averaged(self.times, self.pieces, (), times, order)[0].tolist()) for order in range(3)
+        )
+        return a, b, c
+
+    def first_beyond(self, order: int, lowest: Array, highest: Array) -> Beyond | None:
+        """Return where positions (order 0), velocities (1) or accelerations (2) first leave bounds (n,)."""
+        pieces = self._derivative(order)
+        low, high = _bounds(pieces)
+        first: Beyond | None = None
+        for piece, joint in np.argwhere((low < lowest) | (high > highest)).tolist():
+            if first is not None and first.time_s <= self.times[piece]:
+                break
+            u = _first_outside(pieces[piece, :, joint], float(lowest[joint]), float(highest[joint]))
+            time_s = self.times[piece] + u * (self.times[piece + 1] - self.times[piece])
+            if u < 1.0 and (first is None or time_s < first.time_s):
+                first = Beyond(max(float(time_s), 0.0), joint)
+        return first
+
+    def range(self, order: int) -> Range:
+        """Return bounds of velocities (order 1), accelerations (2) or jerks (3); of curves a little wide."""
+        low, high = _bounds(self._derivative(order))
+        return Range(np.minimum(low.min(axis=0), 0.0), np.maximum(high.max(axis=0), 0.0))
+
+    def largest_jump(self, order: int, *, from_rest: bool = True) -> Array:
+        """Return how far velocities (order 1) or accelerations (2) jump at most (n,).
+
+        The jump at the start counts where the joints come `from_rest`, that at the end always.
+        """
+        pieces = self._derivative(order)
+        still = np.zeros((1, len(self.start)))
+        before, after = np.concatenate([still, pieces.sum(axis=1)]), np.concatenate([pieces[:, 0], still])
+        largest: Array = np.abs(after - before)[0 if from_rest else 1 :].max(axis=0)
+        return largest
+
+    def _derivative(self, order: int) -> Array:
+        """Coefficients (pieces, ROWS - order, n) of a derivative by time."""
+        pieces = self.pieces
+        for _ in range(order):
+            pieces = _differentiated(pieces, np.diff(self.times))
+        return pieces
+
+
+class Windows(NamedTuple):
+    """Widths of the two averages (s)."""
+
+    first_s: float
+    second_s: float
+
+    @property
+    def width_s(self) -> float:
+        """How long after the end of the reference the robot rests there."""
+        return self.first_s + self.second_s
+
+
+def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = True) -> Windows:
+    """Return the widths with which a reference keeps the limits of acceleration and jerk.
+
+    The reference keeps those of velocity. `from_rest` says whether the robot stands still at its start; else
+    that is no part of the averages: the robot joins later than they are wide.
+    """
+    most_a, most_j = KEPT * limits.acceleration, KEPT * limits.jerk
+    speeds, accelerations = reference.range(1), reference.range(2)
+    jumps = reference.largest_jump(1, from_rest=from_rest) > SMOOTH * limits.velocity
+    too_fast = jumps | (accelerations.magnitude > most_a)
+    if too_fast.any():
+        first_s = _width(speeds.width / most_a, too_fast)
+        largest = speeds.width / first_s
+        largest[~jumps] = largest[~jumps].clip(max=accelerations.magnitude[~jumps])
+        return Windows(first_s, _width(2.0 * largest / most_j, largest > 0.0))
+    too_sudden = (reference.largest_jump(2, from_rest=from_rest) > SMOOTH * limits.acceleration) | (
+        reference.range(3).magnitude > most_j
+    )
+    return Windows(0.0, _width(accelerations.width / most_j, too_sudden))
+
+
+class JointTrajectory:
+    """How the robot follows a reference: along its average, on which it is from `join_s` on.
+
+    Where the robot begins beside that, or with another velocity, it first joins it by the course of Ruckig
+    that is there soonest. Positions, velocities, accelerations and jerks keep their limits at every time. At
+    the end the robot holds the last point.
+    """
+
+    def __init__(
+        self, reference: Reference, windows: Windows, join: RuckigCourse | None = None, join_s: float = 0.0
+    ) -> None:
+        """`join` leads from where the robot is onto the average at `join_s`; None if it is there already."""
+        self.reference = reference
+        self.end = reference.end
+        """The last point (rad)."""
+        self.end_s = reference.end_s + windows.width_s
+        """When the robot rests there."""
+        self.join_s = join_s
+        self._join = join
+        self._widths = tuple(width for width in windows if width)
+        # A standstill before and behind, as long as the average looks back.
+        times, pieces = reference.times, reference.pieces
+        self._knots = np.array([times[0] - windows.width_s - 1.0, *times, self.end_s + 1.0])
+        still = np.zeros((2, 1, *pieces.shape[1:]))
+        still[:, 0, 0] = reference.start, reference.end
+        self._pieces = np.concatenate([still[0], pieces, still[1]])
+
+    def joints(self, time_s: float) -> Joints:
+        """Return joint positions (rad) at a time."""
+        if time_s >= self.end_s:
+            return self.end
+        if time_s < self.join_s and self._join is not None:
+            return self._join.joints(time_s)
+        return self._averaged(time_s, 0)
+
+    def sample(self, times: Array) -> Array:
+        """Return joint positions (m, n) at rising times (m,) before the end."""
+        count = int(times.searchsorted(self.join_s)) if self._join is not None else 0
+        joining = [self.joints(time_s) for time_s in times[:count].tolist()]
+        return np.concatenate(
+            [
+                np.array(joining).reshape(count, len(self.end)),
+                averaged(self._knots, self._pieces, self._widths, times[count:], 0),
+            ]
+        )
+
+    def state(self, time_s: float) -> State:
+        """Return joint positions, velocities and accelerations at a time."""
+        if time_s >= self.end_s:
+            return self.reference.at(time_s)
+        if time_s < self.join_s and self._join is not None:
+            return self._join.state(time_s)
+        return self._averaged(time_s, 0), self._averaged(time_s, 1), self._averaged(time_s, 2)
+
+    def _averaged(self, time_s: float, order: int) -> Joints:
+        found = averaged(self._knots, self._pieces, self._widths, np.array([time_s]), order)
+        return tuple(found[0].tolist())
+
+
+def joint_trajectory(
+    reference: Reference, state: State, limits: JointLimits, courses: Courses
+) -> JointTrajectory:
+    """Return how to follow a reference within limits from a state of motion.
+
+    Raises `ArithmeticError` where no course onto it is found.
+    """
+    still = (0.0,) * len(reference.end)
+    joins = state != (reference.start, still, still) or reference.times[0] != 0.0
+    windows = windows_of(reference, limits, from_rest=not joins)
+    smoothed = JointTrajectory(reference, windows)
+    if not joins:
+        return smoothed
+    straight = courses.find(state, (reference.end, still, still), limits)
+    if straight is None or straight.end_s < reference.end_s:
+        join_s = max(windows.width_s, FIRST_JOIN_S)
+        while join_s < smoothed.end_s:
+            course = courses.find(state, smoothed.state(join_s), limits, join_s)
+            if course is not None:
+                return JointTrajectory(reference, windows, course, join_s)
+            join_s *= JOIN_GROWTH
+    if straight is None:
+        raise ArithmeticError("Ruckig: no way onto the trajectory")
+    at_once = JointTrajectory(reference, windows, straight, straight.end_s)
+    at_once.end_s = straight.end_s
+    return at_once
+
+
+def averaged(knots: Array, pieces: Array, widths: Sequence[float], times: Array, order: int) -> Array:
+    """Return a derivative (m, n) of a curve at rising times (m,), averaged over widths one after the other.
+
+    `pieces` are those of `Reference.pieces` between `knots`. An average of width w is the difference of the
+    curve's integral at t and t - w, over w: with two widths the second integral at four times. Integrals
+    begin just before the first of these, so that no digits are lost.
+    """
+    shifts, signs = np.zeros(1), np.ones(1)
+    for width in widths:
+        shifts, signs = np.append(shifts, shifts + width), np.append(signs, -signs)
+    at = times[:, None] - shifts
+    if not at.size:
+        return np.empty((0, pieces.shape[2]))
+    piece = knots[1:-1].searchsorted(at, side="right")
+    first, last = int(piece.min()), int(piece.max()) + 1
+    lengths = np.diff(knots[first : last + 1])
+    c, origin = pieces[first:last].copy(), pieces[first, 0].copy()
+    c[:, 0] -= origin
+    for _ in range(len(widths) - order):
+        c = _integrated(c, lengths)
+    for _ in range(order - len(widths)):
+        c = _differentiated(c, lengths)
+    u = ((at - knots[piece]) / lengths[piece - first])[..., None]
+    rows = np.moveaxis(c, 1, 0)[:, piece - first]
+    value = rows[-1]
+    for row in rows[-2::-1]:
+        value = value * u + row
+    found: Array = np.einsum("s,msn->mn", signs / prod(widths), value)
+    return found + origin if order == 0 else found
+
+
+def _powers(times: Array, knots: Sequence[Knot]) -> Array:
+    """Coefficients (pieces, ROWS, joints) of the pieces between knots."""
+    count, joints = len(knots) - 1, len(knots[0].positions)
+    h = np.diff(times)[:, None]
+    p = np.array([knot.positions for knot in knots])
+    v, curved = _given([knot.velocities for knot in knots], joints)
+    a, bent = _given([knot.accelerations for knot in knots], joints)
+    bent &= curved
+    p0, p1, v0, v1 = p[:-1], p[1:], h * v[:-1], h * v[1:]
+    a0, a1, way = h * h * a[:-1], h * h * a[1:], p1 - p0
+    power = np.zeros((count, ROWS, joints))
+    power[:, 0], power[:, 1] = p0, way
+    cubic, quintic = (curved & ~bent), bent
+    rows = np.stack([p0, v0, 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way], axis=1)
+    power[cubic, :4] = rows[cubic]
+    rows = np.stack(
+        [
+            p0,
+            v0,
+            0.5 * a0,
+            10.0 * way - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+            -15.0 * way + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+            6.0 * way - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1,
+        ],
+        axis=1,
+    )
+    power[quintic] = rows[quintic]
+    return power
+
+
+def _given(values: Sequence[Joints | None], joints: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Values (knots, joints), and of each piece whether both its knots have them."""
+    there = np.array([value is not None for value in values])
+    filled = np.array([[0.0] * joints if value is None else value for value in values])
+    return filled, there[:-1] & there[1:]
+
+
+def _integrated(pieces: Array, lengths: Array) -> Array:
+    """Coefficients of the integral over time (s), which is 0 where the first piece begins."""
+    count, rows, joints = pieces.shape
+    integral = np.zeros((count, rows + 1, joints))
+    integral[:, 1:] = pieces * (lengths[:, None] / np.arange(1.0, rows + 1.0))[..., None]
+    integral[1:, 0] = integral.sum(axis=1)[:-1].cumsum(axis=0)
+    return integral
+
+
+def _differentiated(pieces: Array, lengths: Array) -> Array:
+    """Coefficients of the derivative by time (s)."""
+    return pieces[:, 1:] * (np.arange(1.0, pieces.shape[1]) / lengths[:, None])[..., None]
+
+
+def _bounds(pieces: Array) -> tuple[Array, Array]:
+    """Bounds (pieces, n): no polynomial goes farther than the sum of its Chebyshev coefficients."""
+    rows = pieces.shape[1]
+    chebyshev = np.einsum("ik,pkj->pij", _CHEBYSHEV[:rows, :rows], pieces)
+    middle, reach = chebyshev[:, 0], np.abs(chebyshev[:, 1:]).sum(axis=1)
+    return middle - reach, middle + reach
+
+
+def _first_outside(piece: Array, lowest: float, highest: float) -> float:
+    """Return the first u from 0 to 1 at which a polynomial leaves bounds; 1 if it does not."""
+    places = [0.0, 1.0]
+    for bound in (lowest, highest):
+        shifted = piece[::-1].copy()
+        shifted[-1] -= bound
+        places += [float(root.real) for root in np.roots(shifted) if abs(root.imag) < 1e-6]
+    inside = sorted(u for u in places if 0.0 <= u <= 1.0)
+    for low, high in pairwise(inside):
+        if not lowest <= np.polyval(piece[::-1], 0.5 * (low + high)) <= highest:
+            return low
+    return 1.0
+
+
+def _width(widths_s: Array, needed: NDArray[np.bool_]) -> float:
+    return max(float(widths_s[needed].max()), NARROWEST_S) if needed.any() else 0.0
+
+
+_CHEBYSHEV = np.array(
+    [
+        [
+            (2.0 if k else 1.0) * comb(2 * power, power - k) / 4.0**power if k <= power else 0.0
+            for power in range(ROWS)
+        ]
+        for k in range(ROWS)
+    ]
+)
+"""Parts of each power of u in each Chebyshev coefficient: with 2 u - 1 = cos 2t, u is cos(t)^2, whose powers
+are binomial sums of cosines. Exact, as parts of 1,024."""
