@@ -708,15 +708,16 @@ def carried_wrench(
     a: cython.double
     b: cython.double
     c: cython.double
-    first: Any = motion[0]
-    middle: Any = motion[1]
-    last: Any = motion[2]
+    first: tuple[float, ...] = motion[0][0]
+    middle: tuple[float, ...] = motion[1][0]
+    last: tuple[float, ...] = motion[2][0]
     for k in range(9):
-        a, b, c = first[0][k], middle[0][k], last[0][k]
+        a, b, c = first[k], middle[k], last[k]
         m[k] = b
         d[4 * (k // 3) + k % 3] = (c - b) - (b - a)
+    first, middle, last = motion[0][1], motion[1][1], motion[2][1]
     for k in range(3):
-        a, b, c = first[1][k], middle[1][k], last[1][k]
+        a, b, c = first[k], middle[k], last[k]
         d[4 * k + 3] = (c - b) - (b - a)
     dt: cython.double = tick_s
     for i in range(3):
