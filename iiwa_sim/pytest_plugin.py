@@ -8,7 +8,6 @@ import hashlib
 import importlib.util
 import re
 import shlex
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
@@ -22,7 +21,6 @@ from iiwa_sim.wording import Unusable
 if TYPE_CHECKING:
     from iiwa_sim.controller.state import Snapshot
     from iiwa_sim.options.sources import Given
-    from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
 
 OPTIONS = {
@@ -144,14 +142,12 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
         return
     report = outcome.get_result()
     if report.failed:
-        from iiwa_sim.recording import told
-
         for stash in stashes:
             stash[_FAILED] = True
         for robot in shown:
             try:
                 report.sections.append((f"{robot.name} dialogue", robot.dialogue()))
-                report.sections.append((f"{robot.name} state", told(robot.state())))
+                report.sections.append((f"{robot.name} state", _told(robot.state())))
             except TimeoutError as blocked:
                 report.sections.append((robot.name, f"nothing can be told: {blocked}"))
             if robot.artifact is not None:
@@ -240,12 +236,12 @@ def _failure(why: object) -> BaseException:
 @contextmanager
 def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | None) -> "Iterator[Simulator]":
     """A robot while the context is open, and what a report shows of it from then on."""
-    simulator, recording = _started(options)
+    simulator = _started(options)
     place = len(shown)
     shown.append(
         _Robot(
             name,
-            lambda: simulator.call(recording.text, REPORT_S),
+            lambda: simulator.call(simulator.dialogue.report, REPORT_S),
             lambda: simulator.call(simulator.state, REPORT_S),
             artifact,
         )
@@ -258,10 +254,11 @@ def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | No
         try:
             simulator.__exit__(None, None, None)
         except TimeoutError as blocked:
-            shown[place] = _Robot(name, recording.text, simulator.state, artifact)
+            shown[place] = _Robot(name, simulator.dialogue.report, simulator.state, artifact)
             raise _failure(f"the robot could not be ended: {blocked}") from None
         end = simulator.state()  # pytest keeps what is shown: the robot need not stay
-        shown[place] = _Robot(name, recording.text, lambda: end, artifact)
+        said = simulator.dialogue.report()
+        shown[place] = _Robot(name, lambda: said, lambda: end, artifact)
 
 
 def _record(simulator: "Simulator", path: Path) -> None:
@@ -271,17 +268,26 @@ def _record(simulator: "Simulator", path: Path) -> None:
         raise _failure(fault) from None
 
 
-def _started(options: "Given") -> "tuple[Simulator, Recording]":
+def _started(options: "Given") -> "Simulator":
     from iiwa_sim.options.robots import settings_of
-    from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
 
-    start_ns = time.monotonic_ns()
     try:
         simulator = Simulator(settings=settings_of(options, {"port": (0,)}))
-        recording = Recording(simulator.clock.tick_s, start_ns)
-        simulator.dialogue.listeners.append(recording)
         simulator.dialogue.remember()
-        return simulator.__enter__(), recording
+        return simulator.__enter__()
     except Unusable as fault:
         raise _failure(fault) from None
+
+
+def _told(state: "Snapshot") -> str:
+    """Return a state as text, one field per line."""
+    return "\n".join(f"{name}: {_value(getattr(state, name))}" for name in state.__struct_fields__)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, tuple) and value and all(isinstance(each, float) for each in value):
+        return " ".join(str(round(each, 9) + 0.0) for each in value)
+    if isinstance(value, tuple) and all(isinstance(each, bool) for each in value):
+        return " ".join(str(int(each)) for each in value)
+    return str(value)

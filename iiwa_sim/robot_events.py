@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.dialogue import Dialogue
 
 ROBOT = "robot"
 """The name that the dialogue gives in place of a client's."""

@@ -8,13 +8,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import Cell, cell_of
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
 from iiwa_sim.clock.pace import Pace, pace
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.state import Snapshot, snapshot
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
@@ -22,11 +22,10 @@ from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import from_keywords
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.protocols import Protocol, protocol_for
+from iiwa_sim.protocols.protocols import Protocol, command_names, protocol_for
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.status import StatusLines, StatusSession
 from iiwa_sim.recordings.recordings import Recording, Recordings
-from iiwa_sim.remembered import RememberedDialogue
 from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.robot_events import RobotEvents, log_discarded
 from iiwa_sim.server.budget import Budget
@@ -99,9 +98,8 @@ class Simulator:
         for line in differing_limits(self.cell.description):
             logger.warning("%s", line)
         self.clock = Clock(settings.rate_hz, _pace(settings.clock))
-        self.dialogue = RememberedDialogue(self._tick)
-        """What is said in all protocols; `dialogue.listeners.append(listener)` hears it, and from
-        `dialogue.remember()` on it can be asked for."""
+        self.dialogue = Dialogue(self._tick, self.clock.tick_s, command_names)
+        """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
         self._events = RobotEvents(self.dialogue)
         self._controller = self.cell.controller(
             self.clock.tick_s,
@@ -135,8 +133,9 @@ class Simulator:
             for protocol, port in zip(spoken, settings.port, strict=True)
         }
         self._recorder: Recorder | None = None
-        recent = RecentDialogue(self.dialogue, self.clock.tick_s)
-        self.backdoor = Backdoor(self._controller, faults, self._acceptors, self.clock, recent, self.call)
+        self.backdoor = Backdoor(
+            self._controller, faults, self._acceptors, self.clock, self.dialogue, self.call
+        )
         self._recordings = Recordings(
             self._controller,
             self.cell,
@@ -153,7 +152,7 @@ class Simulator:
         if settings.backdoor_port is not None:
             from iiwa_sim.backdoor import http
 
-            recent.listen()
+            self.dialogue.remember()
             word = word_of(settings.backdoor_token, settings.backdoor_token_file)
             token = None if word is None else Token(word)
             self._backdoor_http = http.BackdoorHttp(

@@ -7,8 +7,8 @@ import logging
 import pytest
 
 from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine
 from iiwa_sim.robot_events import RobotEvents, log_discarded
 
 CONTACT = Contact(7, "z", -12.5, 0.25, 10.0, Frame(450.0, 0.0, 120.0, 0.0, 1.5, 0.0))

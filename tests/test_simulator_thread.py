@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock import clock
 from iiwa_sim.clock.clock import StillMoving
-from iiwa_sim.protocols.dialogue import DialogueLine
+from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.simulator import Simulator
 from tests.asked import gravity_hold, joint_move
 from tests.talking import DEADLINE_S

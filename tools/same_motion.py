@@ -17,8 +17,8 @@ from math import degrees
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.protocols.protocols import protocol_for

@@ -17,13 +17,13 @@ from iiwa_sim.backdoor.described import (
     described_robot,
 )
 from iiwa_sim.backdoor.faults import Faults
-from iiwa_sim.backdoor.recent_dialogue import RecentLines
 from iiwa_sim.cell.placed import POSE_RANGES
 from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, Refused
 from iiwa_sim.controller.state import Snapshot, snapshot
+from iiwa_sim.dialogue import RecentLines
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
@@ -257,8 +257,8 @@ class Backdoor(Faults):
 
         They are kept from the start where the backdoor has a port, otherwise from the first call on.
         """
-        self._recent.listen()
-        return self._recent.since(since)
+        self._dialogue.remember()
+        return self._dialogue.since(since)
 
     # Random numbers
 

@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
-from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.server.listening import Acceptor
 from iiwa_sim.wording import harmless, shortened
@@ -80,7 +80,7 @@ class Base:
         wire: WireFaults,
         ports: Callable[[], Sequence[Acceptor]],
         clock: Clock,
-        recent: RecentDialogue,
+        dialogue: Dialogue,
         call: Call = _at_once,
     ) -> None:
         """`ports` gives the listening ports of all protocols."""
@@ -91,7 +91,7 @@ class Base:
         self._wire = wire
         self._ports = ports
         self._clock = clock
-        self._recent = recent
+        self._dialogue = dialogue
         self._states = States(controller)
         self._client = HERE
         self._dragged: dict[str, float] = {}  # when the dialogue has a call of this method again
@@ -106,7 +106,7 @@ class Base:
             self._client = HERE
 
     def _tell(self, text: str, reason: str = "") -> None:
-        self._recent.acted(self._controller.tick, self._client, text, reason)
+        self._dialogue.event(self._client, text, reason=reason)
 
     def _drags_anew(self, name: str) -> bool:
         now_s = time.monotonic()

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind
+from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import parse_decimal
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.krc4_xml import from_short, is_short, load_krc4_table, to_xml, understand
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, IIWA, KRC4

@@ -17,12 +17,12 @@ from iiwa_sim.controller.requests import (
     TcpCompliance,
     from_quaternion,
 )
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.decimals import format_decimals
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.session import CommandSession, OwnMoves, ProtocolLog, written
+from iiwa_sim.protocols.session import LineSession, OwnMoves, ProtocolLog, written
 from iiwa_sim.protocols.table import Request, helped, load_table, with_hint
 from iiwa_sim.wording import harmless, shortened
 
@@ -204,7 +204,7 @@ COMMANDS: dict[str, Handler] = {
 }
 
 
-class IiwaSession(CommandSession):
+class IiwaSession(LineSession):
     """One connection to the robot.
 
     A move, or a check whether one is possible, ends a batch of replies: plans in numbers do not delay ticks.

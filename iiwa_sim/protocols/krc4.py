@@ -11,8 +11,8 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
 from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.krc4_xml import (
     Broken,
     Element,
@@ -226,11 +226,11 @@ class Krc4Session:
             self.controller.record_error(EXECUTION, told)
             return self._refusal(message, text, EXECUTION, told)
         logs = log.wants_commands()
-        if logs or self._dialogue.listeners:
+        if logs or self._dialogue.is_heard:
             shown = short_reply(integers, answer.reals)
             if logs:
                 log.command(self._name, _in_log(text), shown)
-            self._dialogue.exchange(self._name, text, shown)
+            self._dialogue.exchange(self._name, text, shown, command=_tag(message))
         return whole
 
     def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
@@ -241,7 +241,8 @@ class Krc4Session:
 
     def _refusal(self, message: Message, text: str, code: int, reason: str) -> bytes:
         integers = (message.id, -abs(message.command), code)
-        self._dialogue.exchange(self._name, text, short_reply(integers, ()), f"{code} {reason}")
+        shown = short_reply(integers, ())
+        self._dialogue.exchange(self._name, text, shown, f"{code} {reason}", _tag(message))
         return reply(integers, ())
 
     def _carry_out(self, message: Message) -> Answer:
@@ -254,3 +255,9 @@ class Krc4Session:
 
 def _in_log(text: str) -> str:
     return shortened(text, _LONGEST_TEXT)
+
+
+def _tag(message: Message) -> str:
+    """Return the name of a message, such as GOA; empty if it has none."""
+    known = load_krc4_table().get(message.command)
+    return "" if known is None else known.tag

@@ -4,13 +4,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.iiwa import IiwaSession
 from iiwa_sim.protocols.krc4 import Krc4Session
-from iiwa_sim.protocols.krc4_xml import REGISTERS
+from iiwa_sim.protocols.krc4_xml import REGISTERS, load_krc4_table
 from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.protocols.session import ProtocolLog, Session
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import RobotDescription, RobotFault
 
 
@@ -44,6 +45,11 @@ PROTOCOLS = {
         Protocol(KRC4, range(1, REGISTERS + 1), False, _krc4),
     )
 }
+
+
+def command_names() -> list[str]:
+    """Return the names of all commands and KRC4 messages."""
+    return [*load_table(IIWA).commands, *(each.tag for each in load_krc4_table().values())]
 
 
 def fitting_protocols(description: RobotDescription) -> list[str]:

@@ -1,6 +1,9 @@
-"""The interface between a shell and a session: one connection in one protocol, without its socket."""
+"""Sessions: bytes of one connection in, replies out; no sockets.
 
-from abc import ABC, abstractmethod
+A line session gives one reply for each line, in their order. Telnet's IAC DO TIMING-MARK is answered by IAC
+WONT TIMING-MARK in its place among the replies; other telnet commands are ignored.
+"""
+
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -8,11 +11,18 @@ from typing import Any, Protocol
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.protocols.decimals import readable
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table, with_hint
+
+ASKED_OFTEN = 3
+"""Times in a row that a client sends the same line before it counts as one that waits."""
+LINES_AT_ONCE = 512
+"""Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
+CANNED = "the reply to the next line is canned, nothing is carried out"
+"""Event in the dialogue."""
 
 
 class Pending(Protocol):
@@ -96,40 +106,64 @@ class OwnMoves(set[int]):
             log.stopped(session, vanished=True)
 
 
-ASKED_OFTEN = 3
-"""Times in a row that a client says the same line before it counts as one that waits."""
-LINES_AT_ONCE = 512
-"""Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
-CANNED = "the reply to the next line is canned, nothing is carried out"
-"""What the dialogue is told."""
+class LineSession:
+    """One connection whose lines are the commands of a table, for one robot.
 
+    A refused line is answered as the table has it, and the reason told to the log and the robot.
+    """
 
-class LineSession(ABC):
-    """One connection in a line protocol; a subclass defines what a line does."""
+    def __init__(
+        self,
+        controller: Controller,
+        log: ProtocolLog,
+        name: str,
+        table: Table,
+        commands: Mapping[str, Callable[[Any, Request], bytes]],
+        dialogue: Dialogue | None = None,
+        *,
+        strict: bool = False,
+        canned: CannedReplies | None = None,
+    ) -> None:
+        """Create a session.
 
-    def __init__(self, log: ProtocolLog, name: str, dialogue: Dialogue | None = None) -> None:
-        """`name` identifies this connection in the log, and in `dialogue` if it is given."""
+        Args:
+            controller: The robot.
+            log: Log of the protocol.
+            name: Name of this connection in log and dialogue.
+            table: The commands.
+            commands: The handler of each row of `table`. It gives the reply with its line end, and may raise
+                `Refused`.
+            dialogue: Told of each line, if given.
+            strict: Refuse values after the last parameter, which are ignored and logged otherwise.
+            canned: Replies that are given in place of carrying out a command.
+        """
+        self.controller = controller
         self.log = log
         self.name = name
-        self.dialogue = dialogue or Dialogue(lambda: 0)  # without listeners: no tick is asked for
-        self._splitter = LineSplitter()
+        self.table = table
+        self.dialogue = dialogue or Dialogue(lambda: 0)  # not heard: no tick is asked for
         self.waiting: deque[bytes] = deque()
         """Lines that wait for an answer."""
         self.closing = False
-        """Whether the client has said bye: the shell sends what is to be sent and closes."""
+        """True if the client has said bye: the shell sends the replies there are and closes."""
         self.pending: Pending | None = None
-        """What the next reply waits for."""
+        """Event that the next reply waits for."""
         self.ends_batch = False
-        """Whether the present batch of replies ends with this line, which takes long."""
-        self._line, self._times = b"", 0  # the last one, and how many times in a row it came
+        """True if the present batch of replies ends with this line, which takes long."""
         self.awaits = False
-        """Whether the newest move is the client's own, and it waits for its end: it repeats a line."""
+        """True if the newest move is the client's own, and it waits for its end: it repeats a line."""
+        self._commands = commands
+        self._strict = strict
+        self._canned = canned or CannedReplies()
+        self._splitter = LineSplitter()
+        self._line, self._times = b"", 0  # the last one, and how many times in a row it came
+        self._command = self._reason = ""  # of the last line, for the dialogue
         self._logs_commands = False
-        self.reason = ""
-        """Why the last line was refused, for the dialogue; empty where it was not."""
+        self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
+        self._degrees_told: set[str] = set()  # commands that came with angles that may be in degrees
 
     def receive(self, data: bytes) -> None:
-        """Bytes from the client."""
+        """Take bytes from the client."""
         if not self.closing:
             self.waiting.extend(self._splitter.feed(data))
 
@@ -139,7 +173,7 @@ class LineSession(ABC):
             self.waiting.extend(self._splitter.finish())
 
     def answer(self, most: int = LINES_AT_ONCE) -> bytes:
-        r"""The replies to the next waiting lines, each with its `\r\n`.
+        r"""Return the replies to the next waiting lines, each with its `\r\n`.
 
         At most `most`, and no further than a line that ends the batch; none while one is `pending`. Call
         again while lines are `waiting`.
@@ -155,20 +189,16 @@ class LineSession(ABC):
             if line is TIMING_MARK:
                 replies.append(WONT_TIMING_MARK)
                 continue
-            self.reason = ""
+            self._command = self._reason = ""
             self._line, self._times = line, self._times + 1 if line == self._line else 1
             self.awaits = self._times >= ASKED_OFTEN and self._moved_last()
             reply = self._reply(line)
             replies.append(reply)
-            if dialogue.listeners:
-                dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self.reason)
+            if dialogue.is_heard:
+                dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self._reason, self._command)
             if self.ends_batch:
                 break
         return b"".join(replies)
-
-    def _moved_last(self) -> bool:
-        """Whether the newest move is the client's own, and has not ended."""
-        return False
 
     def lost(self) -> None:
         """Notice that the connection has gone: waiting lines are dropped."""
@@ -180,44 +210,15 @@ class LineSession(ABC):
         self.waiting.clear()
         self.closing = self.ends_batch = True
 
-    @abstractmethod
-    def _reply(self, line: bytes) -> bytes:
-        """Carry out a line; returns its reply with line end, or nothing if the reply comes later."""
-
-
-class CommandSession(LineSession):
-    """One connection whose lines are the commands of a table, for one robot.
-
-    A refused line is answered as the table has it, and the reason told to the log and the robot.
-    """
-
-    def __init__(
-        self,
-        controller: Controller,
-        log: ProtocolLog,
-        name: str,
-        table: Table,
-        commands: Mapping[str, Callable[[Any, Request], bytes]],
-        dialogue: Dialogue | None = None,
-        strict: bool = False,
-        canned: CannedReplies | None = None,
-    ) -> None:
-        """`commands` has, for each row of `table`, what carries it out for this session, gives the reply with
-        its line end and may raise `Refused`. What `strict` and `canned` do is said in `IiwaSession`."""
-        super().__init__(log, name, dialogue)
-        self.controller = controller
-        self.table = table
-        self._commands = commands
-        self._strict = strict
-        self._canned = canned or CannedReplies()
-        self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
-        self._degrees_told: set[str] = set()  # commands that came with angles that may be in degrees
+    def _moved_last(self) -> bool:
+        """Return True if the newest move is the client's own, and has not ended."""
+        return False
 
     def _reply(self, line: bytes) -> bytes:
         request = self.table.parse(line)
         if isinstance(request, Refusal):
             return self._refuse(line, request)
-        name = request.command.name
+        name = self._command = request.command.name
         if request.beyond and not self._ignores_beyond(request):
             return self._refuse(line, request.too_much())
         if self._canned.any and (text := self._canned.take(name)) is not None:
@@ -229,8 +230,8 @@ class CommandSession(LineSession):
             return self._refuse(line, Refusal(ERROR, refused.code, with_hint(refused.reason, request)))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
-            self.reason = f"internal error at '{shown(line)}', see the log"
-            self.controller.record_error(EXECUTION, self.reason)
+            self._reason = f"internal error at '{shown(line)}', see the log"
+            self.controller.record_error(EXECUTION, self._reason)
             return written(ERROR)
         if request.in_degrees and name not in self._degrees_told:
             self._degrees_told.add(name)
@@ -240,7 +241,7 @@ class CommandSession(LineSession):
         return reply
 
     def _ignores_beyond(self, request: Request) -> bool:
-        """Whether values after the last parameter are ignored; they are logged once for each command."""
+        """Return True if values after the last parameter are ignored; each command is logged once."""
         name = request.command.name
         if not self._strict and name not in self._beyond_told:
             self._beyond_told.add(name)
@@ -249,7 +250,7 @@ class CommandSession(LineSession):
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self.log.refused(self.name, shown(line), refusal.code, refusal.reason)
-        self.reason = f"{refusal.code} {refusal.reason}"
+        self._reason = f"{refusal.code} {refusal.reason}"
         self.controller.record_error(refusal.code, refusal.reason)
         return written(refusal.reply)
 

@@ -12,7 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
-from iiwa_sim.protocols.session import LINES_AT_ONCE, CommandSession, ProtocolLog, written
+from iiwa_sim.protocols.session import LINES_AT_ONCE, LineSession, ProtocolLog, written
 from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
 
 STOP = "stop"
@@ -31,7 +31,7 @@ class StatusLines:
         return self._encode(snapshot(self._controller)) + b"\n"
 
 
-class StatusSession(CommandSession):
+class StatusSession(LineSession):
     """One reader of the status port."""
 
     def __init__(self, controller: Controller, log: ProtocolLog, name: str) -> None:

@@ -14,7 +14,7 @@ from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.protocols.dialogue import DialogueLine, Direction
+from iiwa_sim.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
 from iiwa_sim.recordings.writer import METADATA
@@ -72,7 +72,7 @@ class Read(NamedTuple):
 
 
 class Spoken(msgspec.Struct):
-    """A line of the dialogue, as `iiwa_sim.protocols.dialogue` tells it."""
+    """A line of the dialogue, as `iiwa_sim.dialogue` tells it."""
 
     time_s: float
     tick: int

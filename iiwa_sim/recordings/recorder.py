@@ -16,8 +16,8 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.state import Snapshot, snapshot
+from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.scene import TCP, Arm, stamp
 from iiwa_sim.recordings.schemas import (

@@ -8,8 +8,8 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.recordings.fault import needs_mcap
 from iiwa_sim.robot_events import RobotEvents

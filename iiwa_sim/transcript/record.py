@@ -9,8 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.never_waiting import NeverWaiting
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.protocols.krc4_xml import NO_MESSAGE
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, KRC4
 from iiwa_sim.protocols.table import load_table

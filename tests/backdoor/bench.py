@@ -6,14 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.contact.shapes import Cylinder
 from iiwa_sim.controller.handling import HandlingSetup, Wiring
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import IDENTITY, Frame
-from iiwa_sim.protocols.dialogue import Dialogue
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Part
@@ -51,9 +50,8 @@ class Bench:
         self.robot = SteppedRobot(cell=replace(alone, handled=HANDLED))
         self.controller = self.robot.controller
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
-        self.dialogue = Dialogue(lambda: self.controller.tick)
-        self.recent = RecentDialogue(self.dialogue, self.controller.tick_s)
-        self.backdoor = Backdoor(self.controller, self.wire, self._ports, self.clock, self.recent)
+        self.dialogue = Dialogue(lambda: self.controller.tick, self.controller.tick_s)
+        self.backdoor = Backdoor(self.controller, self.wire, self._ports, self.clock, self.dialogue)
 
     def _ports(self) -> list[Any]:
         return [self.door]

@@ -14,7 +14,7 @@ def said(bench: Bench) -> list[tuple[str, str, str, str]]:
 
 def test_what_a_call_changes_is_in_it_once() -> None:
     bench = Bench()
-    bench.recent.listen()
+    bench.dialogue.remember()
     with bench.backdoor.by("bench"):
         bench.backdoor.set_input(number=3, on=True)
     bench.backdoor.set_input(3, False)
@@ -28,7 +28,7 @@ def test_what_a_call_changes_is_in_it_once() -> None:
 
 def test_what_is_refused_is_in_it_with_the_reason() -> None:
     bench = Bench()
-    bench.recent.listen()
+    bench.dialogue.remember()
     with pytest.raises(Refused):
         bench.backdoor.remove_surface("missing")
     ((mark, session, text, reason),) = said(bench)
@@ -38,7 +38,7 @@ def test_what_is_refused_is_in_it_with_the_reason() -> None:
 
 def test_what_is_dragged_is_in_it_now_and_then() -> None:
     bench = Bench()
-    bench.recent.listen()
+    bench.dialogue.remember()
     for force in range(200):
         bench.backdoor.push((force, 0, 0, 0, 0, 0))
     bench.backdoor.set_input(3, True)

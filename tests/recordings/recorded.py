@@ -12,7 +12,7 @@ from iiwa_sim.cell.cell import Cell, robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.protocols.dialogue import Dialogue
+from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder

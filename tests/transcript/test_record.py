@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine
+from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Step, Wait, read_file

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.protocols.iiwa import IiwaSession
 from tests.journal import Journal
 from tests.protocols.fake_robot import FakeRobot

@@ -1,0 +1,303 @@
+"""The dialogue of all clients with one robot: one log for assertions, reports, the backdoor and files.
+
+A line is added when it is carried out, with its reply, so a reply belongs to its line even if lines were
+pipelined. Telnet's own commands are not in it.
+"""
+
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+import msgspec
+
+MOST = 100_000
+"""Entries kept; a repeated exchange, as of a polling driver, is one entry."""
+REPORTED = 300
+"""Entries in a report, the newest ones."""
+TOLD_AT_ONCE = 200
+"""Lines in one answer to `since`."""
+SHOWN = 12
+"""Commands that the message of an assertion names."""
+
+
+class Direction(Enum):
+    """The direction of a line. The values are the marks of `protocol/transcripts`."""
+
+    FROM_CLIENT = ">"
+    TO_CLIENT = "<"
+    EVENT = "#"
+    """An event, said by nobody."""
+    ON_WIRE = "~"
+    """The result of a wire fault for the reply before it."""
+
+
+class DialogueLine(NamedTuple):
+    """One line of a dialogue."""
+
+    session: str
+    """HOST:PORT of the client, or another name for what the line is about."""
+    direction: Direction
+    text: str
+    """The line without its end, escaped to printable ASCII; KRC4 messages in short form (`krc4_xml`)."""
+    tick: int
+    """The robot's tick, of which there are 1 / tick_s in a simulated second."""
+    instant_ns: int
+    """Real time by `time.monotonic_ns`."""
+    reason: str = ""
+    """The reason of a rejection, with the reply; empty for all others."""
+    protocol: str = ""
+    """The protocol of a client that has just connected, one of `iiwa_sim.protocols.ports`."""
+
+
+class Exchange(NamedTuple):
+    """A line of a client, or a KRC4 message in its short form, and the reply."""
+
+    session: str
+    """HOST:PORT of the client."""
+    command: str
+    """The name of the command as in protocol/iiwa.toml, or of a KRC4 message such as GOA; else the line."""
+    line: str
+    """The line as the driver sent it, without its line end."""
+    reply: str
+    """The robot's reply, before any wire fault."""
+
+
+class RecentLine(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A line of the dialogue, or an event."""
+
+    time_s: float
+    """Simulated time (s)."""
+    session: str
+    """HOST:PORT of the client, or the name of what else speaks."""
+    mark: str
+    """`>` from a client, `<` to it, `#` an event, `~` the result of a wire fault for the reply before."""
+    text: str
+    reason: str = ""
+    """The reason of a rejection, with the reply."""
+
+
+class RecentLines(msgspec.Struct, frozen=True):
+    """Some of the lines, oldest first."""
+
+    next: int
+    """The number to ask for next."""
+    lines: list[RecentLine]
+
+
+@dataclass
+class _Entry:
+    """An event, or a line with its reply and what went over the wire; an exchange may be repeated."""
+
+    number: int
+    """Number of its last repetition among all entries, from 0."""
+    lines: list[DialogueLine]
+    command: str = ""
+    """Empty for an event."""
+    times: int = 1
+    last: DialogueLine = field(init=False)
+    """The first line of the last repetition."""
+
+    def __post_init__(self) -> None:
+        self.last = self.lines[0]
+
+    @property
+    def words(self) -> list[tuple[str, Direction, str]]:
+        return [(line.session, line.direction, line.text) for line in self.lines]
+
+
+class Dialogue:
+    """The dialogue in all protocols. From `remember` on it is kept and can be asked for, from any thread.
+
+    A line is kept before its reply is sent: a client that has the reply finds its line here. `listeners` are
+    called with each line in order, inside the event loop, and must not fail.
+    """
+
+    def __init__(
+        self, tick: Callable[[], int], tick_s: float = 0.0, names: Callable[[], Collection[str]] = tuple
+    ) -> None:
+        """`tick` returns the present tick, of `tick_s` seconds; `names` those of all commands."""
+        self.listeners: list[Callable[[DialogueLine], None]] = []
+        self._tick = tick
+        self._tick_s = tick_s
+        self._names = names
+        self._entries: deque[_Entry] | None = None
+        self._count = 0
+        self._from = 0  # number of the first entry that is not forgotten
+        self._dropped = 0  # entries that found no room
+        self._began_ns = time.monotonic_ns()
+
+    @property
+    def is_heard(self) -> bool:
+        """True if lines are kept, or anybody listens."""
+        return self._entries is not None or bool(self.listeners)
+
+    def exchange(self, session: str, line: str, reply: str, reason: str = "", command: str = "") -> None:
+        """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
+        if not self.is_heard:
+            return
+        now = self._tick(), time.monotonic_ns()
+        said = DialogueLine(session, Direction.FROM_CLIENT, line, *now)
+        self._tell(said)
+        answer = DialogueLine(session, Direction.TO_CLIENT, reply, self._tick(), time.monotonic_ns(), reason)
+        self._tell(answer)
+        if self._entries is None:
+            return
+        entry = _Entry(self._count, [said, answer], command or line)
+        last = self._entries[-1] if self._entries else None
+        if last is not None and last.number >= self._from and last.words == entry.words:
+            last.times, last.last, last.number = last.times + 1, said, self._count
+            self._count += 1
+        else:
+            self._add(entry)
+
+    def event(self, session: str, text: str, protocol: str = "", reason: str = "") -> None:
+        """Add an event, such as a client that connects (in `protocol`) or disconnects."""
+        if self.is_heard:
+            now = self._tick(), time.monotonic_ns()
+            said = DialogueLine(session, Direction.EVENT, text, *now, reason, protocol)
+            self._tell(said)
+            self._add(_Entry(self._count, [said]))
+
+    def on_wire(self, session: str, text: str) -> None:
+        """Add what goes over the wire instead of the reply before."""
+        if not self.is_heard:
+            return
+        said = DialogueLine(session, Direction.ON_WIRE, text, self._tick(), time.monotonic_ns())
+        self._tell(said)
+        last = self._entries[-1] if self._entries else None
+        if last is None or last.last.session != session or len(last.lines) != 2:
+            self._add(_Entry(self._count, [said]))
+            return
+        before = self._entries[-2] if self._entries and len(self._entries) > 1 else None
+        if last.times > 1:  # only the last repetition was changed on the wire
+            last.times -= 1
+            before, last = last, _Entry(last.number, [last.last, *last.lines[1:]], last.command)
+            self._add(last)
+        last.lines.append(said)
+        if before is not None and self._entries and before.words == last.words:
+            self._entries.pop()
+            before.times, before.last, before.number = before.times + 1, last.last, last.number
+
+    def remember(self) -> None:
+        """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
+        if self._entries is None:
+            self._entries = deque()
+
+    def forget(self) -> None:
+        """Let assertions start here: for what comes before a test's own matter. Reports show all."""
+        self.remember()
+        self._from = self._count
+
+    def exchanges(self) -> list[Exchange]:
+        """Return all lines and their replies, in the order in which they were carried out.
+
+        Raises RuntimeError if `remember` was not called, or if more was said than is kept.
+        """
+        if self._entries is None:
+            raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
+        entries = list(self._entries)
+        if self._dropped and entries[0].number > self._from:
+            raise RuntimeError(f"more than {MOST} exchanges: call dialogue.forget() ahead of what counts")
+        return [
+            Exchange(entry.lines[0].session, entry.command, entry.lines[0].text, entry.lines[1].text)
+            for entry in entries
+            if entry.command and entry.number >= self._from
+            for _ in range(entry.times)
+        ]
+
+    def commands(self) -> list[str]:
+        """Return the names of all commands in their order: `["hello", "lin move", "get status"]`.
+
+        A line that is no command stands there as it was sent. Raises RuntimeError as `exchanges`.
+        """
+        return [each.command for each in self.exchanges()]
+
+    def lines(self) -> list[str]:
+        """Return all lines of clients in their order, as they came. Raises RuntimeError as `exchanges`."""
+        return [each.line for each in self.exchanges()]
+
+    def times_said(self, what: str) -> int:
+        """Count a command, by its name, or a whole line, by its text.
+
+        Letter case and blanks do not count. Raises ValueError for what was never said and is no command
+        either, and RuntimeError as `exchanges`.
+        """
+        wanted = _normal(what)
+        times = sum(wanted in (_normal(each.command), _normal(each.line)) for each in self.exchanges())
+        if not times and ":" not in what and wanted not in map(_normal, self._names()):
+            raise ValueError(f"'{what}': expected the name of a command, such as lin move, or a whole line")
+        return times
+
+    def assert_said(self, what: str, times: int | None = None) -> None:
+        """Raise an AssertionError that tells what was said, if a command was not.
+
+        `what` is its name, or a whole line. With `times` exactly so often, 0 for never; without it at least
+        once. Raises ValueError and RuntimeError as `times_said`.
+        """
+        found = self.times_said(what)
+        if found != times if times is not None else not found:
+            wanted = "at least once" if times is None else _times(times)
+            counted = list(Counter(self.commands()).items())
+            told = ", ".join(f"{name} ({_times(count)})" for name, count in counted[:SHOWN])
+            told += f", and {len(counted) - SHOWN} more" if len(counted) > SHOWN else ""
+            said = f"said were {told}" if counted else "nothing was said"
+            raise AssertionError(f"expected '{what}' {wanted}, was said {_times(found)}; {said}")
+
+    def since(self, number: int) -> RecentLines:
+        """Return the newest lines from entry `number` on, with the number to ask for next."""
+        lines: list[DialogueLine] = []
+        for entry in reversed(self._entries or ()):
+            if entry.number < number or len(lines) + len(entry.lines) > TOLD_AT_ONCE:
+                break
+            lines += [entry.last, *entry.lines[1:]][::-1]
+        recent = [
+            RecentLine(line.tick * self._tick_s, line.session, line.direction.value, line.text, line.reason)
+            for line in reversed(lines)
+        ]
+        return RecentLines(self._count, recent)
+
+    def report(self) -> str:
+        """Return the newest entries as text, with simulated and real seconds."""
+        entries = list(self._entries or ())
+        if not entries:
+            return "nothing was said"
+        left_out = self._dropped + max(len(entries) - REPORTED, 0)
+        lines = ["simulated      real"]
+        if left_out:
+            lines.append(f"({left_out} before these are left out)")
+        for entry in entries[-REPORTED:]:
+            first, *answers = entry.lines
+            lines.append(f"{self._when(first)}  {first.session} {first.direction.value} {first.text}")
+            margin = " " * (21 + len(first.session))
+            lines += [f"{margin} {line.direction.value} {line.text}" for line in answers]
+            if entry.times > 1:
+                lines[-1] += f"  ({entry.times} times, last at{self._when(entry.last)})"
+        return "\n".join(lines)
+
+    def _when(self, line: DialogueLine) -> str:
+        real_s = (line.instant_ns - self._began_ns) * 1e-9
+        return f"{line.tick * self._tick_s:9.3f} {real_s:9.3f}"
+
+    def _add(self, entry: _Entry) -> None:
+        if self._entries is None:
+            return
+        self._count += 1
+        self._entries.append(entry)
+        if len(self._entries) > MOST:
+            self._entries.popleft()
+            self._dropped += 1
+
+    def _tell(self, said: DialogueLine) -> None:
+        for listener in self.listeners:
+            listener(said)
+
+
+def _normal(text: str) -> str:
+    return " ".join(text.lower().replace(":", " : ").split())
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else "never" if count == 0 else f"{count} times"

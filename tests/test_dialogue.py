@@ -1,0 +1,164 @@
+"""The dialogue log: asked for by tests, reported, and read by the backdoor."""
+
+from __future__ import annotations
+
+import pytest
+
+from iiwa_sim import dialogue as module
+from iiwa_sim.dialogue import REPORTED, Dialogue, DialogueLine, Exchange
+from iiwa_sim.protocols.protocols import command_names
+
+
+class Robot:
+    """A dialogue in which a tick passes with each exchange."""
+
+    def __init__(self) -> None:
+        self._tick = 0
+        self.dialogue = Dialogue(lambda: self._tick, 0.002, command_names)
+        self.dialogue.remember()
+
+    def say(self, line: str, reply: str, command: str = "", session: str = "driver") -> None:
+        self._tick += 1
+        self.dialogue.exchange(session, line, reply, command=command)
+
+    def report(self) -> list[str]:
+        """Without times."""
+        return [line[21:] for line in self.dialogue.report().splitlines()[1:]]
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot()
+
+
+def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
+    robot.dialogue.event("driver", "connected", "iiwa")
+    robot.say("hello", "hello", "hello")
+    robot.say("Lin  MOVE:450 200 520 0 -1.57 0 0.5 0", "done", "lin move")
+    robot.say("lin mvoe : 1", "unknown command")
+    dialogue = robot.dialogue
+    assert dialogue.commands() == ["hello", "lin move", "lin mvoe : 1"]
+    assert dialogue.lines()[1] == "Lin  MOVE:450 200 520 0 -1.57 0 0.5 0"
+    assert dialogue.exchanges()[0] == Exchange("driver", "hello", "hello", "hello")
+    dialogue.assert_said("LIN move", times=1)
+    dialogue.assert_said("lin move : 450 200 520 0 -1.57 0 0.5 0")
+    dialogue.assert_said("stop", times=0)
+    dialogue.forget()
+    assert dialogue.commands() == []
+
+
+@pytest.mark.parametrize(
+    ("what", "times", "message"),
+    [
+        ("stop", None, "expected 'stop' at least once, was said never; said were hello .once., get status"),
+        ("hello", 2, "expected 'hello' 2 times, was said once"),
+        ("get status", 0, "expected 'get status' never, was said 3 times"),
+    ],
+)
+def test_a_failed_assertion_tells_what_was_said(
+    robot: Robot, what: str, times: int | None, message: str
+) -> None:
+    robot.say("hello", "hello", "hello")
+    for _ in range(3):
+        robot.say("get status", "moving", "get status")
+    with pytest.raises(AssertionError, match=message):
+        robot.dialogue.assert_said(what, times)
+
+
+def test_a_misspelt_command_is_an_error(robot: Robot) -> None:
+    with pytest.raises(ValueError, match="'lin mvoe': expected the name of a command"):
+        robot.dialogue.assert_said("lin mvoe", times=0)
+    robot.say("lin mvoe", "unknown command")
+    robot.dialogue.assert_said("lin mvoe", times=1)
+
+
+def test_more_than_is_kept_is_an_error_until_it_is_forgotten(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "MOST", 2)
+    for line in ("hello", "stop", "hello"):
+        robot.say(line, line)
+    with pytest.raises(RuntimeError, match="more than 2 exchanges"):
+        robot.dialogue.commands()
+    robot.dialogue.forget()
+    assert robot.dialogue.commands() == []
+
+
+def test_nothing_is_kept_unless_asked_for() -> None:
+    dialogue = Dialogue(lambda: 0)
+    dialogue.exchange("driver", "hello", "hello")
+    with pytest.raises(RuntimeError, match=r"call dialogue\.remember"):
+        dialogue.commands()
+
+
+def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:
+    robot.say("lin move : 1", "done")
+    for _ in range(1000):
+        robot.say("get status", "moving", "get status")
+    robot.say("get status", "stopped", "get status")
+    said = robot.report()
+    assert said[:3] == ["driver > lin move : 1", "       < done", "driver > get status"]
+    assert said[3].startswith("       < moving  (1000 times, last at")
+    assert "at    2.002 " in said[3]
+    assert said[4:] == ["driver > get status", "       < stopped"]
+    robot.dialogue.assert_said("get status", times=1001)
+
+
+def test_the_report_shows_wire_faults_below_their_replies(robot: Robot) -> None:
+    for _ in range(3):
+        robot.say("get status", "moving")
+    for _ in range(200):  # the last of which is lost, too
+        robot.say("get status", "moving")
+        robot.dialogue.on_wire("driver", "nothing")
+    robot.dialogue.on_wire("driver", "the end (RST)")
+    robot.say("get status", "moving")
+    robot.dialogue.on_wire("other", "no answer")
+    said = robot.report()
+    assert said[0] == "driver > get status"
+    assert said[1].startswith("       < moving  (3 times, last at")
+    assert said[2:4] == ["driver > get status", "       < moving"]
+    assert said[4].startswith("       ~ nothing  (200 times, last at")
+    assert said[5:] == [
+        "driver ~ the end (RST)",
+        "driver > get status",
+        "       < moving",
+        "other ~ no answer",
+    ]
+
+
+def test_the_report_has_the_newest(robot: Robot) -> None:
+    for number in range(REPORTED + 50):
+        robot.dialogue.event("robot", f"event {number}")
+    first, *said = robot.dialogue.report().splitlines()[1:]
+    assert first == "(50 before these are left out)"
+    assert [line.split()[-1] for line in said] == [str(number) for number in range(50, REPORTED + 50)]
+
+
+def test_lines_are_read_from_a_number_on(robot: Robot) -> None:
+    robot.say("hello", "hello", "hello")
+    found = robot.dialogue.since(0)
+    assert [(line.mark, line.text, line.time_s) for line in found.lines] == [
+        (">", "hello", 0.002),
+        ("<", "hello", 0.002),
+    ]
+    assert robot.dialogue.since(found.next).lines == []
+    robot.say("hello", "hello", "hello")  # which repeats the entry
+    robot.dialogue.event("backdoor", "stop()", reason="3030 no")
+    found = robot.dialogue.since(found.next)
+    assert [(line.text, line.time_s, line.reason) for line in found.lines] == [
+        ("hello", 0.004, ""),
+        ("hello", 0.002, ""),
+        ("stop()", 0.004, "3030 no"),
+    ]
+
+
+def test_listeners_hear_each_line(robot: Robot) -> None:
+    heard = list[DialogueLine]()
+    robot.dialogue.listeners.append(heard.append)
+    robot.say("hello", "hello")
+    robot.dialogue.on_wire("driver", "nothing")
+    assert [(line.direction.value, line.text) for line in heard] == [
+        (">", "hello"),
+        ("<", "hello"),
+        ("~", "nothing"),
+    ]
