@@ -9,7 +9,7 @@ from time import thread_time
 from benchmarks.figures import Figure, Kind
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import JOINT_BLENDING, MoveRequest, TcpCompliance
 from iiwa_sim.controller.requests import Kind as How
@@ -44,7 +44,7 @@ def measure() -> list[Figure]:
     table = Surface("table", Plane(), top, 20e3, 0.5, 0.3)
     following = Controller(description, tick_s=TICK_S)
     pressing, yielding, held = (
-        Controller(description, tick_s=TICK_S, world=World([table], RADIUS_M)) for _ in range(3)
+        Controller(description, tick_s=TICK_S, world=TcpContact([table], RADIUS_M)) for _ in range(3)
     )
 
     def joint() -> None:

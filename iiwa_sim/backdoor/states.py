@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.contact.contact_state import ContactState
+from iiwa_sim.contact.external_wrench import ContactState
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller

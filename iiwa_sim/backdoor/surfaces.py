@@ -5,7 +5,7 @@ from iiwa_sim.cell.placed import check_ranges
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.surfaces import SURFACE_RANGES, AnySurface
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, Vector
@@ -80,7 +80,7 @@ def _check_parts(controller: Controller, surface: Surface, before: Surface | Non
             raise Refused(EXECUTION, harmless(f"part {part.name!r} would be within surface {surface.name!r}"))
 
 
-def named(world: World, name: str) -> Surface:
+def named(world: TcpContact, name: str) -> Surface:
     """The surface of this name; raises `Refused` if there is none."""
     surfaces = world.surfaces
     if name not in surfaces:

@@ -12,7 +12,7 @@ from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, metres, read_s
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
@@ -52,9 +52,9 @@ class Cell:
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 
-    def world(self) -> World:
+    def world(self) -> TcpContact:
         """A new world with the surfaces, none of them touched yet."""
-        return World(self.surfaces, self.contact_radius_m)
+        return TcpContact(self.surfaces, self.contact_radius_m)
 
     def controller(
         self,

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import hypot, isfinite
 from typing import NamedTuple
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, body
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
@@ -58,7 +58,7 @@ class Tool(NamedTuple):
 class Carrying:
     """The tool of one arm, which the controller believes to be there at first, as it is."""
 
-    def __init__(self, tool: Tool | None, load: ExternalLoad) -> None:
+    def __init__(self, tool: Tool | None, load: ExternalWrench) -> None:
         """None is no tool. The difference is told to `load`."""
         self._load = load
         self._inertia = (0.0,) * 6 if tool is None else tool.inertia

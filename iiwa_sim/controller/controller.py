@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from math import dist
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
 from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.errors import (
@@ -61,7 +61,7 @@ class Controller:
         *,
         start: Joints | None = None,
         tool_in_flange: Transform | None = None,
-        world: World | None = None,
+        world: TcpContact | None = None,
         noise: Noise | None = None,
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
@@ -116,7 +116,9 @@ class Controller:
         self.model = Model(description)
         self.tcp_of_arm = self.model.tcp(tcp)
         """The TCP, as a frame fixed to the flange."""
-        self.load = ExternalLoad(self.model, tcp, start, world, noise, () if tool is None else tool.capsules)
+        self.load = ExternalWrench(
+            self.model, tcp, start, world, noise, () if tool is None else tool.capsules
+        )
         """The contacts and other forces from outside."""
         self.carrying = Carrying(tool, self.load)
         self.handling = None
@@ -178,7 +180,7 @@ class Controller:
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
         acts = False
-        if self.handling is not None or not load.is_idle(tick):
+        if self.handling is not None or not load.is_idle(motions.joints, tick, self.tick_s):
             self._feel()
             acts = load.acts
         pending = self.endings.pending

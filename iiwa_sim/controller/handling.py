@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.contact.worn import Worn
+from iiwa_sim.contact.external_wrench import ExternalWrench
+from iiwa_sim.contact.links import Worn
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
@@ -116,7 +116,7 @@ class Handling:
         self,
         handled: HandlingSetup,
         io: Io,
-        load: ExternalLoad,
+        load: ExternalWrench,
         description: RobotDescription,
         tool: Tool | None,
         joints: Joints,

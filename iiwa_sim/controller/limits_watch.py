@@ -8,7 +8,7 @@ from itertools import compress
 from math import dist, hypot, inf
 from typing import NamedTuple
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
@@ -105,7 +105,7 @@ class Protection:
         self._force, self._moment = _Excess(), _Excess()  # what was allowed was beyond the limits before
         self._judged = False
 
-    def tolerates(self, load: ExternalLoad) -> bool:
+    def tolerates(self, load: ExternalWrench) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
         self._judged = True
         if load.levers_m is not self._levers_m:
@@ -116,11 +116,11 @@ class Protection:
         within: bool = load.surely_within(self._part_per_n, self._least_limit, self._most_n, self._most_nm)
         return within and not self._allows
 
-    def knows(self, load: ExternalLoad) -> bool:
+    def knows(self, load: ExternalWrench) -> bool:
         """Return True if another look at the present load would change nothing."""
         return (self._judged and load.judged) or not (load.acts or self._allows)
 
-    def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
+    def overload(self, load: ExternalWrench, joints: Sequence[float], standing: bool) -> str | None:
         """Return why the load at joint positions (rad) stops the robot; None if it does not."""
         if self.tolerates(load):
             return None
@@ -178,7 +178,7 @@ def _collision(
 class LinkWatch:
     """Reports links, and what is fixed to the flange, that begin to touch surfaces or each other."""
 
-    def __init__(self, load: ExternalLoad, tick_s: float, tell: Callable[[str], None]) -> None:
+    def __init__(self, load: ExternalWrench, tick_s: float, tell: Callable[[str], None]) -> None:
         """`tell` takes one line for each contact that begins."""
         self._load = load
         self._tell = tell
@@ -202,7 +202,7 @@ class LinkWatch:
                 self._tell(harmless(f"{who} touches {kind} {surface!r}"))
             self.touching = touching
         if moved and tick % self.every == 0:
-            folded = self._load.itself.colliding
+            folded = self._load.colliding
             if folded is not None and folded != self._folded:
                 self._tell(f"links {folded[0]} and {folded[1]} collide")
             self._folded = folded

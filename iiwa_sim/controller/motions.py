@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.blend import Move
@@ -14,7 +15,6 @@ from iiwa_sim.motion.servo import Pursuit, Servo
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.arm_kernel import Kinematics
-from iiwa_sim.robot.feeling_kernel import Feeling, Reached
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 
@@ -359,7 +359,7 @@ def motions_of(
     tick_s: float,
     limits: JointLimits,
     pushes: Pushes,
-    feeling: Feeling | None,
+    feeling: TcpContact | None,
 ) -> Motions:
     """Return the motions of a robot at rest at `start` (rad).
 

@@ -6,13 +6,13 @@ from typing import Protocol
 import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
 
+from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
 from iiwa_sim.motion.courses import RuckigCourse
 from iiwa_sim.motion.impedance_kernel import JointBounds, JointSprings, TcpSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.feeling_kernel import Feeling, Reached
 from iiwa_sim.wrench import Wrench
 
 STIFF, COMPLIANT_TCP, COMPLIANT_JOINTS = 0, 1, 2
@@ -54,7 +54,7 @@ class Impedance:
         description: RobotDescription,
         kinematics: Kinematics,
         pushes: Pushes,
-        contact: Feeling | None,
+        contact: TcpContact | None,
     ) -> None:
         """Stiff, at joint positions (rad); `contact` is that of the TCP, None where there are no surfaces."""
         self.joints = joints

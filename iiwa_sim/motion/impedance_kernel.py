@@ -10,8 +10,8 @@ from typing import Any
 
 import cython
 import numpy as np
+from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
 from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics, Tcp
-from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling, Reached
 from cython.cimports.libc.math import cos, fabs, sin, sqrt
 
 from iiwa_sim.frames import Rotation, Vector, multiply, rotation_vector, transpose
@@ -131,7 +131,7 @@ class Springs:
     touches: cython.bint  # whether surfaces act on the TCP where it is,
     acting: cython.double[::1]  # by this force (N) and torque (Nm)
     _seen: cython.double[::1]  # and elsewhere
-    _contact: Feeling
+    _contact: TcpContact
     _feels: cython.bint  # whether there are surfaces
     _tick_s: cython.double
     _substeps: cython.Py_ssize_t

@@ -96,7 +96,8 @@ class ArmModel:
         self.flange = self._flange(flange, urdf_path, settings_path)
         """Index of the flange among the frames of the model."""
         self.joint_count = len(joints)
-        data = self.pin_model.createData()
+        self.data = data = self.pin_model.createData()
+        """Results of Pinocchio, shared by equal robots: each reads them before the next call."""
         pin.computeJointJacobians(self.pin_model, data, np.zeros(self.joint_count))
         numbers = range(1, self.joint_count + 1)
         world, local = pin.ReferenceFrame.WORLD, pin.ReferenceFrame.LOCAL
@@ -104,7 +105,8 @@ class ArmModel:
         """Directions (n, 3) of the joint axes in the base with all joints at zero."""
         self.points = np.array([data.oMi[number].translation for number in numbers])
         """Points (n, 3) on these axes (m)."""
-        self._local_axes = [self._axis(data, number, local) for number in numbers]
+        self.local_axes = [self._axis(data, number, local) for number in numbers]
+        """Directions of the joint axes in the frames of the joints."""
         self.fixed_poses = self._fixed_poses()
         """The constant poses between joints, in the form of `Tcp`."""
 
@@ -116,7 +118,7 @@ class ArmModel:
     def _fixed_poses(self) -> tuple[Transform, ...]:
         """The poses between frames that have the axis of their joint as z."""
         model, poses, before = self.pin_model, [], IDENTITY.rotation
-        for number, axis in enumerate(self._local_axes, start=1):
+        for number, axis in enumerate(self.local_axes, start=1):
             turned = with_z_along(axis)
             poses.append(_between(before, _transform(model.jointPlacements[number]), turned))
             before = turned
@@ -168,7 +170,7 @@ class ArmModel:
                 joint = moved_by - 1
                 pose = model.jointPlacements[moved_by] * pose
             pose = frames[above].placement.actInv(pose)
-            axis = self._local_axes[moved_by - 1] if moved_by else (0.0, 0.0, 1.0)
+            axis = self.local_axes[moved_by - 1] if moved_by else (0.0, 0.0, 1.0)
             links.append(
                 Link(
                     frame.name,

@@ -16,7 +16,7 @@ import mujoco as mj
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.link_forces_kernel import LinkContact
+from iiwa_sim.contact.links import LinkContact
 from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose

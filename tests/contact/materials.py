@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.frames import IDENTITY, Transform, Vector
+from iiwa_sim.wrench import NO_TOUCH, Touch
 
 RADIUS = 0.005
 STIFFNESS = 20_000.0
@@ -27,3 +31,15 @@ def surface(
     friction: float = 0.0,
 ) -> Surface:
     return Surface(name, shape, pose, stiffness, damping, friction)
+
+
+class World(TcpContact):
+    """Surfaces and the TCP, with vectors in place of numbers."""
+
+    def feel(self, place: Vector, velocity: Vector, tick_s: float) -> Touch:
+        """Return the contact there; it is remembered unless the tick takes no time."""
+        acting = np.zeros(6)
+        if not self.acts_at(*place, *velocity, tick_s > 0.0, acting):
+            return NO_TOUCH
+        fx, fy, fz, tx, ty, tz = acting.tolist()
+        return Touch((fx, fy, fz), (tx, ty, tz))

@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.frames import (
     IDENTITY,
     Rotation,
@@ -31,6 +30,7 @@ from iiwa_sim.frames import (
     transform_from_euler,
 )
 from iiwa_sim.wrench import Touch
+from tests.contact.materials import World
 from tests.samples import some
 
 TICK_S = 0.002

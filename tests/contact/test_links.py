@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.link_forces_kernel import LinkContact
-from iiwa_sim.contact.links_kernel import Links
+from iiwa_sim.contact.links import ALLOWED_M, FOLDED_N_PER_M, LinkContact, Links, Worn
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.worn import Worn
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.contact.materials import at, surface
-from tests.interpreted import interpreted
 from tests.stepped import ARMS, ROBOTS
 
 Array = NDArray[np.float64]
@@ -32,9 +31,32 @@ angles, metres = st.floats(-3.0, 3.0), st.floats(-1.0, 1.0)
 poses = st.builds(transform_from_euler, metres, metres, metres, angles, angles, angles)
 
 
-def links_of(name: str) -> Links:
-    model = MODELS[name]
-    return Links(model.tcp_of_flange.fixed, capsules_of(model.description))
+class Arm(Links):
+    """The links of an arm, tick by tick."""
+
+    def __init__(self, name: str, tool: Sequence[Worn] = ()) -> None:
+        super().__init__(MODELS[name], tool)
+        self._tick = 0
+        self._was: tuple[float, ...] = ()
+
+    def goes_to(self, joints: tuple[float, ...]) -> None:
+        """Go there by the least number of ticks; only the last one is made."""
+        speeds = self._model.description.velocity
+        turns = zip(joints, self._was or joints, speeds, strict=True)
+        self._tick += 1 + int(max(abs(a - b) / speed for a, b, speed in turns) / TICK_S)
+        if not self.gaps.is_free(joints, self._tick, TICK_S):
+            self.step(joints, self._was or joints, self._tick, TICK_S)
+        self._was = joints
+
+    def look_at(self, joints: tuple[float, ...]) -> None:
+        """Be at rest there, coming from somewhere else."""
+        self.gaps.forget()
+        self.step(joints, joints, self._tick, TICK_S)
+        self._was = joints
+
+
+def links_of(name: str) -> Arm:
+    return Arm(name)
 
 
 def joints_at(name: str, part: list[float]) -> tuple[float, ...]:
@@ -70,29 +92,13 @@ def is_apart(name: str, placed: Surface, joints: tuple[float, ...]) -> bool:
     )
 
 
-def felt_at(name: str, placed: Surface, start: tuple[float, ...], joints: tuple[float, ...]) -> Links:
+def felt_at(name: str, placed: Surface, start: tuple[float, ...], joints: tuple[float, ...]) -> Arm:
     """What is felt at rest at joint positions, by an arm that came from where it touched nothing."""
     links = links_of(name)
     links.surround({placed.name: placed}, start)
-    links.step(start, TICK_S)
-    links.step(joints, TICK_S)
-    links.step(joints, TICK_S)
+    links.goes_to(start)
+    links.look_at(joints)
     return links
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_the_capsules_are_those_of_the_links_base_first(name: str) -> None:
-    capsules = capsules_of(MODELS[name].description)
-    moved_by = [capsule.joints for capsule in capsules]
-    assert moved_by == sorted(moved_by)
-    assert set(moved_by) == set(range(len(MODELS[name].description.joints) + 1))
-    for capsule in capsules:
-        assert 0.005 < capsule.radius_m < 0.11
-        assert np.linalg.norm(np.subtract(capsule.start, capsule.end)) < 0.4
-    assert np.linalg.norm(capsules[-1].end) == pytest.approx(
-        np.linalg.norm(MODELS[name].flange([0.0] * len(MODELS[name].description.joints)).translation),
-        abs=0.05,
-    )
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, parts, parts)
@@ -155,13 +161,15 @@ def test_nothing_is_missed_while_nothing_is_looked_at(
     step = rng.normal(size=count) * 10.0 ** rng.uniform(-4, -2)
     way += [tuple((np.array(way[0]) + n * step).tolist()) for n in range(1, 150)]
     thrifty, anew = links_of(name), links_of(name)
-    thrifty.surround({"it": placed}, way[0])
+    for arm in (thrifty, anew):
+        arm.surround({"it": placed}, way[0])
     for joints in way:
-        thrifty.step(joints, TICK_S)
-        anew.surround({"it": placed}, joints)
-        anew.step(joints, TICK_S)
+        thrifty.goes_to(joints)
+        anew.gaps.forget()
+        anew.goes_to(joints)
         assert thrifty.contacts == anew.contacts
         assert thrifty.torques == anew.torques
+        assert thrifty.folded == anew.folded
 
 
 def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> None:
@@ -174,16 +182,16 @@ def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> N
     for here, feels in (({"table": table}, []), ({"floor": floor}, ["floor"])):
         links.forget()
         links.surround(here, home)
-        links.step(home, TICK_S)
+        links.goes_to(home)
         assert links.contacts == ()
-        links.step(tilted, TICK_S)
+        links.goes_to(tilted)
         assert sorted({contact.surface for contact in links.contacts}) == feels
     ball = surface(Sphere(0.1), at(0.0, 0.0, 0.9), name="ball", stiffness=STIFFNESS)
     upright, away = (0.0,) * 7, (0.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0)
     links.forget()
     links.surround({"ball": ball}, upright)
     for joints, feels in ((upright, []), (away, []), (upright, ["ball"])):
-        links.step(joints, TICK_S)
+        links.goes_to(joints)
         assert sorted({contact.surface for contact in links.contacts}) == feels
 
 
@@ -193,12 +201,12 @@ def test_a_surface_that_is_moved_is_still_felt_and_one_that_comes_is_not() -> No
     away = (0.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0)
     ball = surface(Sphere(0.1), at(0.0, 0.0, 0.9), name="ball", stiffness=STIFFNESS)
     links.surround({"ball": ball}, away)
-    links.step(away, TICK_S)
-    links.step(upright, TICK_S)
+    links.goes_to(away)
+    links.goes_to(upright)
     assert links.contacts
     moved, new = ball._replace(pose=at(0.02, 0.0, 0.9)), ball._replace(name="new")
     links.surround({"new": new, "ball": moved}, upright)
-    links.step(upright, TICK_S)
+    links.goes_to(upright)
     assert {contact.surface for contact in links.contacts} == {"ball"}
 
 
@@ -212,7 +220,7 @@ def test_damping_counts_the_speed_of_the_link() -> None:
         links = links_of(name)
         links.surround({placed.name: placed}, home)
         for n in range(10_000):
-            links.step((n * joint_step, *home[1:]), TICK_S)
+            links.goes_to((n * joint_step, *home[1:]))
             if links.contacts:
                 contact: LinkContact = links.contacts[0]
                 return contact
@@ -224,102 +232,6 @@ def test_damping_counts_the_speed_of_the_link() -> None:
     assert still.force[1] < 0.0
     assert fast.force[1] / still.force[1] == pytest.approx(1.0 + 0.5 * speed, rel=1e-6)
     assert y == pytest.approx(0.3, abs=0.01)
-
-
-def test_compiled_and_interpreted_feel_the_same_bits() -> None:
-    plain = interpreted("iiwa_sim.contact.links_kernel")
-    rng, touched = np.random.default_rng(5), 0
-    for name in ARMS:
-        model = MODELS[name]
-        arms = [
-            kind(model.tcp_of_flange.fixed, capsules_of(model.description)) for kind in (Links, plain.Links)
-        ]
-        placed = {
-            str(number): surface(
-                shape,
-                at(*rng.uniform(0.2, 0.6, 3).tolist()),
-                name=str(number),
-                damping=0.5,
-                stiffness=STIFFNESS,
-            )
-            for number, shape in enumerate(SHAPES[1:])
-        }
-        for arm in arms:
-            arm.surround(placed, model.description.home)
-        for _ in range(20):
-            joints = joints_at(name, rng.uniform(-0.9, 0.9, 7).tolist())
-            for arm in arms:
-                arm.step(joints, TICK_S)
-            touched += arms[0].torques is not None
-            assert arms[0].torques == arms[1].torques
-            assert arms[0].yielding_to == arms[1].yielding_to
-            assert [tuple(each) for each in arms[0].contacts] == [tuple(each) for each in arms[1].contacts]
-    assert touched > 3
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_what_is_looked_at_when_it_is_due_has_the_bits_of_looking_at_all_in_each_tick(name: str) -> None:
-    """Along random ways among surfaces, with jaws that open and close meanwhile."""
-    rng, model, touched = np.random.default_rng(7), MODELS[name], 0
-    rows = zip(SHAPES, rng.uniform(-0.6, 0.6, (4, 3)).tolist(), strict=True)
-    placed = {
-        str(n): surface(shape, at(x, y, -1.0 if n == 0 else 0.3 + abs(z)), name=str(n), friction=0.4)
-        for n, (shape, (x, y, z)) in enumerate(rows)
-    }
-
-    def jaws(half: float) -> list[Worn]:
-        ends = [((0.0, side * half, 0.02), (0.0, side * half, 0.1)) for side in (-1.0, 1.0)]
-        return [Worn(Capsule("jaw", 0, *each, 0.01)) for each in ends]
-
-    due, each_tick = links_of(name), links_of(name)
-    for arm in (due, each_tick):
-        arm.wear(jaws(0.03))
-        arm.surround(placed, model.description.home)
-    joints = np.array(model.description.home)
-    for _ in range(12):
-        target = np.array(joints_at(name, rng.uniform(-0.7, 0.7, 7).tolist()))
-        for share in np.linspace(0.02, 1.0, 50):
-            there = tuple((joints + share * (target - joints)).tolist())
-            each_tick.surround(placed, there)
-            for arm in (due, each_tick):
-                arm.rewear(jaws(0.03 + 0.02 * float(np.sin(20.0 * share))))
-                arm.step(there, TICK_S)
-            touched += bool(due.contacts)
-            assert (due.torques, due.worn, due.contacts) == (
-                each_tick.torques,
-                each_tick.worn,
-                each_tick.contacts,
-            )
-        joints = target
-    assert 10 < touched < 550
-
-
-def test_what_is_worn_farther_out_than_when_it_was_put_on_misses_nothing() -> None:
-    """A finger on the axis of the last joint goes aside, and then turns into a ball about that axis."""
-    model = MODELS[ARMS[0]]
-    home = model.description.home
-
-    def finger(aside_m: float) -> list[Worn]:
-        place = (aside_m, 0.0, 0.05)
-        return [Worn(Capsule("finger", 0, place, place, 0.01))]
-
-    def tip(angle: float) -> tuple[tuple[float, ...], Vector]:
-        joints = (*home[:-1], home[-1] + angle)
-        return joints, apply(model.tcp_of_flange.pose(joints), (0.3, 0.0, 0.05))
-
-    ball = surface(Sphere(0.02), at(*tip(0.2)[1]))
-    arm = links_of(ARMS[0])
-    arm.wear(finger(0.0))
-    arm.surround({"ball": ball}, home)
-    arm.step(home, TICK_S)
-    arm.rewear(finger(0.3))
-    felt = []
-    for angle in np.linspace(0.0, 0.2, 201).tolist():
-        joints, place = tip(angle)
-        arm.step(joints, TICK_S)
-        felt.append(depth_in(ball, (place, place), 0.01))
-        assert bool(arm.contacts) == (felt[-1] > 0.0), angle
-    assert felt[0] < 0.0 < felt[-1]
 
 
 @given(
@@ -339,12 +251,12 @@ def test_whoever_moves_links_along_surfaces_gets_back_no_more_than_he_has_given(
         return
     links = links_of(name)
     links.surround({placed.name: placed}, ways[0])
-    links.step(ways[0], TICK_S)
+    links.goes_to(ways[0])
     work, before, at = 0.0, (0.0,) * 7, ways[0]
     for target in [*ways[1:], ways[0]]:
         for k in range(1, 201):
             joints = tuple(a + k / 200.0 * (b - a) for a, b in zip(at, target, strict=True))
-            links.step(joints, TICK_S)
+            links.goes_to(joints)
             torques = links.torques or (0.0,) * 7
             way = [(b - a) / 200.0 for a, b in zip(at, target, strict=True)]
             work -= sum(0.5 * (a + b) * w for a, b, w in zip(before, torques, way, strict=False))
@@ -361,11 +273,11 @@ def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() 
     links.surround({wall.name: wall}, stretched)
 
     def feels(joints: tuple[float, ...]) -> LinkContact:
-        links.step(joints, TICK_S)
+        links.goes_to(joints)
         return links.contacts[0]
 
-    links.step(stretched, TICK_S)
-    links.step((0.88, *stretched[1:]), TICK_S)
+    links.goes_to(stretched)
+    links.goes_to((0.88, *stretched[1:]))
     pressed = (0.9, *stretched[1:])
     first = feels(pressed)
     pressing = -first.force[1]
@@ -376,3 +288,80 @@ def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() 
     assert np.hypot(up.force[0], up.force[2]) == pytest.approx(-0.02 * up.force[1], rel=1e-6)
     back = feels((0.9, 0.9 - 0.0005 * 59 + 0.00005, *stretched[2:]))
     assert 0.0 < -back.force[2] < -up.force[2], "and the spring is unwound first"
+
+
+FOLDED = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_an_arm_at_home_and_stretched_does_not_meet_itself(name: str) -> None:
+    arm, description = links_of(name), MODELS[name].description
+    for joints in (description.home, (0.0,) * len(description.joints)):
+        arm.look_at(joints)
+        assert arm.folded is None
+        assert arm.colliding is None
+
+
+def test_an_arm_that_folds_onto_its_base_pushes_joints_between_both_links() -> None:
+    arm = links_of(ARMS[0])
+    arm.look_at(FOLDED)
+    assert arm.colliding == ("iiwa_link_0", "iiwa_link_5")
+    assert arm.folded is not None
+    assert arm.folded[5:] == (0.0, 0.0), "link 5 meets it, so joints beyond are not pushed"
+
+
+def test_torques_of_two_links_are_stiffness_times_depth_beyond_what_is_allowed() -> None:
+    """By the slope of the energy: half the stiffness times the square of the depth of each pair."""
+    arm = links_of(ARMS[0])
+
+    def energy(joints: tuple[float, ...]) -> float:
+        found = 0.0
+        lines = [(ends_of(ARMS[0], each, joints), each) for each in capsules_of(MODELS[ARMS[0]].description)]
+        for (a, b), inner in lines:
+            for (c, d), outer in lines:
+                if outer.joints - inner.joints >= 3:
+                    shares = np.linspace(0.0, 1.0, 300)[:, None]
+                    one, two = a + shares * np.subtract(b, a), c + shares * np.subtract(d, c)
+                    gap = np.linalg.norm(one[:, None] - two, axis=2).min() - inner.radius_m - outer.radius_m
+                    found += 0.5 * FOLDED_N_PER_M * max(0.0, -gap - ALLOWED_M) ** 2
+        return found
+
+    arm.look_at(FOLDED)
+    assert arm.folded is not None
+    for joint in (1, 3):
+        ends = [
+            energy((*FOLDED[:joint], FOLDED[joint] + turn, *FOLDED[joint + 1 :])) for turn in (-1e-3, 1e-3)
+        ]
+        assert arm.folded[joint] == pytest.approx((ends[0] - ends[1]) / 2e-3, rel=0.02)
+
+
+def test_a_tool_that_is_turned_back_meets_the_arm() -> None:
+    rod = Worn(Capsule("tool", 0, (0.0, 0.0, 0.05), (0.0, 0.0, 0.4), 0.02))
+    for tool, names in (((rod,), "tool"), ((), None)):
+        arm = Arm(ARMS[0], tool)
+        arm.look_at((0.0, 0.6, 0.0, -2.0, 0.0, 1.9, 0.0))
+        assert (arm.colliding and arm.colliding[1]) == names
+
+
+def test_jaws_that_open_touch_a_wall_with_their_share_of_its_stiffness() -> None:
+    model = MODELS[ARMS[0]]
+    home = model.description.home
+
+    def jaws(half_m: float) -> list[Worn]:
+        ends = [((0.0, side * half_m, 0.02), (0.0, side * half_m, 0.1)) for side in (-1.0, 1.0)]
+        return [Worn(Capsule("jaw", 0, *each, 0.01), 0.5) for each in ends]
+
+    x, y, z = apply(model.tcp_of_flange.pose(home), (0.0, 0.1, 0.06))
+    side = 1.0 if y > 0.0 else -1.0
+    wall = surface(Box(0.3, 0.05, 0.3), at(x, y + side * 0.05, z), stiffness=STIFFNESS)
+    arm = links_of(ARMS[0])
+    arm.jaws_are(jaws(0.03))
+    arm.surround({wall.name: wall}, home)
+    for half in np.linspace(0.03, 0.093, 64).tolist():
+        arm.jaws_are(jaws(half))
+        arm.goes_to(home)
+        assert bool(arm.contacts) == (half > 0.09)
+    (contact,) = arm.contacts
+    assert abs(contact.force[1]) == pytest.approx(0.5 * STIFFNESS * 0.003, rel=1e-6)
+    assert arm.worn is not None
+    assert arm.torques is None

@@ -7,7 +7,7 @@ import pytest
 
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED
 from iiwa_sim.motion.joints import Joints
@@ -38,7 +38,7 @@ class Robot:
             strong(IIWA) if unbreakable else load_robot(IIWA),
             TICK_S,
             start=start,
-            world=World(surfaces, 0.0),
+            world=TcpContact(surfaces, 0.0),
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_touch=self.told.append,
         )

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.limits_watch import Protection, Safety
@@ -42,7 +42,7 @@ def watched(
     robot.controller = Controller(
         robot.description,
         TICK_S,
-        world=World(surfaces, 0.0),
+        world=TcpContact(surfaces, 0.0),
         safety=Safety(**safety),  # type: ignore[arg-type]
         on_fault=lambda code, reason: robot.faults.append((code, reason)),
     )
@@ -229,7 +229,7 @@ def test_no_overload_is_missed_by_the_quick_look(
     """Most ticks look at a bound of all torques only."""
     description = load_robot(name)
     joints: Joints = tuple(p * high for p, high in zip(part, description.position_max, strict=False))
-    load = ExternalLoad(Model(description), description.tool_in_flange, description.home)
+    load = ExternalWrench(Model(description), description.tool_in_flange, description.home)
     load.wrench = tuple(wrench)  # type: ignore[assignment]
     load.joint_push = tuple(push[: len(joints)])
     protection = Protection(description.joints, description.torque, Safety())

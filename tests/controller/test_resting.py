@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.modes import Mode
@@ -49,7 +49,7 @@ class Robot:
         self.controller = Controller(
             description,
             TICK_S,
-            world=World((), RADIUS_M),
+            world=TcpContact((), RADIUS_M),
             noise=Noise(NoiseLevels(7, 0.5, 0.02, 0.1), len(description.joints)),
             servo_timeout_s=SERVO_TIMEOUT_S,
             on_fault=lambda *fault: self._tell(fault),
@@ -230,7 +230,7 @@ def test_a_pause_and_compliance_take_time(begin: Callable[[Controller], object],
 
 
 def test_a_surface_that_comes_into_the_tool_and_a_push_are_felt_at_once() -> None:
-    controller = at_rest(world=World((), RADIUS_M))
+    controller = at_rest(world=TcpContact((), RADIUS_M))
     top_mm = controller.tool_frame().z_mm - 1e3 * RADIUS_M + 1.0
     pose = Frame(0.0, 0.0, top_mm, 0.0, 0.0, 0.0).to_transform()
     controller.load.world.put(Surface("floor", Plane(), pose, 3000.0, 0.0, 0.0))

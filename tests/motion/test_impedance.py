@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from math import exp, hypot, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.frames import Vector, multiply, rotate, rotation_vector, transpose
+from iiwa_sim.contact import shapes
+from iiwa_sim.contact.external_wrench import ExternalWrench
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact
+from iiwa_sim.frames import Transform, Vector, multiply, rotate, rotation_vector, transpose, with_z_along
 from iiwa_sim.motion.impedance_kernel import JointBounds, TcpSprings
 from iiwa_sim.motion.springs import (
     LEAST_DAMPING_NS_PER_M,
@@ -23,37 +27,33 @@ from iiwa_sim.motion.springs import (
 )
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 
 
-class Plane(Feeling):  # type: ignore[misc]  # mypy knows no compiled class
-    """Half a space: stiffness k (N/m) and, as b k d d', damping b (s/m), without friction. It never pulls."""
+class Plane(TcpContact):  # type: ignore[misc]  # mypy knows no compiled class
+    """Half a space of stiffness k (N/m) and damping b (s/m), without friction; the TCP is a point."""
 
     def __init__(
         self, stiffness: float, point: Vector, normal: Vector = (0.0, 0.0, 1.0), damping: float = 0.0
     ) -> None:
         self.stiffness = stiffness
-        self.damping = damping
         self._point = np.array(point)
         self._normal = np.array(normal) / np.linalg.norm(normal)
         self.deepest_m = 0.0
+        pose = Transform(with_z_along(tuple(self._normal.tolist())), point)
+        super().__init__([Surface("plane", shapes.Plane(), pose, stiffness, damping, 0.0)], 0.0)
 
     def depth(self, position: Vector) -> float:
         return max(float((self._point - np.array(position)) @ self._normal), 0.0)
 
-    def feel_at(
-        self, px: float, py: float, pz: float, vx: float, vy: float, vz: float, remember: bool
+    def acts_at(
+        self, px: float, py: float, pz: float, vx: float, vy: float, vz: float, remember: bool, acting: Any
     ) -> bool:
-        depth = self.depth((px, py, pz))
-        if depth == 0.0:
-            return False
         if remember:
-            self.deepest_m = max(self.deepest_m, depth)
-        damped = max(1.0 - self.damping * float(np.array((vx, vy, vz)) @ self._normal), 0.0)
-        self.fx, self.fy, self.fz = (self.stiffness * depth * damped * self._normal).tolist()
-        return True
+            self.deepest_m = max(self.deepest_m, self.depth((px, py, pz)))
+        acts: bool = super().acts_at(px, py, pz, vx, vy, vz, remember, acting)
+        return acts
 
 
 class Arm:
@@ -92,11 +92,11 @@ class Yielding:
         """At the arm's own of POSES if no joints are named."""
         d = arm.description
         joints = POSES[arm] if joints is None else joints
-        self.load = ExternalLoad(arm.model, d.tool_in_flange, joints)
+        self.load = ExternalWrench(arm.model, d.tool_in_flange, joints)
         self.tick_s = tick_s
         self.kinematics = arm.kinematics
         bounds = joint_bounds(d, tick_s)
-        self.compliance = TcpSprings(arm.kinematics, bounds, tick_s, self.load, plane)
+        self.compliance = TcpSprings(arm.kinematics, bounds, tick_s, self.load.pushes, plane)
         self.compliance.start(joints)
         self.nominal = self.joints = joints
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.frames import (
     Rotation,
     Transform,
@@ -25,7 +24,7 @@ from iiwa_sim.frames import (
     transpose,
 )
 from iiwa_sim.wrench import NO_TOUCH, Touch
-from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
+from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, World, at, surface
 from tests.samples import some
 
 Array = NDArray[np.float64]

@@ -9,13 +9,11 @@ import pinocchio as pin
 import pytest
 
 from iiwa_sim.contact.noise import Noise, NoiseLevels
-from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Transform, rotate
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.wrench import NO_WRENCH, Touch
-from tests.asked import joint_move, lin_move, lin_stiff_move
-from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
+from tests.asked import joint_move, lin_move
+from tests.contact.materials import PLANE, RADIUS, STIFFNESS, World, at, surface
 from tests.stepped import ARMS, SteppedRobot
 
 ROBOT = SteppedRobot()
@@ -160,39 +158,3 @@ def test_noise_comes_on_top_and_stays_within_a_tick() -> None:
         quiet.step()
         noise.next()
         assert loud.cartesian_force() != wrench
-
-
-class CountingWorld(World):
-    """A world that knows what was felt last, and how often."""
-
-    def __init__(self) -> None:
-        table = surface(PLANE, at(0.0, 0.0, TCP_HEIGHT - RADIUS + 0.001), friction=0.3, damping=0.5)
-        super().__init__([table], RADIUS)
-        self.count = 0
-
-    def feel_at(
-        self, px: float, py: float, pz: float, vx: float, vy: float, vz: float, remember: bool
-    ) -> bool:
-        self.count += 1
-        touches: bool = super().feel_at(px, py, pz, vx, vy, vz, remember)
-        self.last = Touch((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz))
-        return touches
-
-
-def test_what_is_told_in_a_stiffness_move_is_what_acted_and_is_felt_once_in_each_part_of_a_tick() -> None:
-    world = CountingWorld()
-    controller = Controller(ROBOT.description, TICK_S, world=world)
-    there = controller.tool_frame()
-    controller.move(lin_stiff_move(there._replace(y_mm=there.y_mm + 20.0), 0.5, 1000.0, NO_WRENCH))
-    controller.step()
-    ticks = 0
-    while controller.moving:
-        world.count, touched = 0, any(controller.cartesian_force())
-        controller.step()
-        assert world.count == 2 or not touched, "parts of 1 ms in a tick of 2 ms"
-        rotation = controller.tcp().rotation
-        told = controller.cartesian_force()
-        assert rotate(rotation, told[:3]) == pytest.approx(world.last.force, abs=1e-9)
-        assert rotate(rotation, told[3:]) == pytest.approx(world.last.torque, abs=1e-9)
-        ticks += touched
-    assert ticks > 50

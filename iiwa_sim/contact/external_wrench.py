@@ -1,0 +1,420 @@
+"""All that acts on the arm from outside, tick by tick: a sum of named contributions.
+
+At the TCP: "applied", "surfaces", "tool" (surfaces on tool and jaws), "parts", "payload" (the difference to
+the load that the controller knows). On the joints: "applied", "surfaces", "links" (on each other), "parts".
+In free space there are none, and all readings are exactly 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import hypot, isfinite
+from operator import add as add_numbers
+from typing import Any, NamedTuple
+
+from iiwa_sim.contact.links import LinkContact, Links, Worn
+from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
+from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
+from iiwa_sim.frames import Transform, inverse, rotate, transpose
+from iiwa_sim.robot.arm_kernel import Tcp
+from iiwa_sim.robot.capsules import Capsule, capsules_of
+from iiwa_sim.robot.model import Model
+from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+
+Torques = tuple[float, ...]
+NEARLY = 0.999
+NEVER = -1
+"""Stands for a number of changes of surfaces that is never reached."""
+
+
+class ContactState(NamedTuple):
+    """Memory of the contacts of a robot at rest, as a named state keeps it."""
+
+    tcp: Any
+    links: Any
+    wrenches: dict[str, Wrench]
+    """Contributions of surfaces at the TCP."""
+    torques: dict[str, Torques]
+    """The same on the joints."""
+
+
+class ExternalWrench:
+    """Contributions to the external wrench at the TCP, and to the external torques on the joints."""
+
+    def __init__(
+        self,
+        model: Model,
+        tool_in_flange: Transform,
+        joints: Sequence[float],
+        surfaces: TcpContact | None = None,
+        noise: Noise | None = None,
+        tool: Sequence[Capsule] = (),
+    ) -> None:
+        """Put the robot at rest.
+
+        Args:
+            model: The arm.
+            tool_in_flange: Pose of the TCP in the flange.
+            joints: Joint positions (rad).
+            surfaces: The surfaces of the cell; none by default.
+            noise: Noise of the readings; none by default.
+            tool: Capsules of the tool, in the flange.
+        """
+        self._model, self._noise = model, noise
+        self.world = TcpContact((), 0.0) if surfaces is None else surfaces
+        """The surfaces; changes act from the next tick on."""
+        self._links = Links(model, [Worn(capsule) for capsule in tool])
+        self.arm_links = frozenset(capsule.link for capsule in capsules_of(model.description))
+        """The names of the links of the arm, without tool and jaws."""
+        self.bodies: Any = None
+        """Reports the contacts of links with parts; None without parts."""
+        self.judged = False
+        """Whether `surely_within` has been asked since something was set."""
+        self.pushes = _Pushes(self)
+        """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
+        self._wrenches: dict[str, Wrench] = {}
+        self._torques: dict[str, Torques] = {}
+        self._wrench: Wrench = NO_WRENCH
+        self._joint_push: Torques = (0.0,) * model.joint_count
+        self._parts_push: Wrench = NO_WRENCH
+        self._moments: Moments | None = None
+        self._at_tcp = NO_MOMENTS
+        self._motion: TcpMotion | None = None
+        self._surrounded = self._settled = NEVER
+        self._joints: Sequence[float] = joints
+        self._put(joints, tool_in_flange)
+
+    def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
+        self._tcp = self._model.tcp(tool_in_flange)
+        self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
+        self._coming: Sequence[float] | None = None
+        self.levers_m = self._tcp.longest_levers()
+        """Greatest distances (m) of the axes of the joints from the TCP, base first."""
+        self._joints = joints
+        self._set(self._wrenches, "surfaces", self.world.begin(self._tcp, joints))
+
+    def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
+        """Put the robot, with this tool, at rest at joint positions (rad), without any memory of contacts."""
+        self.world.forget()
+        self._part_links()
+        self._settled, self.judged = NEVER, False
+        self._put(joints, tool_in_flange)
+        if self._motion is not None:
+            self._motion.rest(self._tcp.pose(joints))
+            self.carry(self._moments, joints)
+
+    @staticmethod
+    def _set(contributions: dict[str, Any], name: str, value: tuple[float, ...] | None) -> None:
+        """Have a contribution; None or zeros are none."""
+        if value is None or value is NO_WRENCH or not any(value):
+            contributions.pop(name, None)
+        else:
+            contributions[name] = value
+
+    # What is set from outside
+
+    @property
+    def wrench(self) -> Wrench:
+        """Wrench applied at the TCP, along its axes.
+
+        Raises `ValueError` if it is set to anything but six finite numbers.
+        """
+        return self._wrench
+
+    @wrench.setter
+    def wrench(self, wrench: Wrench) -> None:
+        _check("wrench", wrench, len(NO_WRENCH))
+        self._wrench, self.judged = wrench, False
+        self._set(self._wrenches, "applied", wrench)
+
+    @property
+    def joint_push(self) -> Torques:
+        """Torque (Nm) applied to each joint.
+
+        Raises `ValueError` if it is set to anything but a finite number for each joint.
+        """
+        return self._joint_push
+
+    @joint_push.setter
+    def joint_push(self, torques: Torques) -> None:
+        _check("joint_push", torques, len(self._joint_push))
+        self._joint_push, self.judged = torques, False
+        self._set(self._torques, "applied", torques)
+
+    def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
+        """Carry a payload besides the one that the controller knows, with the arm at joint positions (rad).
+
+        `unknown` are its moments in the flange, less than nothing where the controller believes in more.
+        """
+        self._moments, self.judged = unknown, False
+        if unknown is None:
+            self._motion = None
+            self._wrenches.pop("payload", None)
+            return
+        if self._motion is None:
+            self._motion = TcpMotion(self._tcp.pose(joints))
+        self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
+        self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+
+    def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
+        """Take what parts do to the TCP, along its axes, and to the joints (Nm).
+
+        `push` is the part of the wrench that a compliant robot gives way to.
+        """
+        self._set(self._wrenches, "parts", wrench)
+        self._set(self._torques, "parts", torques)
+        self._parts_push, self.judged = push, False
+
+    def jaws_are(self, jaws: Sequence[Worn]) -> None:
+        """Have the jaws of a gripper there, in the flange."""
+        self._links.jaws_are(jaws)
+        self._settled = NEVER
+
+    # Poses
+
+    @property
+    def tool_in_flange(self) -> Transform:
+        """The pose of the TCP in the flange."""
+        pose: Transform = self._tcp.tool_in_flange
+        return pose
+
+    def tcp(self, joints: Sequence[float]) -> Transform:
+        """Return the pose of the TCP in the base, at joint positions (rad)."""
+        if joints == self._coming:  # known from the tick before
+            self._tcp, self._coming_tcp, self._coming = self._coming_tcp, self._tcp, None
+        return self._tcp.pose(joints)
+
+    def coming_tcp(self, joints: Sequence[float]) -> Transform:
+        """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
+        self._coming = joints
+        return self._coming_tcp.pose(joints)
+
+    # Ticks
+
+    @property
+    def changes(self) -> bool:
+        """Whether a tick may change a reading: without noise, far from surfaces, it cannot."""
+        return bool(
+            self._noise is not None or self._motion is not None or self.world.is_known or not self.world.empty
+        )
+
+    @property
+    def needs_poses(self) -> bool:
+        """Whether ticks need poses of the TCP: for an unknown payload, or for bodies."""
+        return self._motion is not None or self.bodies is not None
+
+    def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
+        """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
+        return not (
+            self._wrenches
+            or self._torques
+            or self.changes
+            or not self._links.gaps.is_free(joints, tick, tick_s)
+        )
+
+    @property
+    def settled(self) -> bool:
+        """Whether ticks change only the noise as long as the robot stays where it is."""
+        if self._motion is not None and not self._motion.still:
+            return False
+        return not self.world.is_known if self.world.empty else self._settled == self.world.changes
+
+    def step(
+        self,
+        joints: Sequence[float],
+        tick: int,
+        tick_s: float,
+        contact: Reached | None = None,
+        coming: Transform | None = None,
+    ) -> None:
+        """Make the tick of this number, which has moved the robot to joint positions (rad).
+
+        A compliant motion has found the `contact` of this tick already; so it is evaluated once. The next
+        tick will bring the TCP to `coming`, if that is known.
+        """
+        if self._noise is not None:
+            self._noise.next()
+        if self._motion is not None and not (self._motion.still and joints == self._joints):
+            self._motion.step(self.tcp(joints), tick_s, coming)
+            self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+        before, self._joints, world, links = self._joints, joints, self.world, self._links
+        changes: int = world.changes
+        if world.empty:
+            if world.is_known:
+                world.forget()
+                self._wrenches.pop("surfaces", None)
+                self._part_links()
+        elif contact is None and joints == before and self._settled == changes:
+            return
+        elif self._surrounded != changes:
+            self._surrounded = changes
+            links.surround(world.surfaces, joints)
+        if not links.gaps.is_free(joints, tick, tick_s):
+            links.step(joints, before, tick, tick_s)
+            self._take_links(joints)
+        if not world.empty:
+            wrench = world.step(self._tcp, joints, tick_s, contact)
+            if wrench is NO_WRENCH:
+                self._wrenches.pop("surfaces", None)
+            else:
+                self._wrenches["surfaces"] = wrench
+            self._settled = changes if world.settled and contact is None and joints == before else NEVER
+
+    def _take_links(self, joints: Sequence[float]) -> None:
+        links = self._links
+        self._set(self._torques, "surfaces", links.torques)
+        self._set(self._torques, "links", links.folded)
+        wrench = NO_WRENCH
+        if links.worn is not None:
+            rotation, (x, y, z) = self._tcp.pose(joints)
+            fx, fy, fz, tx, ty, tz = links.worn
+            about_tcp = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
+            back = transpose(rotation)
+            wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))
+        self._set(self._wrenches, "tool", wrench)
+
+    def _part_links(self) -> None:
+        """Have no contact of links; surfaces that they are in push them only after they have been out."""
+        self._links.forget()
+        self._surrounded = NEVER
+        self._take_links(self._joints)
+
+    def felt(self) -> ContactState:
+        """Return the memory of all contacts."""
+        wrenches = {name: each for name, each in self._wrenches.items() if name in ("surfaces", "tool")}
+        torques = {name: each for name, each in self._torques.items() if name in ("surfaces", "links")}
+        links = None if self._surrounded == NEVER else self._links.memory()
+        return ContactState(self.world.memory(), links, wrenches, torques)
+
+    def feel_again(self, felt: ContactState, joints: Sequence[float]) -> None:
+        """Continue from such a memory, with the robot put at these joint positions (rad) again."""
+        self.world.restore(felt.tcp)
+        self._joints = joints
+        if felt.links is not None:
+            self._surrounded = self.world.changes
+            self._links.surround(self.world.surfaces, joints)
+            self._links.restore(felt.links)
+        self._wrenches.update(felt.wrenches)
+        self._torques.update(felt.torques)
+        self._settled, self.judged = NEVER, False
+
+    # Readings
+
+    @property
+    def link_contacts(self) -> tuple[LinkContact, ...]:
+        """Links, tool and jaws that have touched surfaces or parts in the last tick."""
+        contacts = self._links.contacts
+        return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
+
+    @property
+    def colliding(self) -> tuple[str, str] | None:
+        """The names of two links that are in each other."""
+        return self._links.colliding
+
+    @property
+    def folded(self) -> bool:
+        """Whether links are in each other."""
+        return "links" in self._torques
+
+    @property
+    def touching(self) -> bool:
+        """Whether surfaces have acted on the TCP in the last tick."""
+        return "surfaces" in self._wrenches
+
+    @property
+    def acts(self) -> bool:
+        """Whether anything acts on the robot."""
+        return bool(self._wrenches or self._torques)
+
+    @property
+    def acting(self) -> Wrench:
+        """The wrench at the TCP, along its axes, without noise."""
+        return _sum(self._wrenches.values())
+
+    def exact_torques(self, joints: Sequence[float]) -> Torques:
+        """Return the external torques (Nm), without noise, with the robot at joint positions (rad)."""
+        found: Torques | None = None
+        if self._wrenches:
+            found = self._tcp.torques(joints, self.acting)
+        for torques in self._torques.values():
+            found = torques if found is None else tuple(map(add_numbers, torques, found))
+        return self._joint_push if found is None else found
+
+    def cartesian_force(self) -> Wrench:
+        """Return the reading of the wrench at the TCP, along its axes."""
+        wrench = self.acting
+        return wrench if self._noise is None else add(wrench, self._noise.wrench)
+
+    def joint_torques(self, joints: Sequence[float]) -> Torques:
+        """Return the reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
+        torques = self.exact_torques(joints)
+        return torques if self._noise is None else tuple(map(add_numbers, torques, self._noise.joint_torques))
+
+    def readings(self, joints: Sequence[float]) -> tuple[Wrench, Torques]:
+        """Return both readings, with the robot at joint positions (rad)."""
+        return self.cartesian_force(), self.joint_torques(joints)
+
+    def surely_within(self, part_per_n: float, least_nm: float, most_n: float, most_nm: float) -> bool:
+        """Return True if it is sure that no limit is passed; near a limit it is not.
+
+        Args:
+            part_per_n: No force at the TCP makes more of a joint's limit than this (1/N).
+            least_nm: The least torque limit of a joint.
+            most_n: Limit of the force at the TCP.
+            most_nm: Limit of the torque at the TCP.
+        """
+        self.judged = True
+        x, y, z, a, b, c = _sum(self._wrenches.values())
+        force, torque = hypot(x, y, z), hypot(a, b, c)
+        if force >= NEARLY * most_n or torque >= NEARLY * most_nm:
+            return False
+        for torques in self._torques.values():
+            torque += max(map(abs, torques))
+        return force * part_per_n + torque / least_nm < NEARLY
+
+    def skip(self, ticks: int) -> None:
+        """Count ticks that change only the noise."""
+        if self._noise is not None:
+            self._noise.next(ticks)
+
+    def seed(self, seed: int) -> None:
+        """Restart the noise with this seed, if there is noise."""
+        if self._noise is not None:
+            self._noise.seed(seed)
+
+
+class _Pushes:
+    """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
+
+    def __init__(self, load: ExternalWrench) -> None:
+        self._load = load
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """At the TCP, along its axes: the applied wrench, parts, and the weight of an unknown payload."""
+        load = self._load
+        push = load._wrench if load._parts_push is NO_WRENCH else add(load._wrench, load._parts_push)
+        return push if load._motion is None else add(push, load._motion.weight(load._at_tcp))
+
+    @property
+    def joint_push(self) -> Torques:
+        """On each joint (Nm): the applied torque, surfaces and parts on links, and links on links."""
+        load = self._load
+        push = load._joint_push
+        for more in (load._links.yielding, load._links.folded, load._torques.get("parts")):
+            if more is not None:
+                push = tuple(map(add_numbers, push, more))
+        return push
+
+
+def _sum(wrenches: Iterable[Wrench]) -> Wrench:
+    found = NO_WRENCH
+    for wrench in wrenches:
+        found = wrench if found is NO_WRENCH else add(found, wrench)
+    return found
+
+
+def _check(name: str, values: Sequence[float], count: int) -> None:
+    if len(values) != count or not all(map(isfinite, values)):
+        raise ValueError(f"{name} is {values}, expected {count} finite numbers")

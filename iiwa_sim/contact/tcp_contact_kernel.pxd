@@ -1,0 +1,63 @@
+# For kernels of motions that give way to surfaces.
+from iiwa_sim.robot.arm_kernel cimport Tcp
+
+cdef class Contact:
+    cdef readonly object surface
+    cdef readonly bint touched         # at the last remembered place of the TCP
+    cdef object _start                 # that place in the frame of the shape; None if it is not known
+    cdef bint _left                    # whether the TCP has gone on from there without a look
+    cdef object _entry                 # side by which the TCP has entered, see `shapes`
+    cdef bint _is_plane
+    cdef double _radius
+    cdef double _stiffness
+    cdef double _damping
+    cdef double _friction
+    cdef double[::1] _r                # pose of the shape
+    cdef double[::1] _o
+    cdef double[::1] _free             # a ball without contact: its centre (m), and its radius squared
+    cdef bint _anchored
+    cdef double[::1] _anchor           # m
+    cdef double[::1] _normal           # contact normal when the anchor was set
+    cdef double[::1] _now              # at the place that was asked for last
+    cdef bint is_free(self, double x, double y, double z) noexcept
+    cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
+    cdef void _rub(self, double[::1] p, double limit, bint remember, double[::1] acting) noexcept
+    cdef void roll(self, double wx, double wy, double wz) noexcept
+
+cdef class Reached:
+    cdef double[::1] at                # rotation row by row, and place (m) of the TCP in the base
+    cdef double[::1] acting            # force (N) and torque (Nm) in base axes
+    cdef bint felt                     # whether they are known
+
+cdef class TcpContact:
+    cdef readonly double radius_m
+    cdef readonly long changes         # counts surfaces that were put, moved or removed
+    cdef readonly bint is_known        # whether the contact at the last place is known
+    cdef readonly bint settled         # whether the last tick has changed nothing
+    cdef dict _contacts
+    cdef double[::1] _at               # pose of the TCP, as in `Reached`
+    cdef double[::1] _place            # its last remembered place (m)
+    cdef double[::1] _turned           # its last rotation, row by row
+    cdef bint _is_turned               # whether that is known
+    cdef double[::1] _acting
+    cdef double[::1] _asked            # place and velocity of the TCP
+    cpdef bint acts_at(
+        self, double px, double py, double pz, double vx, double vy, double vz, bint remember, double[::1] acting
+    ) except? -1
+    cdef object _go_to(self, Tcp tcp, object joints)
+    cdef object _feel(self, double tick_s)
+    cdef object _along_tcp(self)
+    cdef void _roll(self) noexcept
+
+cdef class Gaps:
+    cdef readonly object free          # lower bounds of the distances (m)
+    cdef double[::1] _free
+    cdef double[::1] _known            # the distances when they were measured
+    cdef double[:, ::1] _levers        # greatest way (m) of each per turn (rad) of each joint
+    cdef double[::1] _velocity
+    cdef double[::1] _looked           # joint positions of the bounds (rad)
+    cdef bint _is_looked               # whether they are known
+    cdef double[::1] _rates            # greatest share of a bound that a turn (1/rad) of each joint takes
+    cdef double _fastest               # the same of all joints at their greatest velocities (1/s); 0 if one is not free
+    cdef readonly long next            # no distance can be 0 before this tick
+    cpdef bint is_free(self, object joints, long tick, double tick_s) except? -1

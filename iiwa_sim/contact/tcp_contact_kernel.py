@@ -1,0 +1,478 @@
+"""Contact of the TCP: a sphere around it that surfaces push and hold.
+
+**Normal force**: k d (1 + b d'), never less than 0, with the stiffness k, the penetration depth d and the
+damping b (Hunt and Crossley, 1975, with a linear spring). The power lost is k b d d'^2.
+
+**Friction**: a spring of the surface's stiffness from the TCP to an anchor, first the place where the TCP
+came down. Its force is at most mu times the normal force; beyond that the anchor is dragged along. It acts
+where the sphere touches: a sphere that rolls does not rub.
+
+Lengths are m, forces N, in the base unless stated otherwise.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
+from cython.cimports.libc.math import fabs, sqrt
+
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Rotation, Transform, Vector, apply, inverse, rotate, transpose, turn_between
+from iiwa_sim.wrench import NO_WRENCH, Wrench
+
+# The anchor is dragged beyond this: rounding would otherwise move it at rest.
+_SLIP_M = cython.declare(cython.double, 1e-12)
+
+
+@cython.cclass
+class Contact:
+    """One surface and its memory of the TCP; the attributes are declared in the .pxd."""
+
+    def __init__(self, surface: Surface, radius_m: float) -> None:
+        """Start without contact; `radius_m` is that of the sphere."""
+        self._radius = radius_m
+        self._r, self._o, self._free = np.zeros(9), np.zeros(3), np.zeros(4)
+        self._anchor, self._normal, self._now = np.zeros((3, 3))
+        self._is_plane = isinstance(surface.shape, Plane)
+        self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
+        self.touched = self._left = self._anchored = False
+        self._start: Any = None
+        self._entry: Any = None
+        self.place(surface)
+
+    def place(self, surface: Surface) -> None:
+        """Take the surface at its pose."""
+        self.surface = surface
+        for k in range(9):
+            self._r[k] = surface.pose.rotation[k]
+        for k in range(3):
+            self._o[k] = surface.pose.translation[k]
+        self._free[3] = 0.0
+
+    def move(self, pose: Transform) -> None:
+        """Move the surface to a pose; it takes the anchor along, and the sphere rolls back."""
+        before = self.surface.pose
+        self.place(self.surface._replace(pose=pose))
+        if self._anchored:
+            a, n = self._anchor, self._normal
+            a[0], a[1], a[2] = apply(pose, apply(inverse(before), (a[0], a[1], a[2])))
+            n[0], n[1], n[2] = rotate(pose.rotation, rotate(transpose(before.rotation), (n[0], n[1], n[2])))
+            (x, y, z), angle = turn_between(before.rotation, pose.rotation)
+            self.roll(-angle * x, -angle * y, -angle * z)
+
+    def catch_up(self, place: Vector) -> None:
+        """Continue the path of the TCP from its last remembered place, after ticks within the free ball."""
+        if self._left:
+            self._start, self._left = apply(inverse(self.surface.pose), place), False
+
+    def memory(self) -> Any:
+        """Return all that influences later forces."""
+        a, n = self._anchor, self._normal
+        anchor = (a[0], a[1], a[2], n[0], n[1], n[2]) if self._anchored else None
+        return bool(self.touched), self._start, self._entry, anchor
+
+    def restore(self, memory: Any) -> None:
+        """Continue from such a memory."""
+        self.touched, self._start, self._entry, anchor = memory
+        self._left, self._free[3] = False, 0.0
+        self._anchored = anchor is not None
+        if anchor is not None:
+            for k in range(3):
+                self._anchor[k], self._normal[k] = anchor[k], anchor[3 + k]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def is_free(self, x: cython.double, y: cython.double, z: cython.double) -> cython.bint:
+        """Return whether a place is in the ball without contact."""
+        f = self._free
+        x, y, z = x - f[0], y - f[1], z - f[2]
+        return x * x + y * y + z * z < f[3]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def roll(self, wx: cython.double, wy: cython.double, wz: cython.double) -> cython.void:
+        """Turn the sphere by a rotation vector (rad)."""
+        if self._anchored:
+            a, n, r = self._anchor, self._normal, self._radius
+            a[0] += r * (wy * n[2] - wz * n[1])
+            a[1] += r * (wz * n[0] - wx * n[2])
+            a[2] += r * (wx * n[1] - wy * n[0])
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def press(self, p: cython.double[::1], remember: cython.bint, acting: cython.double[::1]) -> cython.bint:
+        """Add what acts on a TCP, by place and velocity, to `acting`; return whether it is touched."""
+        r, o, n = self._r, self._o, self._now
+        x: cython.double = p[0] - o[0]
+        y: cython.double = p[1] - o[1]
+        z: cython.double = p[2] - o[2]
+        distance: cython.double
+        if self._is_plane:
+            n[0], n[1], n[2] = r[2], r[5], r[8]
+            distance = r[2] * x + r[5] * y + r[8] * z
+        else:
+            end = (
+                r[0] * x + r[3] * y + r[6] * z,
+                r[1] * x + r[4] * y + r[7] * z,
+                r[2] * x + r[5] * y + r[8] * z,
+            )
+            found, entry = self.surface.shape.follow(self._entry, self._start, end, self._radius)
+            distance, x, y, z = found
+            n[0] = r[0] * x + r[1] * y + r[2] * z
+            n[1] = r[3] * x + r[4] * y + r[5] * z
+            n[2] = r[6] * x + r[7] * y + r[8] * z
+            if remember:
+                self._entry, self._start = entry, end
+        depth: cython.double = self._radius - distance
+        if remember:
+            self.touched = depth > 0.0
+            self._free[0], self._free[1], self._free[2] = p[0], p[1], p[2]
+            self._free[3] = depth * depth if depth < 0.0 else 0.0
+        if depth <= 0.0:
+            if remember:
+                self._anchored = False
+            return False
+        damped: cython.double = 1.0 - self._damping * (p[3] * n[0] + p[4] * n[1] + p[5] * n[2])
+        normal: cython.double = self._stiffness * depth * damped if damped > 0.0 else 0.0
+        for k in range(3):
+            acting[k] += normal * n[k]
+        if self._friction > 0.0 and self._anchored:
+            self._rub(p, self._friction * normal, remember, acting)
+        elif self._friction > 0.0 and remember:
+            self._anchored = True
+            for k in range(3):
+                self._anchor[k], self._normal[k] = p[k], n[k]
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _rub(
+        self, p: cython.double[::1], limit: cython.double, remember: cython.bint, acting: cython.double[::1]
+    ) -> cython.void:
+        """Add the friction, at most `limit` (N)."""
+        a, u, n, r = self._anchor, self._normal, self._now, self._radius
+        d = cython.declare(cython.double[3])  # along the surface from the TCP to the anchor
+        for k in range(3):
+            d[k] = a[k] - p[k]
+        out: cython.double
+        if not self._is_plane:  # half in the tangent plane of before, half in that of now
+            out = 0.5 * (d[0] * u[0] + d[1] * u[1] + d[2] * u[2])
+            for k in range(3):
+                d[k] -= out * u[k]
+                if remember:
+                    u[k] = n[k]
+        out = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+        for k in range(3):
+            d[k] -= out * n[k]
+        length: cython.double = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        longest: cython.double = limit / self._stiffness
+        slips: cython.bint = length > longest + _SLIP_M
+        if remember and (slips or (not self._is_plane and fabs(out) > _SLIP_M)):
+            share: cython.double = longest / length if slips else 1.0
+            for k in range(3):
+                a[k] = p[k] + share * d[k]
+                d[k] = a[k] - p[k]  # as in the next tick of a TCP at rest
+            out = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+            for k in range(3):
+                d[k] -= out * n[k]
+            length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        held: cython.double = self._stiffness if length <= longest else limit / length
+        for k in range(3):
+            d[k] *= held
+            acting[k] += d[k]
+        acting[3] += r * (n[2] * d[1] - n[1] * d[2])
+        acting[4] += r * (n[0] * d[2] - n[2] * d[0])
+        acting[5] += r * (n[1] * d[0] - n[0] * d[1])
+
+
+@cython.cclass
+class Reached:
+    """Pose of the TCP after a tick, and the contact there, as a compliant motion has found both."""
+
+    def __init__(self) -> None:
+        """Start with nothing known."""
+        self.at, self.acting = np.zeros(12), np.zeros(6)
+        self.felt = False
+
+
+@cython.cclass
+class TcpContact:
+    """The surfaces of a cell, and the sphere around the TCP that touches them. Their forces add up."""
+
+    def __init__(self, surfaces: Iterable[Surface], radius_m: float) -> None:
+        """Take surfaces, each with its own name; a radius of 0 makes the sphere a point."""
+        self.radius_m = radius_m
+        self._contacts: dict[str, Contact] = {}
+        self.changes = 0
+        self.is_known = self.settled = self._is_turned = False
+        self._at, self._place, self._turned = np.zeros(12), np.zeros(3), np.zeros(9)
+        self._acting, self._asked = np.zeros((2, 6))
+        for surface in surfaces:
+            self.put(surface)
+
+    @property
+    def surfaces(self) -> dict[str, Surface]:
+        """The surfaces by name."""
+        return {name: contact.surface for name, contact in self._contacts.items()}
+
+    @property
+    def empty(self) -> bool:
+        """Whether there are no surfaces."""
+        return not self._contacts
+
+    def put(self, surface: Surface) -> None:
+        """Add a surface, or replace the one of its name, without any memory of the TCP."""
+        self._contacts[surface.name] = Contact(surface, self.radius_m)
+        self.changes += 1
+
+    def move(self, name: str, pose: Transform) -> None:
+        """Move a surface; a TCP that touches it continues to, if it still can."""
+        contact = self._contacts[name]
+        contact.catch_up((self._place[0], self._place[1], self._place[2]))
+        contact.move(pose)
+        self.changes += 1
+
+    def remove(self, name: str) -> None:
+        """Remove a surface."""
+        del self._contacts[name]
+        self.changes += 1
+
+    def touched(self, name: str) -> bool:
+        """Return whether a surface was touched at the last place of the TCP."""
+        return bool(self._contacts[name].touched)
+
+    def forget(self) -> None:
+        """Forget all contact and the place of the TCP."""
+        self.is_known = False
+        for surface in self.surfaces.values():
+            self.put(surface)
+
+    def memory(self) -> Any:
+        """Return all that influences later forces."""
+        place = (self._place[0], self._place[1], self._place[2])
+        for contact in self._contacts.values():
+            contact.catch_up(place)
+        turned: Any = np.asarray(self._turned).tolist() if self._is_turned else None
+        return turned, place, {name: contact.memory() for name, contact in self._contacts.items()}
+
+    def restore(self, memory: Any) -> None:
+        """Continue from such a memory, with the surfaces that are there."""
+        turned, place, contacts = memory
+        self._is_turned = turned is not None
+        for k in range(9 if self._is_turned else 0):
+            self._turned[k] = turned[k]
+        for k in range(3):
+            self._place[k] = place[k]
+        self.is_known = True
+        for name, kept in contacts.items():
+            if name in self._contacts:
+                self._contacts[name].restore(kept)
+
+    def roll(self, rotation: Rotation) -> None:
+        """Turn the TCP, and with it the sphere, to an orientation in the base."""
+        for k in range(9):
+            self._at[k] = rotation[k]
+        self._roll()
+
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def acts_at(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+        acting: cython.double[::1],
+    ) -> cython.bint:
+        """Write force (N) and torque (Nm) on a TCP at p with velocity v; return whether they are not 0."""
+        p = self._asked
+        p[0], p[1], p[2], p[3], p[4], p[5] = px, py, pz, vx, vy, vz
+        for k in range(6):
+            acting[k] = 0.0
+        touched: cython.bint = False
+        contact: Contact
+        for contact in self._contacts.values():
+            if contact.is_free(px, py, pz):
+                contact._left = contact._left or remember
+                continue
+            if contact._left:
+                contact.catch_up((self._place[0], self._place[1], self._place[2]))
+            touched = contact.press(p, remember, acting) or touched
+        if remember:
+            self._place[0], self._place[1], self._place[2] = px, py, pz
+        return touched and (acting[0] != 0.0 or acting[1] != 0.0 or acting[2] != 0.0)
+
+    def begin(self, tcp: Tcp, joints: Any) -> Wrench:
+        """Return the wrench along the axes of a TCP that is put, at rest, at joint positions (rad)."""
+        self._go_to(tcp, joints)
+        self.is_known = False
+        wrench: Wrench = self._feel(0.0)
+        return wrench
+
+    def step(self, tcp: Tcp, joints: Any, tick_s: float, reached: Reached | None = None) -> Wrench:
+        """Return the wrench along the axes of the TCP after a tick to joint positions (rad).
+
+        `reached` is used instead if a compliant motion has already found pose and contact of this tick.
+        """
+        a, p = self._at, self._place
+        if reached is None:
+            self._go_to(tcp, joints)
+        else:
+            self._at[:] = reached.at
+        self._roll()
+        self.settled = False
+        if reached is not None and reached.felt:
+            self._acting[:] = reached.acting
+            p[0], p[1], p[2], self.is_known = a[9], a[10], a[11], True
+            return self._along_tcp()  # type: ignore[no-any-return]
+        stays = self.is_known and p[0] == a[9] and p[1] == a[10] and p[2] == a[11]
+        before = self.memory() if stays else None
+        wrench: Wrench = self._feel(tick_s)
+        self.settled = stays and self.memory() == before
+        return wrench
+
+    @cython.cfunc
+    def _go_to(self, tcp: Tcp, joints: Any) -> object:
+        tcp.go_to(joints)
+        for k in range(9):
+            self._at[k] = tcp.turned[k]
+        for k in range(3):
+            self._at[9 + k] = tcp.place[k]
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _roll(self) -> cython.void:
+        """Roll the sphere to the present orientation."""
+        a, b = self._turned, self._at
+        if self._is_turned:
+            # Half the cross products of the axes: the axis of the rotation times the sine of its angle.
+            x = 0.5 * (a[3] * b[6] - a[6] * b[3] + a[4] * b[7] - a[7] * b[4] + a[5] * b[8] - a[8] * b[5])
+            y = 0.5 * (a[6] * b[0] - a[0] * b[6] + a[7] * b[1] - a[1] * b[7] + a[8] * b[2] - a[2] * b[8])
+            z = 0.5 * (a[0] * b[3] - a[3] * b[0] + a[1] * b[4] - a[4] * b[1] + a[2] * b[5] - a[5] * b[2])
+            # The arcsine, so that large and small steps to and fro end where they began.
+            s = x * x + y * y + z * z
+            part = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0 + s * (35.0 / 1152.0))))
+            contact: Contact
+            for contact in self._contacts.values():
+                contact.roll(part * x, part * y, part * z)
+        self._is_turned = True
+        for k in range(9):
+            a[k] = b[k]
+
+    @cython.cfunc
+    def _feel(self, tick_s: cython.double) -> object:
+        """The wrench at the present pose, after a tick, or 0 s for a TCP that is put there."""
+        a, p = self._at, self._place
+        vx: cython.double = 0.0
+        vy: cython.double = 0.0
+        vz: cython.double = 0.0
+        if self.is_known:
+            vx, vy, vz = (a[9] - p[0]) / tick_s, (a[10] - p[1]) / tick_s, (a[11] - p[2]) / tick_s
+        touched = self.acts_at(a[9], a[10], a[11], vx, vy, vz, tick_s > 0.0, self._acting)
+        p[0], p[1], p[2], self.is_known = a[9], a[10], a[11], True
+        return self._along_tcp() if touched else NO_WRENCH
+
+    @cython.cfunc
+    def _along_tcp(self) -> object:
+        """The acting force and torque along the axes of the TCP."""
+        r, a = self._at, self._acting
+        if a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
+            return NO_WRENCH
+        return (
+            r[0] * a[0] + r[3] * a[1] + r[6] * a[2],
+            r[1] * a[0] + r[4] * a[1] + r[7] * a[2],
+            r[2] * a[0] + r[5] * a[1] + r[8] * a[2],
+            r[0] * a[3] + r[3] * a[4] + r[6] * a[5],
+            r[1] * a[3] + r[4] * a[4] + r[7] * a[5],
+            r[2] * a[3] + r[5] * a[4] + r[8] * a[5],
+        )
+
+
+@cython.cclass
+class Gaps:
+    """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
+
+    def __init__(self, levers: Any, velocity: Any) -> None:
+        """Take the greatest way (m) of each distance per turn (rad) of each joint, and joint velocities."""
+        count = len(velocity)
+        self._levers = np.array(levers, dtype=float).reshape(len(levers), count)
+        self._velocity = np.array(velocity)
+        self.free = np.zeros(len(levers))
+        self._free, self._known = self.free, np.zeros(len(levers))
+        self._looked, self._rates = np.zeros((2, count))
+        self.forget()
+
+    def forget(self) -> None:
+        """Know of no distance."""
+        self._is_looked, self._fastest, self.next = False, 0.0, 0
+
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def is_free(self, joints: Any, tick: cython.long, tick_s: cython.double) -> cython.bint:
+        """Return whether no distance can be 0 in the tick of this number, at joint positions (rad)."""
+        if tick < self.next:
+            return True
+        left: cython.double = 1.0
+        q: cython.double
+        for k in range(self._rates.shape[0]):
+            q = joints[k]
+            left -= self._rates[k] * fabs(q - self._looked[k])
+        if self._fastest == 0.0 or left <= 0.0:
+            return False
+        self.next = tick + max(1, int(left / (self._fastest * tick_s)))
+        return True
+
+    def go_to(self, joints: Any) -> list[int]:
+        """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
+        due = []
+        turned: cython.double
+        q: cython.double
+        for k in range(self._rates.shape[0]):
+            q = joints[k]
+            turned = fabs(q - self._looked[k])
+            self._looked[k] = q
+            for row in range(self._free.shape[0]):
+                self._free[row] -= self._levers[row, k] * turned
+        for row in range(self._free.shape[0]):
+            if not self._is_looked or self._free[row] <= 0.5 * self._known[row]:
+                due.append(row)
+                if not self._is_looked:
+                    self._free[row] = 0.0
+        self._is_looked = True
+        return due
+
+    def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
+        """Note a measured distance (m)."""
+        self._free[row] = self._known[row] = distance
+
+    def approach(self, moved_m: cython.double) -> None:
+        """Have all bodies come nearer by so much."""
+        for row in range(self._free.shape[0]):
+            self._free[row] -= moved_m
+        self._fastest, self.next = 0.0, 0
+
+    def begin(self, tick: cython.long, tick_s: cython.double) -> None:
+        """Begin to count from the present bounds, in the tick of this number."""
+        self._fastest = 0.0
+        for row in range(self._free.shape[0]):
+            if self._free[row] <= 0.0:
+                self.next = tick + 1
+                return
+        for k in range(self._rates.shape[0]):
+            self._rates[k] = 0.0
+            for row in range(self._free.shape[0]):
+                self._rates[k] = max(self._rates[k], self._levers[row, k] / self._free[row])
+            self._fastest += self._rates[k] * self._velocity[k]
+        self._fastest = max(self._fastest, 1e-9)
+        self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
