@@ -9,6 +9,7 @@ import socket
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from websockets.sync.client import connect
 
@@ -16,7 +17,8 @@ from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.controller.state import ErrorState
 from iiwa_sim.transcript.lines import Said, Transcript, Wait, read, shipped
 from iiwa_sim.transcript.replay import replay
-from iiwa_sim.view.readout import figures
+from iiwa_sim.view.panel import figures
+from iiwa_sim.view.scene import Robot
 from tests.cell.cells import EXAMPLES
 from tests.ros_robot import ptp
 from tests.simulated_time import SimulatedTime
@@ -89,7 +91,7 @@ def test_it_shows_everywhere_the_error_is_told(name: str, caplog: pytest.LogCapt
         line = on_the_status_port(simulator)
         assert line["error"] == {"code": 3060, "reason": told}
         assert line["robot_status"] == list(status)
-        page = figures(line, {"name": "", "joints": simulator.cell.description.joints})
+        page = figures(line, msgspec.convert(simulator.cell.description, Robot, from_attributes=True))
         assert html.escape(f"3060 {told}") in page
         ros = on_ros(simulator)
     assert (ros["/robot_status"][-1]["in_error"], ros["/robot_status"][-1]["error_code"]) == (

@@ -30,6 +30,8 @@ class DescribedRobot(msgspec.Struct, frozen=True):
     """Limits, rad/s."""
     urdf: str
     """The text of the URDF."""
+    urdf_path: str
+    """The path of the URDF on the robot's machine."""
 
 
 class DescribedCapsule(msgspec.Struct, frozen=True):

@@ -208,8 +208,8 @@ def view(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.server.listening import host_and_port
 
     with served(settings) as page:
-        from iiwa_sim.view.live import run_page
-        from iiwa_sim.view.station import Place
+        from iiwa_sim.view.app import run_page
+        from iiwa_sim.view.connection import Place
 
         places = [
             Place(

@@ -90,7 +90,7 @@ class Page:
         return await open_listener(self._settings.view_host, self._settings.view_port or 0)
 
     async def start(self, listening: socket.socket, places: list[dict[str, Any]]) -> None:
-        """Serve robots that have opened their ports, each as `iiwa_sim.view.station.Place`."""
+        """Serve robots that have opened their ports, each as `iiwa_sim.view.connection.Place`."""
         task = {
             "listening": listening.fileno(),
             "places": places,

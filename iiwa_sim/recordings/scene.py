@@ -205,8 +205,8 @@ def add_model(into: Message, mesh: LinkMesh) -> None:
         model = {
             "pose": _pose(mesh.pose),
             "scale": _vector(mesh.scale),
-            "color": dict.fromkeys("rgba", 1.0),
-            "override_color": False,
+            "color": dict(zip("rgba", mesh.colour or (1.0, 1.0, 1.0, 1.0), strict=True)),
+            "override_color": mesh.colour is not None,
             "url": "",
             "media_type": kind,
             "data": b64encode(mesh.path.read_bytes()).decode(),

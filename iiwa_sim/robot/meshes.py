@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +19,8 @@ class LinkMesh(NamedTuple):
     path: Path
     pose: Transform = IDENTITY
     scale: Vector = (1.0, 1.0, 1.0)
+    colour: tuple[float, ...] | None = None
+    """Red, green, blue, opacity from the URDF, 0 to 1 (sRGB), if it has any."""
 
 
 def link_meshes(urdf: str, urdf_path: str) -> dict[str, list[LinkMesh]]:
@@ -28,17 +30,20 @@ def link_meshes(urdf: str, urdf_path: str) -> dict[str, list[LinkMesh]]:
         urdf: Text of a URDF that a model accepts.
         urdf_path: Path of that URDF; a mesh that is not found from there is left out.
     """
-    found = {}
-    for link in ET.fromstring(urdf).findall("link"):
+    found, robot = {}, ET.fromstring(urdf)
+    colours = {each.get("name"): each.find("color") for each in robot.findall("material")}
+    for link in robot.findall("link"):
         name, own = link.get("name", ""), Path(urdf_path).parent / FOLDER
         own = own / f"{name}.glb"
-        meshes = [LinkMesh(own)] if own.is_file() else list(_named(link, Path(urdf_path)))
+        meshes = [LinkMesh(own)] if own.is_file() else list(_named(link, Path(urdf_path), colours))
         if meshes:
             found[name] = meshes
     return found
 
 
-def _named(link: ET.Element, urdf_path: Path) -> Iterator[LinkMesh]:
+def _named(
+    link: ET.Element, urdf_path: Path, colours: Mapping[str | None, ET.Element | None]
+) -> Iterator[LinkMesh]:
     for visual in link.findall("visual"):
         mesh = visual.find("geometry/mesh")
         path = None if mesh is None else _file(mesh.get("filename", ""), urdf_path)
@@ -47,7 +52,11 @@ def _named(link: ET.Element, urdf_path: Path) -> Iterator[LinkMesh]:
             x, y, z = _numbers(origin, "xyz", 0.0)
             roll, pitch, yaw = _numbers(origin, "rpy", 0.0)
             pose = Frame(1e3 * x, 1e3 * y, 1e3 * z, yaw, pitch, roll).to_transform()
-            yield LinkMesh(path, pose, _numbers(mesh, "scale", 1.0))
+            material = visual.find("material")
+            colour = None if material is None else material.find("color")
+            colour = colours.get(material.get("name")) if material is not None and colour is None else colour
+            rgba = None if colour is None else tuple(map(float, colour.get("rgba", "1 1 1 1").split()))
+            yield LinkMesh(path, pose, _numbers(mesh, "scale", 1.0), rgba)
 
 
 def _file(name: str, urdf_path: Path) -> Path | None:

@@ -17,7 +17,7 @@ import msgspec
 
 from iiwa_sim import log
 from iiwa_sim.server.token import Token
-from iiwa_sim.view.station import Place
+from iiwa_sim.view.connection import Place
 from iiwa_sim.wording import Unusable
 
 
@@ -43,7 +43,7 @@ def main() -> int:
     threading.Thread(target=_until_end, args=(over,), daemon=True).start()
     listening = socket.socket(fileno=task.listening)
     try:
-        from iiwa_sim.view.live import run_page
+        from iiwa_sim.view.app import run_page
 
         run_page(listening, task.places, over, None if task.token is None else Token(task.token))
     except Unusable as fault:

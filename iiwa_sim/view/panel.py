@@ -1,83 +1,346 @@
-"""The panel beside the picture: pendant, pushes and dialogue of one robot."""
+"""The panel beside the picture: a pendant for one robot, and its dialogue."""
 
 from __future__ import annotations
 
+import html
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from math import degrees, dist
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.view.acting import acting
-from iiwa_sim.view.dialogue import DialogueList
-from iiwa_sim.view.pendant import Pendant
-from iiwa_sim.view.pushing import Pushing
+from iiwa_sim.throttle import Throttle
+from iiwa_sim.view.connection import MOST_SAID, Station
+from iiwa_sim.view.jog import Jog
+from iiwa_sim.view.push import Push
+from iiwa_sim.view.scene import Robot, Scene, State
 
 if TYPE_CHECKING:
     import viser
 
-    from iiwa_sim.view.station import Station
+PERIOD_S, LIST_PERIOD_S = 0.1, 0.4
+"""Time between two updates of figures, and of the dialogue."""
+MOST_INPUTS, MOST_MOVES = 64, 8
+HOLD_S = 0.7
+"""Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
+LONGEST_STEP_S = 60.0
+NOTE_S = 8.0
+NEAR_DEG = 5.0
+"""Distance from a limit at which the bar of a joint is red."""
+LEAST_N = 0.5
+STOP, STOPPED = "Emergency stop", "Emergency stop is PRESSED"
+Calls = dict[str, tuple[Any, ...]]
+"""Method of the backdoor and its values, by the word on a button."""
+
+SAFETY: Calls = {
+    "Release": ("release_emergency_stop",),
+    "Reset error": ("reset_error",),
+    "Protective stop": ("protective_stop",),
+}
+DRIVES: Calls = {"On": ("switch_drives", True), "Off": ("switch_drives", False)}
+CLOCKS: Calls = {name: ("set_clock", name) for name in ("real", "10x", "fast", "stepped")}
+TIME: Calls = {"Pause": ("pause",), "Resume": ("resume",)}
+
+_RED, _GREEN, _GREY = "#c92a2a", "#2f9e44", "#8888"
+_COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}
+_PAD = "padding:0 0.9em 0.4em;font-size:0.78em;line-height:1.3"
+_LIST = "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace"
+
+logger = logging.getLogger(__name__)
+_throttle = Throttle[str](1)
 
 
-PUSH = """\
-Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold: type
-`linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or
-`start gravity : 200` under Dialogue, and `stop` to end it. Else it is stiff, and stays where it is. At the
-flange the force is one at the TCP, elsewhere it is torques on the joints."""
+def tell(client: Any, text: str) -> None:
+    """Show a client a text for some seconds."""
+    client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)
+
+
+def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
+    """Return a callback for viser that ignores values of the page, and shows a failure to the client."""
+
+    def call(event: Any) -> None:
+        if event.client is None:
+            return
+        try:
+            action(event)
+        except Exception as fault:  # noqa: BLE001 - of the robot, the backdoor, or at a browser's message
+            tell(event.client, str(fault) or type(fault).__name__)
+            if _throttle.count("acting", time.monotonic_ns()) is not None:
+                logger.info("page: an action failed: %s %s", type(fault).__name__, fault)
+
+    return call
+
+
+class Readout:
+    """Lamps, joints within their limits, and the TCP with its speed."""
+
+    def __init__(self, gui: viser.GuiApi, robot: Robot) -> None:
+        self._robot = robot
+        self._html: Any = gui.add_html("")
+        self._before: tuple[float, Sequence[float]] = (0.0, ())
+        self._speed_mm_s = 0.0
+
+    def show(self, state: State | None, fault: str = "") -> None:
+        """Show a state below the reason for which there is none."""
+        text = f"<div style='color:{_RED}'>{html.escape(fault)}</div>" if fault else ""
+        if state is not None:
+            (before_s, before), now_s, tcp = self._before, state["time_s"], state["tool_frame"][:3]
+            if now_s != before_s:
+                self._speed_mm_s = (
+                    dist(tcp, before) / (now_s - before_s) if before and now_s > before_s else 0.0
+                )
+                self._before = now_s, tcp
+            text += figures(state, self._robot, self._speed_mm_s)
+        self._html.content = f"<div style='{_PAD}'>{text}</div>"
+
+
+class DialogueList:
+    """The newest lines of all connections, with a filter."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_SAID)
+        self._filter: Any = gui.add_text("Filter", "", hint="text, port, a mark such as ~, or refused")
+        self._html: Any = gui.add_html("")
+        self._next_s = 0.0
+
+    def add(self, lines: Iterable[Mapping[str, Any]]) -> None:
+        """Append lines, oldest first."""
+        self._lines.extend(lines)
+
+    def set(self, lines: Iterable[Mapping[str, Any]]) -> None:
+        """Have these lines alone."""
+        self._lines = deque(lines, MOST_SAID)
+
+    def show(self) -> None:
+        """Show the lines, at most once per `LIST_PERIOD_S`."""
+        if time.monotonic() >= self._next_s:
+            self._next_s = time.monotonic() + LIST_PERIOD_S
+            self._html.content = listed(self._lines, self._filter.value)
 
 
 class Panel:
-    """All that one can read and do at a robot. Use it as a context, in which it pushes."""
+    """Elements of one robot. Use it as a context, in which jogging and pushing work."""
 
-    def __init__(self, server: viser.ViserServer, station: Station) -> None:
-        gui = server.gui
+    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
+        self._gui = gui = server.gui
         self._station = station
-        self._pendant = Pendant(gui, station)
-        self.stop = self._pendant.stop
-        """Stops the robot, at an event."""
-        self._dialogue: DialogueList | None = None
-        self._pushing: Pushing | None = None
-        if station.bench is None:
-            return
-        tabs = self._pendant.tabs
-        with tabs.add_tab("Push"):
-            self._pushing = Pushing(server, station)
-            gui.add_markdown(PUSH)
-        with tabs.add_tab("Dialogue"):
-            if station.driver is not None:
-                self._add_command(gui)
-            self._dialogue = DialogueList(gui)
+        self._held_until_s = self._next_s = 0.0
+        self._inputs: list[Any] = []
+        self._jog: Jog | None = None
+        self._push: Push | None = None
+        bench = station.bench is not None
+        hint = "Ctrl-E, too" if bench else "the robot stops, and discards the moves that wait"
+        self._stop: Any = gui.add_button(STOP if bench else "Stop", color="red", hint=hint)
+        self.stop = self._does("emergency_stop") if bench else acting(lambda _: station.stop_moves())
+        """Callback that stops the robot."""
+        self._stop.on_click(self.stop)
+        if bench:
+            self._group("Safety", SAFETY)
+        self._readout = Readout(gui, station.robot)
+        tabs: Any = gui.add_tab_group() if bench or station.driver is not None else None
+        if station.driver is not None:
+            with tabs.add_tab("Jog"):
+                self._jog = Jog(gui, station.robot, station.driver, tell)
+        if bench:
+            with tabs.add_tab("Program"):
+                self._add_program()
+            with tabs.add_tab("I/O") as self._ios:
+                self._outputs: Any = gui.add_html("")
+            with tabs.add_tab("Force"):
+                self._force: Any = gui.add_html("")
+                self._push = Push(server, station, scene, tell)
+            with tabs.add_tab("Dialogue"):
+                if station.driver is not None:
+                    self._add_command()
+                self._dialogue = DialogueList(gui)
 
     def __enter__(self) -> Panel:
-        if self._pushing is not None:
-            self._pushing.start()
+        for each in (self._jog, self._push):
+            if each is not None:
+                each.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._pushing is not None:
-            self._pushing.stop()
+        for each in (self._jog, self._push):
+            if each is not None:
+                each.stop()
+
+    def leave(self, client: Any) -> None:
+        """End jogging and pushing of a client that is gone."""
+        for each in (self._jog, self._push):
+            if each is not None:
+                each.leave(client)
 
     def show(self) -> None:
-        """What the newest state says, and what was said."""
-        self._pendant.show()
-        if self._pushing is not None:
-            self._pushing.show()
-        if self._dialogue is not None:
-            said = []
-            while self._station.said:
-                said.append(self._station.said.popleft())
-            self._dialogue.add(said)
-            self._dialogue.show()
+        """Show the newest state, and what the backdoor tells."""
+        station, state, now_s = self._station, self._station.state, time.monotonic()
+        if self._push is not None:
+            self._push.show()
+        if now_s < self._next_s:
+            return
+        self._next_s = now_s + PERIOD_S
+        self._readout.show(state, station.fault)
+        if station.bench is None:
+            return
+        pressed = state["robot_status"][1] == 1
+        self._stop.label, self._stop.color = (STOPPED, "orange") if pressed else (STOP, "red")
+        if station.cell and len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):
+            self._add_inputs(station.cell["inputs"])
+        if now_s >= self._held_until_s:
+            self._override.value = round(100.0 * state["override"])
+            for switch, on in zip(self._inputs, state["inputs"], strict=False):
+                switch.value = on
+        if station.states and tuple(station.states) != tuple(self._known.options):
+            self._known.options = tuple(station.states)
+        self._moves.content = _moves(station)
+        self._outputs.content = lamps(zip(station.cell.get("outputs", ()), state["outputs"], strict=False))
+        self._force.content = _force(state)
+        while station.said:
+            self._dialogue.add([station.said.popleft()])
+        self._dialogue.show()
 
-    def _add_command(self, gui: viser.GuiApi) -> None:
-        station = self._station
-        with gui.add_form(None) as form:
-            command: Any = gui.add_text(
-                "Command", "", hint="as on the wire, such as get status; Enter sends it"
-            )
+    def _add_program(self) -> None:
+        gui, station = self._gui, self._station
+        self._override: Any = gui.add_slider("Override (%)", min=0, max=100, step=1, initial_value=100)
+        self._override.on_update(self._does("set_override", lambda _: float(self._override.value) / 100.0))
+        gui.add_button("Stop the moves").on_click(acting(lambda _: station.stop_moves()))
+        self._group("Drives", DRIVES)
+        self._moves: Any = gui.add_html("")
+        self._group("Clock", CLOCKS)
+        self._group("Time", TIME)
+        step_s: Any = gui.add_number("Advance (s)", 0.1, min=0.001, max=LONGEST_STEP_S, step=0.001)
+        step = self._does("advance", lambda _: float(step_s.value))
+        gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)
+        with gui.add_folder("States", expand_by_default=False):
+            self._known: Any = gui.add_dropdown("State", ("start",))
+            restore = gui.add_button("Restore", hint="puts the robot there; at rest only")
+            restore.on_click(self._does("restore_state", lambda _: self._known.value))
+            with gui.add_form(None) as form:
+                name: Any = gui.add_text("Save as", "")
+            form.on_submit(self._does("save_state", lambda _: " ".join(name.value.split())))
 
-        def send(_event: Any) -> None:
-            assert station.driver is not None
-            line = " ".join(command.value.split())
+    def _add_inputs(self, names: Sequence[str]) -> None:
+        for switch in self._inputs:
+            switch.remove()
+        with self._ios:
+            self._inputs = [self._gui.add_checkbox(name, False) for name in names[:MOST_INPUTS]]
+        for number, switch in enumerate(self._inputs, 1):
+            switch.on_update(acting(partial(self._switch, number)))
+
+    def _switch(self, number: int, event: Any) -> None:
+        self._held_until_s = time.monotonic() + HOLD_S
+        self._station.act("set_input", number, bool(event.target.value))
+
+    def _add_command(self) -> None:
+        driver = self._station.driver
+        assert driver is not None
+        with self._gui.add_form(None) as form:
+            command: Any = self._gui.add_text("Command", "", hint="such as get status; Enter sends it")
+
+        def send(event: Any) -> None:
+            line, command.value = " ".join(command.value.split()), ""
             if line:
-                command.value = ""
-                station.driver.ask(line)
-                station.look_now()
+                tell_reply = event.client.add_notification
+                tell_reply("Reply", driver.command(line), auto_close_seconds=NOTE_S)
 
         form.on_submit(acting(send))
+
+    def _does(self, method: str, *values: Callable[[Any], Any]) -> Callable[[Any], None]:
+        """Return a callback that calls a method of the backdoor with values of the event."""
+
+        def act(event: Any) -> None:
+            self._held_until_s = time.monotonic() + HOLD_S
+            self._station.act(method, *(value(event) for value in values))
+
+        return acting(act)
+
+    def _group(self, label: str, calls: Calls) -> None:
+        def act(event: Any) -> None:
+            self._station.act(*calls[event.target.value])
+
+        self._gui.add_button_group(label, tuple(calls)).on_click(acting(act))
+
+
+def figures(state: State, robot: Robot, speed_mm_s: float = 0.0) -> str:
+    """Return lamps, joints and TCP of a state as HTML."""
+    code, reason = state["error"]["code"], state["error"]["reason"]
+    mode, pressed, powered, _, moving, in_error, _ = state["robot_status"]
+    gripper, (load_kg, *_) = state.get("gripper"), state["tool_load"]
+    lit = [("AUTO", mode == 2), ("DRIVES", powered == 1), ("MOVING", moving == 1)]
+    lit.append(("FORCE", dist(state["cartesian_force"][:3], (0, 0, 0)) >= LEAST_N))
+    if gripper is not None:
+        lit.append(
+            (f"GRIPPER {gripper['state']} {gripper['opening_mm']:.0f} mm", gripper["state"] == "holds")
+        )
+    words = [robot.name, state["mode"], state["status"]] + ([f"load {load_kg:g} kg"] if load_kg else [])
+    red = [("E-STOP pressed", pressed == 1), (f"{code} {reason}", in_error == 1 or code)]
+    text = f"<div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
+    text += "".join(f"<div style='color:{_RED}'>{html.escape(word)}</div>" for word, is_so in red if is_so)
+    limits = zip(robot.joints, state["joint_position"], robot.position_min, robot.position_max, strict=True)
+    bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
+    x, y, z, *angles = state["tool_frame"]
+    place = " ".join(f"{round(each, 1) + 0.0:.1f}" for each in (x, y, z, *map(degrees, angles)))
+    tcp = f"TCP {place} mm, deg<br>Speed of the TCP {speed_mm_s:.0f} mm/s"
+    return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
+
+
+def lamps(states: Iterable[tuple[str, bool]]) -> str:
+    """Return names as HTML, each lit or not."""
+    look = "display:inline-block;margin:0.1em;padding:0 0.5em;border-radius:0.6em"
+    return "".join(
+        f"<span style='{look};background:{_GREEN if on else _GREY};color:#fff'>{html.escape(name)}</span>"
+        for name, on in states
+    )
+
+
+def listed(lines: Iterable[Mapping[str, Any]], text: str = "") -> str:
+    """Return the lines with a text, mark, client or the word refused as HTML, the newest one last."""
+    rows = [row for row in map(_row, lines) if text.strip().lower() in row[0].lower()]
+    # The box is filled from below, so that the newest line is visible; that reverses the order.
+    return f"<div style='{_PAD};{_LIST}'>{''.join(row[1] for row in reversed(rows))}</div>"
+
+
+def _row(line: Mapping[str, Any]) -> tuple[str, str]:
+    """Return a line as text for the filter, and as HTML."""
+    reason, mark = line.get("reason", ""), line["mark"]
+    client = str(line["session"]).rpartition(":")[2]  # the port
+    text = f"{line['time_s']:.3f} {client} {mark} {line['text']}{f' ({reason})' if reason else ''}"
+    colour = _RED if reason else _COLOURS.get(mark, "inherit")
+    return f"{text}{' refused' if reason else ''}", f"<div style='color:{colour}'>{html.escape(text)}</div>"
+
+
+def _bar(name: str, value: float, low: float, high: float) -> str:
+    """Return a row with a joint within its limits (deg)."""
+    share = 100.0 * min(max((value - low) / (high - low), 0.0), 1.0)
+    colour = _RED if min(value - low, high - value) < NEAR_DEG else _GREEN
+    place = f"margin-left:calc({share:.1f}% - 3px);width:6px;height:100%;background:{colour}"
+    mark = f"<div style='height:0.7em;background:{_GREY}'><div style='{place}'></div></div>"
+    small = "<td style='font-size:0.85em;text-align:right'>"
+    return (
+        f"<tr><td>{html.escape(name)}</td>{small}{low:.0f}</td>"
+        f"<td style='width:55%;padding:0 0.3em'>{mark}</td>{small}{high:.0f}</td>"
+        f"<td style='text-align:right;font-family:monospace'>{round(value, 2) + 0.0:.2f}</td></tr>"
+    )
+
+
+def _moves(station: Station) -> str:
+    """Return the clock and the moves that run and wait as HTML."""
+    rows = [f"Clock: {station.clock}", f"Moves: {station.moves['count']}"]
+    for move in station.moves["moves"][:MOST_MOVES]:
+        x, y, z = move["goal_frame"][:3]
+        rows.append(f"{move['number']}: to {x:.0f} {y:.0f} {z:.0f} mm")
+    return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
+
+
+def _force(state: State) -> str:
+    """Return wrench and joint torques as HTML."""
+    names = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+    wrench = [
+        f"{name} {round(value, 1) + 0.0:.1f}"
+        for name, value in zip(names, state["cartesian_force"], strict=True)
+    ]
+    torques = " ".join(f"{round(value, 1) + 0.0:.1f}" for value in state["joint_torque"])
+    rows = (f"{' '.join(wrench[:3])} N", f"{' '.join(wrench[3:])} Nm", f"Joints {torques} Nm")
+    return f"<div style='{_PAD}'>{'<br>'.join(rows)}</div>"

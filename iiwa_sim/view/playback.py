@@ -1,44 +1,38 @@
-"""A recording on the page: the robot as it was, with a time line, the dialogue and what happened."""
+"""A recording on the page, with a time slider, the dialogue and the events."""
 
 from __future__ import annotations
 
 import html
-import logging
 import socket
+import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.read import Timeline
+from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, load_robot
 from iiwa_sim.server.token import Token
-from iiwa_sim.throttle import Throttle
-from iiwa_sim.view import trail
-from iiwa_sim.view.acting import acting
-from iiwa_sim.view.dialogue import MOST, DialogueList
-from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.page import open_page
-from iiwa_sim.view.readout import Readout
-from iiwa_sim.view.scene import Scene
+from iiwa_sim.view.access import open_page
+from iiwa_sim.view.app import VIEWS, add_ground, add_views, look_at, run_frames
+from iiwa_sim.view.connection import MOST_SAID
+from iiwa_sim.view.panel import DialogueList, Readout, acting
+from iiwa_sim.view.scene import TRAIL_S, Robot, Scene
 
 if TYPE_CHECKING:
     import viser
 
-FRAME_S = 1.0 / 30.0
-IDLE_S = 0.1
-"""Time between two looks whether somebody has opened the page."""
-LINES_EVERY_S = 0.4
+LINES_S = 0.4
+"""Period of updates of dialogue and events."""
 MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
-JUMP_S = 0.5
-"""More simulated time than that between two frames is no playing, but a jump."""
-PATH_STATES = 60
-"""How many states before a jump's end the path is drawn through."""
-PLAY, PAUSE = "Play", "Pause"
+JUMP_S, PATH_STATES = 0.5, 60
+"""Simulated time between two pictures that is a jump, and the states before it that draw the path."""
 STEPS = {"Tick back": -1, "Tick forward": 1}
-
-logger = logging.getLogger(__name__)
 
 
 def run_playback(
@@ -48,56 +42,33 @@ def run_playback(
     token: Token | None = None,
     opened: Callable[[], None] = lambda: None,
 ) -> None:
-    """Show a recording on a page at a socket that listens, until `over` is set.
-
-    Browsers have to tell the `token`, if there is one. `opened` is called when it serves. Raises
-    RobotFault, before that, for a robot that cannot be drawn.
-    """
-    drawing = drawing_of(timeline)
-    told = Throttle[str](1)
+    """Show a recording on a page, as `iiwa_sim.view.app.run_page` shows robots. Raises RobotFault."""
+    robot = robot_of(timeline)
     with open_page(listening, token) as server:
-        server.initial_camera.position, server.initial_camera.look_at = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
-        server.scene.add_grid(
-            "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
-        )
-        playback = Playback(server, timeline, drawing)
+        playback = Playback(server, timeline, robot)
         opened()
-        before_s = time.monotonic()
-        while not over.is_set():
-            began_s = time.monotonic()
-            if server.get_clients():
-                try:
-                    with server.atomic():
-                        playback.frame(began_s - before_s)
-                except Exception as fault:
-                    if told.count("frame", time.monotonic_ns()) is not None:
-                        logger.exception("the page cannot show a state: %s", fault)
-                over.wait(max(FRAME_S - (time.monotonic() - began_s), 0.0))
-            else:
-                over.wait(IDLE_S)
-            before_s = began_s
+        run_frames(server, over, lambda is_open: playback.show() if is_open else None)
 
 
-def drawing_of(timeline: Timeline) -> Drawing:
-    """What the arm of a recording looks like. Raises RobotFault."""
-    urdf = timeline.head.attachments.get("robot.urdf", b"").decode("utf-8", "replace")
-    return Drawing.of_urdf(urdf, timeline.head.joints, timeline.head.metadata.get("flange", ""))
+def robot_of(timeline: Timeline) -> Robot:
+    """Return the robot of a recording. Raises RobotFault."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (SETTINGS_FILE, URDF_FILE):
+            Path(folder, name).write_bytes(timeline.head.attachments.get(name, b""))
+        return msgspec.convert(load_robot(folder), Robot, from_attributes=True)
 
 
 class Playback:
-    """A recording in the scene, and what steers it."""
+    """A recording in the scene, and its panel."""
 
-    def __init__(self, server: viser.ViserServer, timeline: Timeline, drawing: Drawing) -> None:
+    def __init__(self, server: viser.ViserServer, timeline: Timeline, robot: Robot) -> None:
+        add_ground(server.scene)
         self._timeline = timeline
         self._player = Player(timeline.start_s, timeline.end_s)
-        self._scene = Scene(server.scene, drawing)
-        self._robot = {"name": timeline.head.metadata.get("robot", ""), "joints": timeline.head.joints}
-        self._tick_s = 1.0 / timeline.head.tick_rate_hz
-        self._cell: dict[str, Any] = {}
-        self._steps = threading.Lock()
+        self.scene = Scene(server.scene, robot)
         self._shown_s = timeline.start_s
-        self._lines_at_s: float | None = None  # of the recording: the lines that are shown
-        self._next_lines_s = 0.0
+        self._shown_at_s = time.monotonic()
+        self._listed_s, self._next_list_s = -1.0, 0.0
         gui = server.gui
         self._slider: Any = gui.add_slider(
             "Time (s)",
@@ -106,84 +77,65 @@ class Playback:
             step=SLIDER_STEP_S,
             initial_value=timeline.start_s,
         )
-        self._button: Any = gui.add_button(PLAY)
+        self._button: Any = gui.add_button("Play")
         step = gui.add_button_group("Step", tuple(STEPS))
-        self._speed: Any = gui.add_dropdown(
-            "Speed", tuple(f"{speed:g}x" for speed in SPEEDS), initial_value="1x"
-        )
-        self._readout = Readout(gui)
+        speeds = tuple(f"{speed:g}x" for speed in SPEEDS)
+        speed: Any = gui.add_dropdown("Speed", speeds, initial_value="1x")
+        self._readout = Readout(gui, robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Dialogue"):
             self._dialogue = DialogueList(gui)
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
+        add_views(gui, lambda: (self.scene, self._state()["joint_position"]))
         self._slider.on_update(acting(lambda _: self._player.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
         step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
-        self._speed.on_update(acting(lambda _: self._set_speed()))
+        speed.on_update(acting(lambda _: setattr(self._player, "speed", float(speed.value.rstrip("x")))))
+        server.on_client_connect(
+            lambda client: look_at(client, self.scene.points(self._state()["joint_position"]), VIEWS["Fit"])
+        )
 
-    def frame(self, real_s: float) -> None:
-        """Show where the recording is after so much time of the viewer."""
-        player = self._player
-        was_playing = player.playing
-        player.passes(real_s)
+    def show(self) -> None:
+        """Show the recording at the time that the player has reached."""
+        player, was_playing, now_s = self._player, self._player.playing, time.monotonic()
+        player.passes(min(now_s - self._shown_at_s, JUMP_S))
+        self._shown_at_s = now_s
         time_s = player.time_s
-        state = self._timeline.state_at(time_s)
-        cell = self._timeline.cell_at(time_s)
-        if cell != self._cell:
-            self._cell = cell
-            self._scene.show_cell(cell)
-        self._show_path(time_s)
-        self._scene.show(state)
-        self._readout.show(state, self._robot)
-        self._show_lines(time_s)
-        label = PAUSE if player.playing else PLAY
-        if self._button.label != label:
-            self._button.label = label
-        if was_playing and abs(self._slider.value - time_s) > SLIDER_STEP_S:
-            self._slider.value = round(time_s, 2)
-
-    def _show_path(self, time_s: float) -> None:
-        """Show, after a jump, the path of the last seconds."""
         before_s, self._shown_s = self._shown_s, time_s
+        self.scene.show_cell(self._timeline.cell_at(time_s))
         if not before_s <= time_s <= before_s + JUMP_S:
-            for state in self._timeline.states(time_s - trail.SECONDS, time_s, PATH_STATES):
-                self._scene.show(state)
-
-    def _show_lines(self, time_s: float) -> None:
-        now_s = time.monotonic()
-        if time_s != self._lines_at_s and now_s >= self._next_lines_s:
-            self._next_lines_s = now_s + LINES_EVERY_S
-            self._lines_at_s = time_s
-            self._dialogue.clear()
-            said = self._timeline.said(time_s, MOST)
-            self._dialogue.add([{**line, "mark": line["direction"]} for line in said])
+            for state in self._timeline.states(time_s - TRAIL_S, time_s, PATH_STATES):
+                self.scene.show(state)
+        self.scene.show(self._state())
+        self._readout.show(self._state())
+        self._button.label = "Pause" if player.playing else "Play"
+        if was_playing:
+            self._slider.value = round(time_s, 2)
+        if time_s != self._listed_s and now_s >= self._next_list_s:
+            self._listed_s, self._next_list_s = time_s, now_s + LINES_S
+            lines = self._timeline.said(time_s, MOST_SAID)
+            self._dialogue.set([{**line, "mark": line["direction"]} for line in lines])
             self._events.content = _listed(self._timeline.happened(time_s, MOST_EVENTS))
         self._dialogue.show()
 
+    def _state(self) -> dict[str, Any]:
+        return self._timeline.state_at(self._player.time_s)
+
     def _turn(self) -> None:
-        if self._player.playing:
-            self._player.pause()
-        else:
-            self._player.play()
+        (self._player.pause if self._player.playing else self._player.play)()
 
     def _step(self, ticks: int) -> None:
-        with self._steps:  # clicks come in threads of their own
-            self._player.pause()
-            self._player.go_to(self._timeline.state_at(self._player.time_s)["time_s"] + ticks * self._tick_s)
-            self._slider.value = round(self._player.time_s, 2)
-
-    def _set_speed(self) -> None:
-        self._player.speed = float(self._speed.value.rstrip("x"))
+        self._player.pause()
+        self._player.go_to(self._state()["time_s"] + ticks / self._timeline.head.tick_rate_hz)
+        self._slider.value = round(self._player.time_s, 2)
 
 
 def _listed(events: list[dict[str, Any]]) -> str:
-    """Events as HTML, the newest first."""
+    """Return events as HTML, the newest one first."""
     rows = []
     for event in reversed(events):
-        move = f" {event['move']}" if event["move"] else ""
-        code = f" ({event['code']})" if event["code"] else ""
-        told = html.escape(f"{event['kind']}{move}{code}: {event['text']}")
-        rows.append(f"<tr><td>{event['time_s']:.3f}</td><td>{told}</td></tr>")
-    rows = rows or ["<tr><td>none until this instant</td></tr>"]
-    return f'<div style="font-size:0.75em;padding:0 0.9em"><table>{"".join(rows)}</table></div>'
+        move, code = event["move"] or "", f"({event['code']})" if event["code"] else ""
+        words = " ".join(f"{event['time_s']:.3f} {event['kind']} {move} {code}".split())
+        rows.append(html.escape(f"{words}: {event['text']}"))
+    return f"<div style='font-size:0.75em;padding:0 0.9em'>{'<br>'.join(rows)}</div>"

@@ -1,161 +1,413 @@
-"""One robot in the scene: draws the states it is given, and knows nothing of where they come from."""
+"""A robot and its cell in viser's scene."""
 
 from __future__ import annotations
 
+import logging
+from collections import deque
 from collections.abc import Mapping, Sequence
+from math import hypot
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from trimesh.visual.material import PBRMaterial
 
-from iiwa_sim.frames import Frame, Transform, Vector, compose, inverse
-from iiwa_sim.view.arm import Arm
-from iiwa_sim.view.drawing import Drawing, wxyz
-from iiwa_sim.view.jaws import Jaws
-from iiwa_sim.view.parts import Parts
-from iiwa_sim.view.surfaces import Surfaces, touched
-from iiwa_sim.view.tool import Tool
-from iiwa_sim.view.trail import Trail
+from iiwa_sim.frames import (
+    IDENTITY,
+    Frame,
+    Rotation,
+    Transform,
+    Vector,
+    compose,
+    inverse,
+    quaternion_from_rotation,
+    with_z_along,
+)
+from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.robot.meshes import LinkMesh, link_meshes
+from iiwa_sim.robot.model import GREY, ArmModel, Shape
+from iiwa_sim.world.gripper import JAW_M
 
 if TYPE_CHECKING:
     import viser
 
+logger = logging.getLogger(__name__)
+
 State = Mapping[str, Any]
 """A state of the robot, with the keys and units of protocol/status.schema.json."""
+Colour = tuple[int, int, int]
 
-FORCE_SHOWN_N = 0.5
-TORQUE_SHOWN_NM = 0.1
-M_PER_N = 0.005
-M_PER_NM = 0.02
-LONGEST_ARROW_M = 0.5
-GHOST_SHOWN_RAD = 0.01
-_SHOWN = (
-    "joint_position",
-    "goal_joint_position",
-    "flange_frame",
-    "tool_frame",
-    "cartesian_force",
-    "status",
-    "gripper",
-    "link_touches",
-    "parts",
+GHOST, BODY, TOOL, HELD, SURFACE = (
+    (70, 130, 230),
+    (215, 150, 65),
+    (112, 115, 122),
+    (47, 158, 68),
+    (120, 150, 140),
 )
-MOST_MARKS = 4
-"""Contacts that are marked at once."""
+JAW, FORCE, TORQUE, CONTACT = (70, 72, 78), (230, 90, 20), (150, 60, 200), (230, 30, 30)
+ROD_M, SHORTEST_ROD_M = 0.03, 0.01
+"""Radius of the rod for a link without shapes, and the shortest one that is drawn."""
+M_PER_N, M_PER_NM, LONGEST_ARROW_M = 0.005, 0.02, 0.5
+LEAST_N, LEAST_NM = 0.5, 0.1
+GHOST_RAD = 0.01
+"""Least distance of a joint from its goal at which the goal is drawn."""
+MOST_CONTACTS = 4
+PLANE_M, THIN_M = 2.0, 0.002
+TRAIL_S, TRAIL_STEP_M, TRAIL_JUMP_M, TRAIL_POINTS = 10.0, 0.004, 0.5, 400
+FAST_M_S = 1.0
+"""Speed of the TCP that is drawn red."""
+_SPEEDS = np.array([(60, 90, 220), (50, 180, 120), (240, 200, 40), (220, 40, 40)], float)
+
+
+class Robot(msgspec.Struct, frozen=True):
+    """The arm, by fields of `RobotDescription`; the backdoor's `get robot` has them, too."""
+
+    name: str
+    joints: tuple[str, ...]
+    flange: str
+    position_min: tuple[float, ...]
+    """rad"""
+    position_max: tuple[float, ...]
+    urdf: str
+    urdf_path: str = ""
+
+    def meshes(self) -> dict[str, list[LinkMesh]]:
+        """Return the meshes of links that this machine has: beside the URDF, or of a built-in robot."""
+        if Path(self.urdf_path).is_file():
+            return link_meshes(self.urdf, self.urdf_path)
+        built_in = [robot for robot in map(load_robot, built_in_robots()) if robot.urdf == self.urdf]
+        return link_meshes(self.urdf, built_in[0].urdf_path) if built_in else {}
+
+
+class Arm:
+    """The links of a robot: their shapes, and their poses."""
+
+    def __init__(self, robot: Robot) -> None:
+        """Raises RobotFault for a URDF that is not one of this robot."""
+        model = ArmModel(robot.urdf, robot.joints, robot.flange, "the robot's URDF", "the robot")
+        self.links = model.links
+        self.flange = [link.name for link in self.links].index(robot.flange)
+        meshes = robot.meshes()
+        self.looks = [self._look(index, meshes.get(link.name, ())) for index, link in enumerate(self.links)]
+
+    def poses(self, joints: Sequence[float]) -> list[Transform]:
+        """Return the poses of all links in the base (m) at joint positions (rad)."""
+        found: list[Transform] = []
+        for link in self.links:
+            pose = link.pose_at(joints)
+            found.append(pose if link.parent is None else compose(found[link.parent], pose))
+        return found
+
+    def draw(self, scene: viser.SceneApi, root: str, ghost: bool = False) -> list[Any]:
+        """Add a node for each link, each below its parent's, and return their handles."""
+        handles: list[Any] = []
+        for link, look in zip(self.links, self.looks, strict=True):
+            path = (
+                f"{root if link.parent is None else handles[link.parent].name}/{link.name.replace('/', '_')}"
+            )
+            place: dict[str, Any] = {"position": link.pose.translation, "wxyz": wxyz(link.pose.rotation)}
+            if look is None:
+                handles.append(scene.add_frame(path, show_axes=False, **place))
+            elif ghost:
+                whole = look[1]
+                shadow: dict[str, Any] = {
+                    "color": GHOST,
+                    "opacity": 0.25,
+                    "cast_shadow": False,
+                    "receive_shadow": False,
+                }
+                handles.append(scene.add_mesh_simple(path, whole.vertices, whole.faces, **shadow, **place))
+            else:
+                handles.append(scene.add_glb(path, look[0], **place))
+        return handles
+
+    def turn(self, handles: Sequence[Any], joints: Sequence[float]) -> None:
+        """Turn the links that `draw` has added to joint positions (rad)."""
+        for link, handle in zip(self.links, handles, strict=True):
+            if link.joint is not None:
+                handle.wxyz = wxyz(link.pose_at(joints).rotation)
+
+    def _look(self, index: int, meshes: Sequence[LinkMesh]) -> tuple[bytes, Any] | None:
+        """Return a link as glTF and as one mesh: its meshes, else its shapes, else rods to its children."""
+        link, data = self.links[index], b""
+        look: Any = trimesh.Scene()
+        for mesh in meshes:
+            try:
+                loaded: list[Any] = trimesh.load_scene(mesh.path).dump()
+            except Exception as fault:  # noqa: BLE001 - of any reader of files
+                logger.warning("%s is not shown: %s", mesh.path, fault)
+                continue
+            if mesh.path.suffix == ".glb" and mesh[1:] == LinkMesh(mesh.path)[1:] and len(meshes) == 1:
+                data = mesh.path.read_bytes()  # with its normals
+            for each in loaded:
+                if mesh.colour or not isinstance(getattr(each.visual, "material", None), PBRMaterial):
+                    _paint(each, mesh.colour or GREY)
+                each.apply_transform(_matrix(mesh.pose) @ np.diag([*mesh.scale, 1.0]))
+                look.add_geometry(each)
+        for shape in () if look.geometry else link.visual or self._rods(index):
+            solid = _solid(shape)
+            _paint(solid, shape.colour)
+            solid.apply_transform(_matrix(shape.pose))
+            look.add_geometry(solid)
+        return (data or look.export(file_type="glb"), look.to_mesh()) if look.geometry else None
+
+    def _rods(self, index: int) -> list[Shape]:
+        rods = []
+        for x, y, z in (link.pose.translation for link in self.links if link.parent == index):
+            if (length := hypot(x, y, z)) >= SHORTEST_ROD_M:
+                along = with_z_along((x / length, y / length, z / length))
+                middle = Transform(along, (0.5 * x, 0.5 * y, 0.5 * z))
+                rods.append(Shape("cylinder", (ROD_M, length), middle, GREY))
+        return rods
 
 
 class Scene:
-    """Arm, tool, jaws, parts, frames, path, wrench, contacts, ghost of the goal, below a node."""
+    """Arm, cell, frames, path of the TCP, wrench and goal of one robot below a node."""
 
     def __init__(
-        self,
-        scene: viser.SceneApi,
-        drawing: Drawing,
-        root: str = "/robot",
-        place_m: Vector = (0.0, 0.0, 0.0),
-    ) -> None:
-        """`place_m` is where its base stands in the scene."""
-        self.drawing = drawing
+        self, scene: viser.SceneApi, robot: Robot, root: str = "/robot", place_m: Vector = (0, 0, 0)
+    ):
+        """Raises RobotFault for a robot that cannot be drawn. `place_m` is where its base stands."""
+        self.arm = Arm(robot)
         self.root = root
         self.place_m = place_m
         scene.add_frame(root, show_axes=False, position=place_m)
+        self.handles = self.arm.draw(scene, f"{root}/arm")
         self._goal: Any = scene.add_frame(f"{root}/goal", show_axes=False, visible=False)
-        self.arm = Arm(scene, drawing, f"{root}/arm")
-        self.ghost = Arm(scene, drawing, f"{root}/goal", ghost=True)
-        self.surfaces = Surfaces(scene, f"{root}/cell")
-        self.contact_radius_m = 0.0
+        self._ghost = self.arm.draw(scene, f"{root}/goal", ghost=True)
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
-        self._jaws = Jaws(scene, f"{root}/tcp")
-        self._parts = Parts(scene, f"{root}/parts")
-        self._force = _arrow(scene, f"{root}/tcp/force", (230, 90, 20))
-        self._torque = _arrow(scene, f"{root}/tcp/torque", (150, 60, 200))
-        flange = self.arm.paths[drawing.flange]
-        self._tool_body = Tool(scene, flange)
-        self._tool: Any = scene.add_line_segments(
-            f"{flange}/tool",
-            np.zeros((1, 2, 3), np.float32),
-            np.full((1, 2, 3), 90, np.uint8),
-            thickness=5.0,
-            thickness_units="screen",
-        )
-        self._tool_mm: tuple[float, ...] = ()
-        self._marks: list[Any] = [
-            scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=(230, 30, 30), visible=False)
-            for number in range(MOST_MARKS)
+        self._arrows = [
+            _arrow(scene, f"{root}/tcp/{name}", c) for name, c in (("force", FORCE), ("torque", TORQUE))
         ]
-        self._trail = Trail(scene, f"{root}/trail")
-        self._shown: tuple[Any, ...] = ()
+        self._contacts = [
+            scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
+            for number in range(MOST_CONTACTS)
+        ]
+        flange = str(self.handles[self.arm.flange].name)
+        self._tool: Any = line(scene, f"{flange}/tool", (90, 90, 90), 5.0)
+        self.trail = Trail(scene, f"{root}/trail")
+        self._surfaces = Bodies(scene, f"{root}/cell", SURFACE, 0.6)
+        self._tool_body = Bodies(scene, f"{flange}/tool_body", TOOL)
+        self._parts = Bodies(scene, f"{root}/parts", BODY)
+        self._jaws = Bodies(scene, f"{root}/tcp/jaws", JAW)
+        self.cell: Mapping[str, Any] = {}
 
     def show(self, state: State) -> None:
-        """Draw a state. Where its `time_s` is before that of the last one, the path begins anew."""
-        shown = tuple(state.get(key) for key in _SHOWN)  # in recordings there may be no gripper, no parts
-        if shown == self._shown:
-            self._trail.rest(state["time_s"])
-            return
-        self._shown = shown
+        """Draw a state. A `time_s` before that of the last one clears the path."""
         joints = state["joint_position"]
         flange, tcp = Frame(*state["flange_frame"]).to_transform(), Frame(*state["tool_frame"]).to_transform()
-        self.arm.show(joints)
-        self._tcp.position, self._tcp.wxyz = tcp.translation, wxyz(tcp.rotation)
-        self._show_tool(compose(inverse(flange), tcp))
-        self._trail.add(state["time_s"], tcp.translation)
-        self._jaws.show(state.get("gripper"))
-        self._parts.show(state.get("parts", ()))
-        self._show_goal(state)
-        wrench = state["cartesian_force"]
-        _show_arrow(self._force, wrench[:3], FORCE_SHOWN_N, M_PER_N)
-        _show_arrow(self._torque, wrench[3:], TORQUE_SHOWN_NM, M_PER_NM)
-        self._show_contacts(tcp.translation, state.get("link_touches", ()))
+        self.arm.turn(self.handles, joints)
+        _place(self._tcp, tcp)
+        tool = compose(inverse(flange), tcp).translation
+        self._tool.points = np.round([[(0.0, 0.0, 0.0), tool]], 4)
+        self.trail.add(state["time_s"], tcp.translation)
+        self._show_gripper(state.get("gripper"))
+        for part in state.get("parts", ()):
+            if (body := self._parts.get(part["name"])) is not None:
+                _place(body, Frame(*part["frame"]).to_transform())
+                body.color = HELD if part["state"] == "held" else BODY
+        goal = state["goal_joint_position"]
+        far = max(abs(a - b) for a, b in zip(goal, joints, strict=True)) > GHOST_RAD
+        self._goal.visible = far and state["status"] == "moving"
+        if self._goal.visible:
+            self.arm.turn(self._ghost, goal)
+        wrench = np.array(state["cartesian_force"])
+        for arrow, vector, least, metres in zip(
+            self._arrows, (wrench[:3], wrench[3:]), (LEAST_N, LEAST_NM), (M_PER_N, M_PER_NM), strict=True
+        ):
+            size = float(np.linalg.norm(vector))
+            arrow.visible = size >= least
+            if arrow.visible:
+                arrow.points = np.round([[(0.0, 0.0, 0.0), min(metres, LONGEST_ARROW_M / size) * vector]], 3)
+        touches = [np.array(each["point"]) for each in state.get("link_touches", ())][:MOST_CONTACTS]
+        for number, mark in enumerate(self._contacts):
+            mark.visible = number < len(touches)
+            if mark.visible:
+                mark.position = 1e-3 * touches[number]
 
     def show_cell(self, cell: Mapping[str, Any]) -> None:
-        """Draw what the backdoor's `get cell` tells."""
-        self.contact_radius_m = 1e-3 * cell["contact_radius_mm"]
-        self._shown = ()  # there may be contacts where there were none
-        self._parts.are(cell.get("parts", ()))
-        self._jaws.are(cell.get("jaw_mm", ()))
-        self._tool_body.are(cell.get("tool_capsules", ()))
-        self.surfaces.show(cell["surfaces"])
+        """Draw the cell, as the backdoor's `get cell` describes it."""
+        if cell == self.cell:
+            return
+        self.cell = cell
+        self._surfaces.set(cell["surfaces"])
+        self._parts.set(cell.get("parts", ()))
+        self._tool_body.set([each for capsule in cell.get("tool_capsules", ()) for each in _capsule(capsule)])
+        self._jaws.set(())
 
-    def _show_tool(self, tool: Transform) -> None:
-        shown = tuple(round(1e3 * each, 1) for each in tool.translation)
-        if shown != self._tool_mm:
-            self._tool_mm = shown
-            self._tool.points = np.array([[(0.0, 0.0, 0.0), tool.translation]], np.float32)
+    def points(self, joints: Sequence[float]) -> NDArray[np.float64]:
+        """Return points (n, 3; m) of the scene that a picture of arm and cell should show."""
+        arm = [pose.translation for pose in self.arm.poses(joints)]
+        bodies = [handle.position for handle in (*self._surfaces.values(), *self._parts.values())]
+        near = [each for each in bodies if np.linalg.norm(each) < 1.5]
+        return np.array([*arm, *near], float).reshape(-1, 3) + self.place_m
 
-    def _show_goal(self, state: State) -> None:
-        goal, joints = state["goal_joint_position"], state["joint_position"]
-        far = max(abs(a - b) for a, b in zip(goal, joints, strict=True)) > GHOST_SHOWN_RAD
-        shown = far and state["status"] == "moving"
-        if shown:
-            self.ghost.show(goal)
-        if self._goal.visible != shown:
-            self._goal.visible = shown
+    def tcp(self) -> NDArray[np.float64]:
+        """Return the position of the TCP in the scene (m)."""
+        return np.asarray(self._tcp.position) + self.place_m
 
-    def _show_contacts(self, tcp: Vector, link_touches: Sequence[Mapping[str, Any]]) -> None:
-        found = [*touched(self.surfaces.surfaces, self.contact_radius_m, tcp)]
-        found += [(1e-3 * x, 1e-3 * y, 1e-3 * z) for x, y, z in (each["point"] for each in link_touches)]
-        for number, mark in enumerate(self._marks):
-            shown = number < min(len(found), MOST_MARKS)
-            if shown:
-                mark.position = found[number]
-            if mark.visible != shown:
-                mark.visible = shown
+    def _show_gripper(self, gripper: Mapping[str, Any] | None) -> None:
+        if gripper is None:
+            return
+        size_mm = self.cell.get("jaw_mm") or [1e3 * each for each in JAW_M]
+        if not self._jaws:
+            self._jaws.set([{"name": name, "shape": "box", "size_mm": size_mm} for name in ("1", "2")])
+        away = 5e-4 * (gripper["opening_mm"] + size_mm[1])
+        for side, body in zip((1.0, -1.0), self._jaws.values(), strict=True):
+            body.position = (0.0, side * away, -5e-4 * size_mm[2])
+            body.color = HELD if gripper["state"] == "holds" else JAW
 
 
-def _arrow(scene: viser.SceneApi, path: str, colour: tuple[int, int, int]) -> Any:
+class Bodies(dict[str, Any]):
+    """Handles of simple bodies below a node, by name."""
+
+    def __init__(
+        self, scene: viser.SceneApi, root: str, colour: Colour, opacity: float | None = None
+    ) -> None:
+        super().__init__()
+        self._scene, self._root = scene, root
+        self._look: dict[str, Any] = {"color": colour, "opacity": opacity, "cast_shadow": False}
+        self._numbers = 0
+
+    def set(self, bodies: Sequence[Mapping[str, Any]]) -> None:
+        """Show these bodies and no others, each by keys of a cell.toml, in mm."""
+        for handle in self.values():
+            handle.remove()
+        self.clear()
+        for body in bodies:
+            self._numbers += 1
+            handle = self[str(body["name"])] = self._added(f"{self._root}/{self._numbers}", body)
+            if "x_mm" in body:
+                _place(handle, Frame(*(float(body[key]) for key in Frame._fields)).to_transform())
+
+    def _added(self, path: str, body: Mapping[str, Any]) -> Any:
+        scene, look = self._scene, self._look
+        match body["shape"]:
+            case "plane":
+                return scene.add_box(path, dimensions=(PLANE_M, PLANE_M, THIN_M), **look)
+            case "box":
+                return scene.add_box(path, dimensions=1e-3 * np.array(body["size_mm"]), **look)
+            case "mesh":
+                corners = 1e-3 * np.array(body["corners_mm"])
+                faces = np.arange(len(corners)).reshape(-1, 3)
+                return scene.add_mesh_simple(path, corners, faces, side="double", **look)
+            case "sphere":
+                return scene.add_icosphere(path, radius=1e-3 * body["radius_mm"], **look)
+        radius_m, length_m = 1e-3 * body["radius_mm"], 1e-3 * body["length_mm"]
+        return scene.add_cylinder(path, radius=radius_m, height=length_m, **look)
+
+
+class Trail:
+    """Path of the TCP in the last `TRAIL_S` of simulated time, coloured by its speed."""
+
+    def __init__(self, scene: viser.SceneApi, path: str) -> None:
+        self._line: Any = line(scene, path, (0, 0, 0), 3.0)
+        self._line.visible = False
+        self.points: deque[tuple[float, Vector, float]] = deque(maxlen=TRAIL_POINTS)
+
+    def add(self, time_s: float, point: Vector) -> None:
+        """Add a point (m). Time that goes back, and a jump, begin a new path."""
+        if self.points:
+            before_s, before, _ = self.points[-1]
+            step_m = float(np.linalg.norm(np.subtract(point, before)))
+            if time_s < before_s or step_m > TRAIL_JUMP_M:
+                self.points.clear()
+            elif step_m > TRAIL_STEP_M and time_s > before_s:
+                self.points.append((time_s, point, step_m / (time_s - before_s)))
+            elif step_m <= TRAIL_STEP_M and len(self.points) == 1:
+                self.points[0] = (time_s, before, 0.0)  # the path begins where the motion does
+        if not self.points:
+            self.points.append((time_s, point, 0.0))
+        while len(self.points) > 1 and time_s - self.points[0][0] > TRAIL_S:
+            self.points.popleft()
+        self._line.visible = len(self.points) > 1
+        if self._line.visible:
+            points = np.array([each[1] for each in self.points])
+            colours = np.array([colour_of(each[2]) for each in self.points], np.uint8)
+            self._line.points = np.stack([points[:-1], points[1:]], axis=1)
+            self._line.colors = np.stack([colours[:-1], colours[1:]], axis=1)
+
+
+def colour_of(speed_m_s: float) -> Colour:
+    """Return blue at rest, then green, yellow, and red at `FAST_M_S`."""
+    place = np.clip(speed_m_s / FAST_M_S, 0.0, 1.0) * (len(_SPEEDS) - 1)
+    red, green, blue = (round(np.interp(place, range(len(_SPEEDS)), part)) for part in _SPEEDS.T)
+    return (red, green, blue)
+
+
+def wxyz(rotation: Rotation) -> tuple[float, float, float, float]:
+    """Return a rotation in the form that viser takes."""
+    x, y, z, w = quaternion_from_rotation(rotation)
+    return (w, x, y, z)
+
+
+def line(scene: viser.SceneApi, path: str, colour: Colour, pixels: float) -> Any:
+    """Add a line of one segment, to be moved later."""
+    nothing = np.zeros((1, 2, 3), np.float32)
+    return scene.add_line_segments(path, nothing, colour, thickness=pixels, thickness_units="screen")
+
+
+def _arrow(scene: viser.SceneApi, path: str, colour: Colour) -> Any:
     points = np.array([[(0.0, 0.0, 0.0), (0.0, 0.0, 0.1)]], np.float32)
-    return scene.add_arrows(
-        path, points, colour, shaft_radius=0.006, head_radius=0.016, head_length=0.035, visible=False
-    )
+    sizes: dict[str, Any] = {"shaft_radius": 0.006, "head_radius": 0.016, "head_length": 0.035}
+    return scene.add_arrows(path, points, colour, visible=False, **sizes)
 
 
-def _show_arrow(handle: Any, vector: tuple[float, ...], least: float, metres: float) -> None:
-    size = float(np.linalg.norm(vector))
-    shown = size >= least
-    if shown:
-        scale = min(metres, LONGEST_ARROW_M / size)
-        end = np.round(scale * np.array(vector), 3)  # noise of less is not sent
-        if not np.array_equal(handle.points[0][1], end.astype(np.float32)):
-            handle.points = np.array([[(0.0, 0.0, 0.0), end]], np.float32)
-    if handle.visible != shown:
-        handle.visible = shown
+def _place(handle: Any, pose: Transform) -> None:
+    handle.position, handle.wxyz = pose.translation, wxyz(pose.rotation)
+
+
+def _matrix(pose: Transform) -> NDArray[np.float64]:
+    rotation = np.array(pose.rotation).reshape(3, 3)
+    return np.block([[rotation, np.array([pose.translation]).T], [np.zeros(3), 1.0]])
+
+
+def _solid(shape: Shape) -> Any:
+    if shape.kind == "box":
+        return trimesh.creation.box(shape.size_m)
+    if shape.kind == "sphere":
+        return trimesh.creation.icosphere(3, shape.size_m[0])
+    return trimesh.creation.cylinder(shape.size_m[0], shape.size_m[1], sections=32)
+
+
+def _paint(mesh: Any, colour: Sequence[float]) -> None:
+    """Give a mesh one colour, sRGB from 0 to 1; glTF has linear ones."""
+    linear = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in colour[:3]]
+    matt: Any = {"metallicFactor": 0.0, "roughnessFactor": 0.6}
+    material = PBRMaterial(baseColorFactor=[*linear, colour[3]], **matt)  # type: ignore[no-untyped-call]
+    mesh.visual = trimesh.visual.TextureVisuals(material=material)  # type: ignore[no-untyped-call]
+
+
+def _capsule(capsule: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return a capsule of a tool as a cylinder with a ball at each end."""
+    start, end = np.array(capsule["start_mm"]), np.array(capsule["end_mm"])
+    length, radius, name = float(np.linalg.norm(end - start)), capsule["radius_mm"], f"{start}{end}"
+    zero = {"alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+    balls = [
+        {"name": f"{name}{place}", "shape": "sphere", "radius_mm": radius, **_xyz(each), **zero}
+        for place, each in enumerate((start, end))
+    ]
+    if length == 0.0:
+        return balls
+    x, y, z = (end - start) / length
+    frame = Frame.from_transform(Transform(with_z_along((x, y, z)), IDENTITY.translation))
+    turn = {"alpha": frame.alpha, "beta": frame.beta, "gamma": frame.gamma}
+    return [
+        {
+            "name": name,
+            "shape": "cylinder",
+            "radius_mm": radius,
+            "length_mm": length,
+            **_xyz(0.5 * (start + end)),
+            **turn,
+        },
+        *balls,
+    ]
+
+
+def _xyz(point: NDArray[np.float64]) -> dict[str, float]:
+    return dict(zip(("x_mm", "y_mm", "z_mm"), point.tolist(), strict=True))

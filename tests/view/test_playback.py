@@ -16,11 +16,11 @@ from websockets.exceptions import InvalidStatus
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.view.page import open_page
-from iiwa_sim.view.playback import Playback, drawing_of, run_playback
+from iiwa_sim.view.access import open_page
+from iiwa_sim.view.playback import Playback, robot_of, run_playback
 from tests.processes import IIWA_SIM, refused, started
 from tests.talking import DEADLINE_S
-from tests.view.viewer import Message, Viewer, viewing
+from tests.view.viewer import Viewer, viewing
 
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 FAST = "10x"
@@ -59,65 +59,54 @@ def viewer(run: Path) -> Iterator[Viewer]:
     assert not page.is_alive()
 
 
-def shown(viewer: Viewer, *texts: str) -> Message:
-    """Waits until the page shows them together."""
-
-    def has(message: Message) -> bool:
-        content = {**message.get("props", {}), **message.get("updates", {})}.get("content", "")
-        return all(text in content for text in texts)
-
-    return viewer.until(has)
-
-
 def first_joint(run: Path, time_s: float) -> str:
     return f"{degrees(Timeline(run).state_at(time_s)['joint_position'][0]):.2f}"
 
 
 def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> None:
-    shown(viewer, "LBR iiwa 7 R800", ">0.00<")
+    viewer.shows("LBR iiwa 7 R800", ">0.00<")
     for time_s in (0.8, 0.5):
         wanted = first_joint(run, time_s)
         assert 1.0 < float(wanted) < 56.0, "on its way"
         viewer.clicks("Time (s)", time_s)
-        shown(viewer, f">{wanted}<", "moving")
+        viewer.shows(f">{wanted}<", "moving")
 
 
 def test_the_path_before_a_jump_is_drawn(run: Path) -> None:
     timeline = Timeline(run)
     with socket.create_server(("127.0.0.1", 0)) as listening, open_page(listening) as server:
-        playback = Playback(server, timeline, drawing_of(timeline))
-        playback.frame(0.0)
-        assert not playback._scene._trail._points
+        playback = Playback(server, timeline, robot_of(timeline))
+        playback.show()
         playback._player.go_to(0.8)
-        playback.frame(0.0)
-        assert len(playback._scene._trail._points) > 20
+        playback.show()
+        assert len(playback.scene.trail.points) > 20
 
 
 def test_what_was_said_and_what_happened_is_told_up_to_there(run: Path, viewer: Viewer) -> None:
     end_s = Timeline(run).end_s
     viewer.clicks("Time (s)", 0.5)
-    shown(viewer, "move begins 1")
+    viewer.shows("move begins 1")
     assert not any("refused" in str(message.get("updates", {}).get("content", "")) for message in viewer.seen)
     viewer.clicks("Time (s)", end_s)
-    shown(viewer, "refused (3021)", "move ends 1")
-    shown(viewer, "lin move : 2000", "3021")
+    viewer.shows("refused (3021)", "move ends 1")
+    viewer.shows("lin move : 2000", "3021")
 
 
 def test_it_plays_to_its_end(run: Path, viewer: Viewer) -> None:
     viewer.clicks("Speed", FAST)
     viewer.clicks("Play")
-    shown(viewer, f">{first_joint(run, 1e6)}<", "stopped")
+    viewer.shows(f">{first_joint(run, 1e6)}<", "stopped")
 
 
 def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None:
     viewer.clicks("Time (s)", 0.5)
-    shown(viewer, f">{first_joint(run, 0.5)}<")
+    viewer.shows(f">{first_joint(run, 0.5)}<")
     for _ in range(20):
         viewer.clicks("Step", "Tick forward")
-    shown(viewer, f">{first_joint(run, 0.54)}<")
+    viewer.shows(f">{first_joint(run, 0.54)}<")
     for _ in range(10):
         viewer.clicks("Step", "Tick back")
-    shown(viewer, f">{first_joint(run, 0.52)}<")
+    viewer.shows(f">{first_joint(run, 0.52)}<")
 
 
 def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
@@ -126,7 +115,7 @@ def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
         assert said.startswith("page on http://127.0.0.1:")
         port = int(said.strip().rstrip("/").rpartition(":")[2])
         with viewing(port, Authorization="Bearer swordfish") as viewer:
-            shown(viewer, "LBR iiwa 7 R800")
+            viewer.shows("LBR iiwa 7 R800")
         with pytest.raises(InvalidStatus, match="401"), viewing(port):
             pass
         code, told = process.ends(signal.SIGTERM)

@@ -1,7 +1,9 @@
-"""A browser as the page sees one: messages in, messages out, and nothing drawn."""
+"""A browser as the page sees it: messages in, messages out, and no picture."""
 
 from __future__ import annotations
 
+import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,13 +17,16 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from benchmarks.view import CAMERA
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.view.app import run_page
+from iiwa_sim.view.connection import Place
 from tests.talking import DEADLINE_S
 
 Message = dict[str, Any]
 
 
 class Viewer:
-    """One that is connected."""
+    """A browser that is connected."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
@@ -30,45 +35,70 @@ class Viewer:
     def send(self, **message: Any) -> None:
         self.connection.send(msgspec.msgpack.encode(message))
 
-    def until(self, found: Callable[[Message], bool]) -> Message:
-        """The first message that is it, of those seen before and those to come."""
-        for message in self.seen:
-            if found(message):
-                return message
+    def until(self, found: Callable[[Message], bool], since: int = 0) -> Message:
+        """Return the first message that is it, of those seen from `since` on and those to come."""
         end_s = time.monotonic() + DEADLINE_S
         while time.monotonic() < end_s:
-            for message in self._more(end_s - time.monotonic()):
+            for message in self.seen[since:]:
                 if found(message):
                     return message
+            since = len(self.seen)
+            self.more(end_s - time.monotonic())
         raise TimeoutError("no such message came")
 
-    def closed(self) -> bool:
-        """Whether the page closes the connection, in time."""
+    def is_closed(self) -> bool:
+        """Return True if the page closes the connection in time."""
         end_s = time.monotonic() + DEADLINE_S
         try:
             while time.monotonic() < end_s:
-                self._more(end_s - time.monotonic())
+                self.more(end_s - time.monotonic())
         except ConnectionClosed:
             return True
         return False
 
+    def shows(self, *texts: str, since: int = 0) -> None:
+        """Wait until an element has all of these texts at once."""
+
+        def has(message: Message) -> bool:
+            return all(
+                text in str({**message.get("props", {}), **message.get("updates", {})}) for text in texts
+            )
+
+        self.until(has, since)
+
+    def appears(self, node: str) -> Message:
+        """Wait until a node of the scene becomes visible whose name ends so."""
+        kind = "SetSceneNodeVisibilityMessage"
+        return self.until(
+            lambda each: each["type"] == kind and each["name"].endswith(node) and each["visible"]
+        )
+
     def labelled(self, label: str) -> str:
-        """The id of a button or other input."""
-        found = self.until(lambda message: message.get("props", {}).get("label") == label)
-        return str(found["uuid"])
+        """Return the id of a button or another input."""
+        return str(self.until(lambda message: message.get("props", {}).get("label") == label)["uuid"])
 
     def clicks(self, label: str, value: object = True) -> None:
         self.send(type="GuiUpdateMessage", uuid=self.labelled(label), updates={"value": value})
 
+    def holds(self, label: str) -> None:
+        """Send what a browser sends 20 times a second while a button is held."""
+        self.send(type="GuiButtonHoldMessage", uuid=self.labelled(label), frequency=20.0)
+
+    def types(self, label: str, text: str) -> None:
+        """Write a line into a form, and Enter."""
+        uuid = self.labelled(label)
+        self.clicks(label, text)
+        form = self.until(lambda message: message.get("uuid") == uuid)["container_uuid"]
+        self.send(type="GuiFormSubmitMessage", uuid=form)
+
     def commands(self, label: str) -> None:
-        """What the command palette does."""
-        found = self.until(
-            lambda message: message["type"] == "RegisterCommandMessage" and message["props"]["label"] == label
-        )
+        """Do what a hotkey does."""
+        kind = "RegisterCommandMessage"
+        found = self.until(lambda each: each["type"] == kind and each["props"]["label"] == label)
         self.send(type="CommandTriggerMessage", uuid=found["uuid"])
 
     def drags(self, node: str, phase: str, *end: float) -> None:
-        """The mouse at a node of the scene: grabbed at (0.6, 0, 0.6) m, and now at `end`."""
+        """Drag a node of the scene, grabbed at (0.6, 0, 0.6) m, to `end`."""
         shown = self.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
         self.send(
             type="SceneNodeDragMessage",
@@ -84,19 +114,18 @@ class Viewer:
             owner=shown.get("owner", ""),
         )
 
-    def _more(self, timeout_s: float) -> list[Message]:
+    def more(self, timeout_s: float) -> None:
+        """Receive the next messages."""
         raw = self.connection.recv(timeout=max(timeout_s, 0.0))
         assert isinstance(raw, bytes)
         size, packed = int.from_bytes(raw[:8], "little"), int.from_bytes(raw[8:16], "little")
         whole = zstandard.ZstdDecompressor().decompress(raw[16 : 16 + packed], max_output_size=size)
-        messages: list[Message] = list(msgspec.msgpack.decode(whole)["messages"])
-        self.seen += messages
-        return messages
+        self.seen += msgspec.msgpack.decode(whole)["messages"]
 
 
 @contextmanager
 def viewing(port: int, origin: str | None = None, **headers: str) -> Iterator[Viewer]:
-    """A viewer that has told where its camera is, from when on it counts as one."""
+    """Connect a viewer and send its camera, from when on it counts as one."""
     with connect(
         f"ws://127.0.0.1:{port}/",
         subprotocols=[Subprotocol(f"viser-v{viser.__version__}")],
@@ -109,3 +138,32 @@ def viewing(port: int, origin: str | None = None, **headers: str) -> Iterator[Vi
         viewer = Viewer(connection)
         viewer.send(**CAMERA)
         yield viewer
+
+
+def place_of(simulator: Simulator, name: str = "", driver: bool = True) -> Place:
+    """Return the addresses of a robot with status port and backdoor."""
+    assert simulator.status_port is not None
+    assert simulator.backdoor_port is not None
+    here = "127.0.0.1"
+    return Place(
+        name=name,
+        status=(here, simulator.status_port),
+        backdoor=(here, simulator.backdoor_port),
+        driver=(here, simulator.port) if driver else None,
+    )
+
+
+@contextmanager
+def page_at(*places: Place) -> Iterator[int]:
+    """Serve a page of robots, and yield its port."""
+    over, opened = threading.Event(), threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        page = threading.Thread(target=run_page, args=(listening, places, over, None, opened.set))
+        page.start()
+        try:
+            assert opened.wait(DEADLINE_S)
+            yield listening.getsockname()[1]
+        finally:
+            over.set()
+            page.join(DEADLINE_S)
+            assert not page.is_alive()

@@ -1,0 +1,179 @@
+"""Pushing by mouse: a spring from the point of the arm that a viewer grabs to the mouse."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Frame, Transform, Vector, apply, inverse
+from iiwa_sim.throttle import Throttle
+from iiwa_sim.view.connection import Station
+from iiwa_sim.view.scene import FORCE, Arm, Scene, line
+
+if TYPE_CHECKING:
+    import viser
+
+PERIOD_S = 0.02
+"""Time between two forces."""
+STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
+"""N/m"""
+MOST_N = 150.0
+HELP = """\
+Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold, such as
+`linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
+goes on."""
+
+Array = NDArray[np.float64]
+Tell = Callable[[Any, str], None]
+
+logger = logging.getLogger(__name__)
+
+
+class Grabbed(NamedTuple):
+    """A point of the arm that a viewer pulls at."""
+
+    link: int
+    """Index of the link."""
+    point: Vector
+    """The point in the frame of the link (m)."""
+    target: Vector
+    """The mouse in the base (m)."""
+    client: Any
+
+
+def spring_force(start: Vector, end: Vector, stiffness: float) -> Array:
+    """Return the force (N) of a spring from `start` to `end` (m), at most `MOST_N`."""
+    stretch = np.subtract(end, start)
+    length = float(np.linalg.norm(stretch))
+    if not np.isfinite(length) or length == 0.0:
+        return np.zeros(3)
+    return np.asarray(min(stiffness, MOST_N / length) * stretch)
+
+
+def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:
+    """Return a force (N) at a point (m), both in the base, as a wrench at the TCP along its axes."""
+    back = np.array(tcp.rotation).reshape(3, 3).T
+    torque = np.cross(np.subtract(point, tcp.translation), force)
+    return [*(back @ force).tolist(), *(back @ torque).tolist()]
+
+
+def joint_torques(arm: Arm, joints: Sequence[float], link: int, point: Vector, force: Array) -> list[float]:
+    """Return the torques on the joints (Nm) of a force (N) at a point (m) of a link, both in the base."""
+    torques, poses = [0.0] * len(joints), arm.poses(joints)
+    place: int | None = link
+    while place is not None:
+        each = arm.links[place]
+        if each.joint is not None:
+            axis = np.array(poses[place].rotation).reshape(3, 3) @ each.axis
+            lever = np.cross(np.subtract(point, poses[place].translation), force)
+            torques[each.joint] = float(axis @ lever)
+        place = each.parent
+    return torques
+
+
+class Push:
+    """Forces on one robot, from a thread that runs from `start` to `stop`."""
+
+    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene, tell: Tell) -> None:
+        self._station, self._scene, self._tell = station, scene, tell
+        self._stiffness: Any = server.gui.add_slider(
+            "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
+        )
+        server.gui.add_markdown(HELP)
+        self._grabbed: Grabbed | None = None
+        self._pull, self._over = threading.Event(), False
+        self._throttle = Throttle[str](1)
+        self._force_n = 0.0
+        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
+        self._line.visible = False
+        self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
+        for index, handle in enumerate(scene.handles):
+            if scene.arm.links[index].moved_by and hasattr(handle, "on_drag"):
+                handle.on_drag("left")(self._dragging(index))
+        self._thread = threading.Thread(target=self._run, name="iiwa-sim-push", daemon=True)
+
+    def start(self) -> None:
+        """Push when a viewer drags."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End a push, and the thread."""
+        self._over, self._grabbed = True, None
+        self._pull.set()
+        self._thread.join()
+
+    def leave(self, client: Any) -> None:
+        """End the push of a client that is gone."""
+        if self._grabbed is not None and self._grabbed.client.client_id == client.client_id:
+            self._grabbed = None
+
+    def show(self) -> None:
+        """Draw the spring and its force."""
+        grabbed, state = self._grabbed, self._station.state
+        self._line.visible = self._label.visible = grabbed is not None
+        if grabbed is not None:
+            self._line.points = np.array([[self._point(grabbed, state), grabbed.target]], np.float32)
+            self._label.position = grabbed.target
+            stiff = "" if state["mode"] == "impedance" else ", stiff: see Force"
+            self._label.text = f"{self._force_n:.0f} N{stiff}"
+
+    def _dragging(self, link: int) -> Any:
+        async def dragged(event: Any) -> None:  # in viser's loop, in order
+            state = self._station.state
+            if event.phase == "end":
+                self._grabbed = None
+                return
+            target, grabbed = self._in_base(event.end_position), self._grabbed
+            if grabbed is None or grabbed.link != link:
+                pose = self._scene.arm.poses(state["joint_position"])[link]
+                point = apply(inverse(pose), self._in_base(event.start_position))
+                grabbed = Grabbed(link, point, target, event.client)
+            self._grabbed = grabbed._replace(target=target)
+            self._pull.set()
+
+        return dragged
+
+    def _in_base(self, position: Sequence[float]) -> Vector:
+        x, y, z = (float(a) - b for a, b in zip(position, self._scene.place_m, strict=True))
+        return (x, y, z)
+
+    def _point(self, grabbed: Grabbed, state: Any) -> Vector:
+        return apply(self._scene.arm.poses(state["joint_position"])[grabbed.link], grabbed.point)
+
+    def _run(self) -> None:
+        while self._pull.wait():
+            self._pull.clear()
+            client = None
+            while (grabbed := self._grabbed) is not None:
+                client = grabbed.client
+                self._act(client, *self._pushed(grabbed))
+                time.sleep(PERIOD_S)
+            if client is not None:
+                self._act(client, "release")
+            if self._over:
+                return
+
+    def _pushed(self, grabbed: Grabbed) -> tuple[str, list[float]]:
+        """Return the command for the force of the spring."""
+        state = self._station.state
+        point, joints = self._point(grabbed, state), state["joint_position"]
+        force = spring_force(point, grabbed.target, float(self._stiffness.value))
+        self._force_n = float(np.linalg.norm(force))
+        if self._scene.arm.links[grabbed.link].moved_by == len(joints):
+            return "push", wrench_at_tcp(Frame(*state["tool_frame"]).to_transform(), point, force)
+        return "push_joints", joint_torques(self._scene.arm, joints, grabbed.link, point, force)
+
+    def _act(self, client: Any, method: str, *values: Any) -> None:
+        assert self._station.bench is not None
+        try:
+            getattr(self._station.bench, method)(*values)
+        except Exception as fault:  # noqa: BLE001 - a push that fails must not end the thread
+            if self._throttle.count("push", time.monotonic_ns()) is not None:
+                logger.warning("page: no push: %s", fault)
+                self._tell(client, f"no push: {fault}")

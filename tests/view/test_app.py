@@ -1,0 +1,227 @@
+"""The page beside a robot: a viewer sees the robot, and acts on it."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.client import Iiwa
+from iiwa_sim.protocols.faults import Garble
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.view.connection import Place, Station, StationFault
+from tests.cell.cells import GRIPPER
+from tests.talking import DEADLINE_S, wait_until
+from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
+
+FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+QUIET_S = 1.0
+
+
+@pytest.fixture
+def simulator() -> Iterator[Simulator]:
+    with Simulator(status_port=0, backdoor_port=0) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+def viewer(simulator: Simulator) -> Iterator[Viewer]:
+    with page_at(place_of(simulator)) as port, viewing(port) as viewer:
+        viewer.shows("stopped", "LBR iiwa 7")
+        yield viewer
+
+
+@pytest.fixture
+def robot(simulator: Simulator) -> Iterator[Iiwa]:
+    with Iiwa(simulator.host, simulator.port) as robot:
+        yield robot
+
+
+def adds(kind: str, node: str) -> object:
+    return lambda message: message["type"] == kind and node in message["name"]
+
+
+def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
+    robot.joint_move(*FAR)
+    turns = "SetOrientationMessage"
+    viewer.until(
+        lambda each: each["type"] == turns and "/arm/" in each["name"] and each["name"].endswith("link_7")
+    )
+    viewer.appears("/goal")
+    viewer.appears("/trail")
+    viewer.shows("moving", "mm/s")
+    viewer.clicks("Emergency stop")
+    viewer.shows("3030 emergency stop")
+    viewer.shows("PRESSED")
+    assert simulator.state().error.code == 3030
+    viewer.clicks("Safety", "Reset error")  # not before it is released
+    viewer.until(lambda message: message["type"] == "NotificationShowMessage")
+    viewer.clicks("Safety", "Release")
+    wait_until(lambda: simulator.state().robot_status[1] == 0)
+    viewer.clicks("Safety", "Reset error")
+    wait_until(lambda: simulator.state().error.code == 0)
+
+
+def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
+    tool = "[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 30, 40, 0, 30, 25]]\n"
+    (tmp_path / "cell.toml").write_text(
+        GRIPPER.replace("[gripper]", f"{tool}[gripper]\njaw_mm = [30, 12, 70]")
+    )
+    with (
+        Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
+        page_at(place_of(simulator)) as port,
+        viewing(port) as viewer,
+    ):
+
+        def box(node: str, *size: float) -> Message:
+            return viewer.until(
+                lambda message: (
+                    message["type"] == "BoxMessage"
+                    and node in message["name"]
+                    and message["props"]["dimensions"] == pytest.approx(size)
+                )
+            )
+
+        def is_at(node: str, *place: float) -> None:
+            viewer.until(
+                lambda message: (
+                    message["type"] == "SetPositionMessage"
+                    and message["name"] == node
+                    and message["position"] == pytest.approx(place, abs=1e-4)
+                )
+            )
+
+        is_at(box("/parts/", 0.04, 0.04, 0.06)["name"], 0.6, 0.0, 0.06)
+        viewer.until(
+            lambda message: message["type"] == "CylinderMessage" and "/tool_body/" in message["name"]
+        )
+        box("/jaws/", 0.03, 0.012, 0.07)
+        x_mm, y_mm, z_mm, *_ = simulator.state().tool_frame
+        at = {"x_mm": x_mm, "y_mm": y_mm, "z_mm": z_mm - 1e3, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+        matter = {"stiffness_n_per_m": 1e5, "damping_s_per_m": 0.0, "friction": 0.0}
+        simulator.backdoor.add_surface(BoxSettings(name="wall", size_mm=(100, 110, 120), **at, **matter))
+        box("/cell/", 0.1, 0.11, 0.12)
+        simulator.backdoor.push((30.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        viewer.appears("/tcp/force")
+
+
+def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
+    robot.start_gravity(300.0)
+    viewer.shows("impedance")
+    viewer.drags("link_7", "start", 0.6, 0.2, 0.6)
+    viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
+    viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
+    wait_until(lambda: simulator.joints[0] > 0.05)
+    assert robot.get_cartesian_force()[:3] != (0.0, 0.0, 0.0)
+    viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
+    wait_until(lambda: abs(simulator.joints[0]) < 0.01)
+    assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
+
+
+def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> None:
+    with page_at(place_of(simulator)) as port:
+        with viewing(port) as viewer:
+            viewer.shows("stopped")
+            viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
+            wait_until(lambda: any(simulator.state().joint_torque))
+        wait_until(lambda: not any(simulator.state().joint_torque))
+
+
+def test_the_tabs_switch_and_show(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
+    viewer.clicks("Override (%)", 25)
+    wait_until(lambda: simulator.state().override == 0.25)
+    viewer.clicks("Drives", "Off")
+    wait_until(lambda: simulator.state().robot_status[2] == 0)
+    viewer.clicks("Drives", "On")
+    viewer.shows("# switch_drives(on=True)")
+    viewer.clicks("Safety", "Reset error")
+    wait_until(lambda: simulator.state().robot_status[2] == 1)
+    viewer.clicks(simulator.backdoor.cell().inputs[2])
+    wait_until(lambda: simulator.state().inputs[2])
+    robot.set_output(2, True)
+    viewer.shows(f"#2f9e44;color:#fff'>{simulator.backdoor.cell().outputs[1]}<")
+    viewer.clicks("Clock", "10x")
+    viewer.clicks("Time", "Pause")
+    viewer.shows("Clock: 10x paused")
+    tick = simulator.state().tick
+    viewer.clicks("Advance (s)", 0.2)
+    viewer.clicks("Advance")
+    wait_until(lambda: simulator.state().tick == tick + 100)
+    viewer.types("Save as", "there")
+    viewer.shows("'start', 'there'")
+
+
+def test_a_command_is_typed_and_its_garbled_reply_found_in_the_dialogue(
+    simulator: Simulator, viewer: Viewer
+) -> None:
+    viewer.types("Command", "lin move : 1 2")
+    viewer.shows("lin move : 1 2", "3040 lin move takes", "#c92a2a")
+    simulator.backdoor.set_fault(Garble(), replies=1)
+    viewer.types("Command", "get status")
+    viewer.shows("~", "stopped")
+    viewer.clicks("Filter", "refused")
+    since = len(viewer.seen)
+    viewer.shows("3040 lin move takes", since=since)
+
+
+def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) -> None:
+    with Simulator("kr_6_r900_sixx", protocol=["krc4"], status_port=0, backdoor_port=0) as other:
+        places = place_of(simulator, "first"), place_of(other, "second", driver=False)
+        with page_at(*places) as port, viewing(port) as viewer:
+            viewer.shows("LBR iiwa 7 R800")
+            viewer.clicks("Robot", "second")
+            viewer.shows("KR 6")
+            viewer.commands("Emergency stop")
+            viewer.shows("KR 6", "3030")
+            assert other.state().error.code == 3030
+            assert simulator.state().error.code == 0
+
+
+def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simulator, robot: Iiwa) -> None:
+    place = msgspec.structs.replace(place_of(simulator, driver=False), backdoor=None)
+    with page_at(place) as port, viewing(port) as viewer:
+        robot.joint_move(*FAR)
+        viewer.shows("moving", "LBR iiwa 7 R800")
+        viewer.clicks("Stop")
+        wait_until(lambda: robot.get_status() == "stopped")
+
+
+def test_a_page_without_viewers_and_a_robot_at_rest_cost_nothing(simulator: Simulator) -> None:
+    def is_quiet() -> bool:
+        try:
+            viewer.more(QUIET_S)
+        except TimeoutError:
+            return True
+        return False
+
+    with page_at(place_of(simulator)) as port:
+        assert simulator.call(lambda: len(simulator._status.connections)) == 0  # type: ignore[union-attr]
+        with viewing(port) as viewer:
+            viewer.shows("stopped")
+            tick = simulator.state().tick
+            wait_until(is_quiet)
+            assert simulator.state().tick > tick, "the page is connected, so the robot ticks"
+
+
+@pytest.mark.parametrize("backdoor", [True, False])
+def test_nobody_at_an_address_is_reported_in_one_line(backdoor: bool) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        nobody = free.getsockname()[:2]
+    with pytest.raises(StationFault, match="Connection refused"):
+        Station(Place(status=nobody, backdoor=nobody if backdoor else None))
+
+
+def test_a_robot_that_goes_is_reported_and_followed_again(simulator: Simulator) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(DEADLINE_S)
+        place = msgspec.structs.replace(place_of(simulator), status=listening.getsockname()[:2])
+        with page_at(place) as port, viewing(port) as viewer:
+            listening.accept()[0].close()
+            viewer.shows("the robot has closed it")
+            with listening.accept()[0] as again:
+                again.sendall(b"220 hello\n")
+                viewer.shows("no status port")

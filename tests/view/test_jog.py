@@ -1,0 +1,146 @@
+"""Jogging on the page: steps, a button that is held, and the ends of a motion."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Iterator
+from math import radians
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.simulator import Simulator
+from tests.talking import wait_until
+from tests.view.viewer import Viewer, page_at, place_of, viewing
+
+HOLD_S = 0.05
+
+
+@pytest.fixture
+def simulator() -> Iterator[Simulator]:
+    with Simulator(status_port=0, backdoor_port=0) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+def viewer(simulator: Simulator) -> Iterator[Viewer]:
+    with page_at(place_of(simulator)) as port, viewing(port) as viewer:
+        viewer.shows("stopped")
+        yield viewer
+
+
+def button(viewer: Viewer, sign: str) -> str:
+    """Return the id of a button, whose label follows the axis."""
+    found = viewer.until(lambda each: str(each.get("props", {}).get("label")).startswith(f"{sign}  "))
+    return str(found["uuid"])
+
+
+def tap(viewer: Viewer, sign: str) -> None:
+    uuid = button(viewer, sign)
+    viewer.send(type="GuiButtonHoldMessage", uuid=uuid, frequency=20.0)
+    viewer.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": True})
+
+
+def hold_until(viewer: Viewer, sign: str, is_there: object) -> None:
+    """Hold a button as a browser does, until something has happened."""
+    uuid = button(viewer, sign)
+
+    def holds() -> bool:
+        viewer.send(type="GuiButtonHoldMessage", uuid=uuid, frequency=20.0)
+        time.sleep(HOLD_S)
+        return bool(is_there())  # type: ignore[operator]
+
+    wait_until(holds)
+
+
+def test_a_tap_makes_one_step_and_needs_the_switch(simulator: Simulator, viewer: Viewer) -> None:
+    before = simulator.joints
+    tap(viewer, "+")
+    viewer.shows("tick Enable first")
+    viewer.clicks("Enable")
+    viewer.clicks("Axis", "A2")
+    viewer.clicks("Step", "5")
+    viewer.shows("A2  (tap: 5 deg)")
+    tap(viewer, "-")
+    tap(viewer, "-")
+    wait_until(lambda: simulator.joints[1] == pytest.approx(before[1] - radians(10.0), abs=1e-4))
+    assert simulator.joints[0] == before[0]
+
+
+def test_a_step_along_z_of_the_base(simulator: Simulator, viewer: Viewer) -> None:
+    before = simulator.state().tool_frame
+    viewer.clicks("Enable")
+    viewer.clicks("Frame", "Base")
+    viewer.shows("X  (tap: 1 mm)")
+    viewer.clicks("Axis", "Z")
+    viewer.shows("Z  (tap: 1 mm)")
+    tap(viewer, "+")
+    wait_until(lambda: simulator.state().tool_frame[2] == pytest.approx(before[2] + 1.0, abs=1e-3))
+    assert simulator.state().tool_frame[:2] == pytest.approx(before[:2], abs=1e-2)
+
+
+def test_a_held_button_moves_until_its_release(simulator: Simulator, viewer: Viewer) -> None:
+    viewer.clicks("Enable")
+    viewer.clicks("Speed (%)", 30)
+    hold_until(viewer, "+", lambda: simulator.joints[0] > 0.2)
+    viewer.send(type="GuiUpdateMessage", uuid=button(viewer, "+"), updates={"value": True})
+    wait_until(lambda: simulator.state().status == "stopped")
+    assert simulator.joints[0] < 1.0
+
+
+def test_a_line_is_jogged_straight(simulator: Simulator, viewer: Viewer) -> None:
+    before = simulator.state().tool_frame
+    viewer.clicks("Enable")
+    viewer.clicks("Frame", "Tool")
+    viewer.shows("X  (tap: 1 mm)")
+    hold_until(viewer, "-", lambda: simulator.state().tool_frame[2] < before[2] - 100.0)
+    wait_until(lambda: simulator.state().status == "stopped")
+    assert simulator.state().tool_frame[:2] == pytest.approx(before[:2], abs=0.2)
+
+
+def test_a_silent_browser_stops_the_robot_and_clears_the_switch(simulator: Simulator, viewer: Viewer) -> None:
+    viewer.clicks("Enable")
+    hold_until(viewer, "+", lambda: simulator.state().status == "moving")
+    wait_until(lambda: simulator.state().status == "stopped")
+    enable = viewer.labelled("Enable")
+    viewer.until(lambda each: each.get("uuid") == enable and each.get("updates") == {"value": False})
+    stopped = simulator.joints
+    for _ in range(10):  # it thaws with the button down
+        viewer.send(type="GuiButtonHoldMessage", uuid=button(viewer, "+"), frequency=20.0)
+    tap(viewer, "+")
+    viewer.shows("tick Enable first")
+    assert simulator.joints == stopped
+
+
+def test_a_joint_stops_before_its_limit(simulator: Simulator, viewer: Viewer) -> None:
+    limit = simulator.cell.description.position_max[0]
+    simulator.backdoor.place((limit - 0.05, *simulator.joints[1:]))
+    viewer.clicks("Enable")
+    hold_until(viewer, "+", lambda: limit - 0.001 < simulator.joints[0])
+    wait_until(lambda: simulator.state().status == "stopped")
+    assert simulator.joints[0] < limit
+    assert simulator.state().error.code == 0
+
+
+def test_it_refuses_while_another_client_moves_the_robot(simulator: Simulator, viewer: Viewer) -> None:
+    with Iiwa(simulator.host, simulator.port) as robot:
+        robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.05,) * 7)
+        viewer.clicks("Enable")
+        enable = viewer.labelled("Enable")
+        since = len(viewer.seen)
+
+        def is_refused() -> bool:
+            with contextlib.suppress(TimeoutError):
+                viewer.more(0.01)
+            return any("another client moves the robot" in str(each) for each in viewer.seen[since:])
+
+        hold_until(viewer, "+", is_refused)
+        viewer.until(lambda each: each.get("uuid") == enable and each.get("updates") == {"value": False})
+        assert robot.get_status() == "moving"
+
+
+def test_a_robot_of_krc4_messages_alone_has_no_such_tab(simulator: Simulator) -> None:
+    with page_at(place_of(simulator, driver=False)) as port, viewing(port) as viewer:
+        viewer.shows("Program", "Dialogue")
+        assert not any("Enable" in str(message.get("props", {}).get("label")) for message in viewer.seen)

@@ -1,0 +1,103 @@
+"""The scene shows the arm where it is, with its shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.frames import Frame, apply, compose
+from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
+from iiwa_sim.robot.model import Model
+from iiwa_sim.view.push import MOST_N, joint_torques, spring_force, wrench_at_tcp
+from iiwa_sim.view.scene import Arm, Robot, colour_of
+
+ARMS = {
+    name: Arm(msgspec.convert(load_robot(name), Robot, from_attributes=True)) for name in built_in_robots()
+}
+JOINTS = st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7)
+VECTOR = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
+URDF = """<robot name="two"><link name="base"/>
+<link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><mesh filename="arm.stl" scale="1 1 2"/></geometry>
+<material name="red"><color rgba="1 0 0 1"/></material></visual></link><link name="hand"/>
+<joint name="J1" type="revolute"><parent link="base"/><child link="arm"/>
+<origin xyz="0 0 0.5"/><axis xyz="0 0 2"/><limit effort="1" velocity="1"/></joint>
+<joint name="J2" type="fixed"><parent link="arm"/><child link="hand"/>
+<origin xyz="0.3 0.4 0"/></joint></robot>"""
+
+
+def robot_of(urdf: str, path: Path, flange: str = "hand") -> Robot:
+    return Robot("two", ("J1",), flange, (-1.0,), (1.0,), urdf, str(path))
+
+
+@pytest.mark.parametrize("name", ARMS)
+@given(joints=JOINTS)
+def test_the_flange_is_drawn_where_it_is(name: str, joints: Sequence[float]) -> None:
+    robot, arm = load_robot(name), ARMS[name]
+    joints = joints[: len(robot.joints)]
+    drawn, there = arm.poses(joints)[arm.flange], Model(robot).flange(joints)
+    assert drawn.translation == pytest.approx(there.translation, abs=1e-12)
+    assert drawn.rotation == pytest.approx(there.rotation, abs=1e-12)
+
+
+def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(URDF)
+    base, rod, none = Arm(robot_of(URDF, path)).looks
+    assert base is not None
+    assert rod is not None
+    assert none is None
+    assert base[1].bounds == pytest.approx(np.array([[-0.03, -0.03, 0.0], [0.03, 0.03, 0.5]]))
+    assert np.linalg.norm(rod[1].bounds[1]) > 0.5
+    trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "arm.stl")
+    mesh = Arm(robot_of(URDF, path)).looks[1]
+    assert mesh is not None
+    assert mesh[1].bounds == pytest.approx(np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.3]]))
+    (shown,) = trimesh.load_scene(trimesh.util.wrap_as_stream(mesh[0]), file_type="glb").dump()
+    assert list(shown.visual.material.baseColorFactor) == [255, 0, 0, 255]
+
+
+@pytest.mark.parametrize(("urdf", "flange"), [("<robot", "hand"), (URDF, "tool"), ("<robot/>", "")])
+def test_a_robot_that_cannot_be_drawn_is_reported_in_one_line(urdf: str, flange: str) -> None:
+    with pytest.raises(RobotFault, match=r"^the robot('s URDF)?: [^\n]+$"):
+        Arm(robot_of(urdf, Path("nowhere"), flange))
+
+
+def test_the_path_is_coloured_by_speed() -> None:
+    assert colour_of(0.0) == (60, 90, 220)
+    assert colour_of(1.0) == colour_of(7.0) == (220, 40, 40)
+
+
+@given(JOINTS, VECTOR, VECTOR)
+def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
+    joints: Sequence[float], point: tuple[float, float, float], force: tuple[float, float, float]
+) -> None:
+    model, arm = Model(load_robot()), ARMS["lbr_iiwa_7_r800"]
+    flange = model.flange(joints)
+    tcp = compose(flange, Frame(10, 20, 150, 0.3, 0.2, 0.1).to_transform())
+    where = apply(flange, point)
+    wrench = np.array(wrench_at_tcp(tcp, where, np.array(force)))
+    turned = np.array(tcp.rotation).reshape(3, 3)
+    lever = np.subtract(flange.translation, tcp.translation)
+    pull = turned @ wrench[:3]
+    at_flange = np.concatenate([pull, turned @ wrench[3:] - np.cross(lever, pull)])
+    torques = joint_torques(arm, joints, arm.flange, where, np.array(force))
+    assert torques == pytest.approx(model.jacobian(joints).T @ at_flange, abs=1e-9)
+    third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
+    assert joint_torques(arm, joints, third, where, np.array(force))[3:] == [0.0] * 4
+
+
+@given(VECTOR, VECTOR, st.floats(50.0, 2000.0))
+def test_the_spring_pulls_towards_the_mouse_and_not_too_hard(
+    start: tuple[float, float, float], end: tuple[float, float, float], stiffness: float
+) -> None:
+    force, way = spring_force(start, end, stiffness), np.subtract(end, start)
+    assert np.linalg.norm(force) == pytest.approx(min(stiffness * np.linalg.norm(way), MOST_N))
+    assert np.linalg.norm(np.cross(force, way)) <= 1e-9
+    assert force @ way >= 0.0
