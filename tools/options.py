@@ -63,7 +63,7 @@ def backdoor() -> str:
     text = BACKDOOR.read_text(encoding="utf-8")
     begin, end = "writes this table. -->\n", "<!-- End of calls. -->"
     rows = "".join(
-        f"| `{name}({', '.join(call.types)})` | {'GET' if call.reads else ''} | {_cell(call.summary)} |\n"
+        f"| `{name}({', '.join(call.takes)})` | {'GET' if call.reads else ''} | {_cell(call.summary)} |\n"
         for name, call in CALLS.items()
     )
     before, after = text.partition(begin)[0], text.partition(end)[2]

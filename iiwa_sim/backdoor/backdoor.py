@@ -3,11 +3,16 @@
 The first paragraphs of the docstrings are the table of docs/backdoor.md and of `GET /`.
 """
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
 from math import isfinite
+from typing import Concatenate, ParamSpec, Protocol, TypeVar, get_args
+
+import msgspec
 
 from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.base import acts, called
 from iiwa_sim.backdoor.described import (
     DescribedCell,
     DescribedMoves,
@@ -16,28 +21,133 @@ from iiwa_sim.backdoor.described import (
     described_moves,
     described_robot,
 )
-from iiwa_sim.backdoor.faults import Faults
+from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.placed import POSE_RANGES
 from iiwa_sim.cell.surfaces import AnySurface
-from iiwa_sim.clock.clock import StillMoving
+from iiwa_sim.clock.clock import Clock, StillMoving
 from iiwa_sim.clock.pace import pace
-from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, Refused
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
+from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.state import Snapshot, snapshot
-from iiwa_sim.dialogue import RecentLines
+from iiwa_sim.dialogue import Dialogue, RecentLines
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.protocols.faults import (
+    EVERY,
+    LONGEST_WAIT_S,
+    UNTIL_CLEARED,
+    Close,
+    Fault,
+    Reset,
+    Silence,
+    WireFaults,
+)
+from iiwa_sim.server.listening import Acceptor
+from iiwa_sim.wording import harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
+ON_PURPOSE = "made to fail through the backdoor"
 MOST_MOVES = 50
-"""Moves that `moves` tells at most, of those that run and wait."""
+"""Moves that `moves` returns at most."""
+LONGEST_TEXT = 200
+"""Characters of a call in the dialogue."""
+HERE = "backdoor"
+"""The name in the dialogue of a program that has the simulator in its own process and acts."""
+DRAGGED = ("push", "push_joints", "move_surface")
+"""Methods that a client calls many times a second while somebody drags the arm."""
+DRAGGED_S = 1.0
+"""Time (s) in which the dialogue has at most one of these calls."""
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
-class Backdoor(Faults):
+class Call(Protocol):
+    """Calls a function in the simulator's event loop; returns its result, or raises what it raises."""
+
+    def __call__(self, function: Callable[[], T]) -> T: ...
+
+
+def called(
+    method: Callable[Concatenate["Backdoor", P], T],
+) -> Callable[Concatenate["Backdoor", P], T]:
+    """Decorator: the method runs in the simulator's event loop, between two ticks."""
+
+    @wraps(method)
+    def call(self: "Backdoor", /, *args: P.args, **kwargs: P.kwargs) -> T:
+        return self.call(lambda: method(self, *args, **kwargs))
+
+    return call
+
+
+def acts(
+    method: Callable[Concatenate["Backdoor", P], T],
+) -> Callable[Concatenate["Backdoor", P], T]:
+    """Decorator: the method changes something; it runs between two ticks, and listeners are told of it."""
+    name = method.__name__
+
+    @wraps(method)
+    def act(self: "Backdoor", /, *args: P.args, **kwargs: P.kwargs) -> T:
+        given = [*map(repr, args), *(f"{key}={value!r}" for key, value in kwargs.items())]
+        text = harmless(shortened(f"{name}({', '.join(given)})", LONGEST_TEXT))
+        try:
+            done = method(self, *args, **kwargs)
+        except Refused as refused:
+            self._note(text, f"{refused.code} {refused.reason}")
+            raise
+        for listener in self.listeners:
+            listener(text)
+        now_s = time.monotonic()
+        if name not in DRAGGED or now_s >= self._dragged_until_s.get(name, now_s):
+            self._dragged_until_s[name] = now_s + DRAGGED_S
+            self._note(text)
+        return done
+
+    return called(act)
+
+
+class Backdoor:
     """The backdoor of one simulator.
 
     Each method takes effect before the next tick, or raises `Refused(code, reason)` and changes nothing.
-    Frames are in mm and rad. Failures on purpose are in `faults.py`.
+    Frames are in mm and rad. `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is the
+    number of replies concerned, 0 for all until `clear_faults`.
     """
+
+    def __init__(
+        self,
+        controller: Controller,
+        wire: WireFaults,
+        ports: Callable[[], Sequence[Acceptor]],
+        clock: Clock,
+        dialogue: Dialogue,
+        call: Call = lambda function: function(),
+    ) -> None:
+        """`ports` gives the listening ports of all protocols."""
+        self.call = call
+        self.listeners: list[Callable[[str], None]] = []
+        """Called with the text of each call that has changed something."""
+        self._controller = controller
+        self._wire = wire
+        self._ports = ports
+        self._clock = clock
+        self._dialogue = dialogue
+        self._states = States(controller)
+        self._client = HERE
+        self._dragged_until_s: dict[str, float] = {}
+
+    @contextmanager
+    def _by(self, client: str) -> Iterator[None]:
+        """Name a client in the dialogue as the one that acts meanwhile."""
+        self._client = client
+        try:
+            yield
+        finally:
+            self._client = HERE
+
+    def _note(self, text: str, reason: str = "") -> None:
+        self._dialogue.event(self._client, text, reason=reason)
 
     # Time
 
@@ -96,15 +206,15 @@ class Backdoor(Faults):
     def push_joints(self, torques: Sequence[float]) -> None:
         """Push each joint with a torque (Nm), until the next push of this kind or release."""
         _check_finite(torques)
-        if len(torques) != self.joint_count:
-            raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
+        if len(torques) != len(self._controller.description.joints):
+            raise Refused(EXECUTION, f"{len(self._controller.description.joints)} torques are needed")
         self._controller.load.joint_push = tuple(torques)
 
     @acts
     def release(self) -> None:
         """End both kinds of push."""
         self._controller.load.wrench = NO_WRENCH
-        self._controller.load.joint_push = (0.0,) * self.joint_count
+        self._controller.load.joint_push = (0.0,) * len(self._controller.description.joints)
 
     @acts
     def add_surface(self, surface: AnySurface) -> None:
@@ -270,6 +380,145 @@ class Backdoor(Faults):
         self._controller.load.seed(seed)
         self._wire.seed(seed)
 
+    # Robot faults
+
+    @acts
+    def refuse_next_move(self, code: int) -> None:
+        """Refuse the next move with this code. It is no error state."""
+        self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
+
+    @acts
+    def fail_move(self, code: int) -> None:
+        """Make the running move fail: the robot stops on its path with this code."""
+        if not self._controller.moving:
+            raise Refused(EXECUTION, "nothing moves that could fail")
+        self._controller.fail(_checked(code), ON_PURPOSE)
+
+    @acts
+    def time_out_servo(self) -> None:
+        """End smart or direct mode as a servo timeout does, with error 3040."""
+        self._controller.time_out_servo()
+
+    @acts
+    def following_error(self, joint: int) -> None:
+        """Stop the robot as if a joint (from 1) had a following error, with error 3000."""
+        names = self._controller.description.joints
+        if not 1 <= joint <= len(names):
+            raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
+        self._controller.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
+
+    # The gripper
+
+    @acts
+    def stick_jaws(self, stuck: bool) -> None:
+        """Make the jaws of the gripper stay where they are, or follow their outputs again."""
+        self._handling.stick(stuck)
+
+    @acts
+    def wrong_sensor(self, sensor: str, on: bool) -> None:
+        """Fix the sensor `open`, `closed` or `holds` of the gripper at a value."""
+        self._handling.mistake(sensor, on)
+
+    @acts
+    def lose_part(self) -> None:
+        """Let the part fall that the gripper holds."""
+        self._handling.lose()
+
+    @acts
+    def remove_part(self, name: str) -> None:
+        """Remove a part."""
+        self._handling.remove(name)
+
+    @acts
+    def repair_gripper(self) -> None:
+        """End stuck jaws and wrong sensors."""
+        self._handling.repair()
+
+    @property
+    def _handling(self) -> Handling:
+        handling = self._controller.handling
+        if handling is None:
+            raise Refused(EXECUTION, "the cell has no gripper")
+        return handling
+
+    # Replies
+
+    @acts
+    def reply(self, command: str, reply: str, times: int = 1) -> None:
+        """Answer the next `times` lines of a command by `reply` without executing them; 0 for all.
+
+        It lasts until `clear_faults`. The reply is one line of printable ASCII.
+        """
+        try:
+            self._wire.canned.set(command, reply, times)
+        except ValueError as fault:
+            raise Refused(EXECUTION, str(fault)) from None
+
+    # Wire faults
+
+    @called
+    def connections(self) -> dict[int, str]:
+        """Return the connections of drivers: number and HOST:PORT."""
+        return self._wire.connections()
+
+    @acts
+    def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
+        """Apply a fault to the next `replies` replies of a connection, after faults set before."""
+        if not isinstance(fault, Fault):
+            shown = fault.__name__ if isinstance(fault, type) else repr(fault)
+            kinds = ", ".join(
+                f"{kind.__name__}({', '.join(kind.__struct_fields__)})" for kind in get_args(Fault)
+            )
+            raise Refused(EXECUTION, f"fault {harmless(shortened(shown, 40))}: expected one of {kinds}")
+        if replies < 0:
+            raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
+        for key, value in msgspec.structs.asdict(fault).items():
+            low, high = (1, float("inf")) if key == "byte" else (0.0, LONGEST_WAIT_S)
+            if not low <= value <= high:
+                raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
+        self._wire.set(fault, connection, replies)
+
+    @acts
+    def stop_answering(self, connection: int = EVERY) -> None:
+        """Neither answer nor execute lines until `clear_faults`, and then all of them."""
+        self._wire.set(Silence(), connection)
+
+    @acts
+    def close_connections(self, connection: int = EVERY) -> None:
+        """Close one connection, or all (FIN)."""
+        self._wire.end(Close(), connection)
+        if connection == EVERY:
+            for each in self._ports():
+                each.drop_arriving(reset=False)
+
+    @acts
+    def reset_connections(self, connection: int = EVERY) -> None:
+        """Reset one connection, or all (RST)."""
+        self._wire.end(Reset(), connection)
+        if connection == EVERY:
+            for each in self._ports():
+                each.drop_arriving(reset=True)
+
+    @acts
+    def refuse_connections(self) -> None:
+        """Refuse new connections of drivers; those there are served."""
+        for each in self._ports():
+            each.refuse()
+
+    @acts
+    def accept_connections(self) -> None:
+        """Accept connections again."""
+        for each in self._ports():
+            each.accept()
+
+    @acts
+    def clear_faults(self) -> None:
+        """End faults of the wire and of the next move, and canned replies; accept connections."""
+        self._controller.refuse_next_move(None)
+        self._wire.clear()
+        for each in self._ports():
+            each.accept()
+
 
 def _check_finite(values: Sequence[float]) -> None:
     if not all(map(isfinite, values)):
@@ -280,3 +529,9 @@ def _check_pose(pose: Frame) -> None:
     for (key, (low, high, unit)), value in zip(POSE_RANGES.items(), pose, strict=True):
         if not low <= value <= high:
             raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}{unit}")
+
+
+def _checked(code: int) -> int:
+    if not 1 <= code < 2**31:
+        raise Refused(EXECUTION, f"code {code}: expected 1 to {2**31 - 1}")
+    return code

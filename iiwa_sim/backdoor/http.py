@@ -20,7 +20,6 @@ from urllib.parse import parse_qsl, urlsplit
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.faults import Faults
 from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.frames import Frame
@@ -59,33 +58,29 @@ class Call(NamedTuple):
     """A method of the backdoor as clients see it."""
 
     method: Callable[..., Any]
-    types: dict[str, Any]
-    """Types of the parameters."""
-    defaults: dict[str, Any]
-    """Defaults of those parameters that may be left out."""
+    arguments: type[msgspec.Struct]
+    takes: dict[str, str]
+    """Each parameter in words."""
     reads: bool
     """Whether it only reads."""
     summary: str
 
-    def takes(self) -> dict[str, str]:
-        """Return what each parameter takes, in words."""
-        words = {name: _WORDS[kind] for name, kind in self.types.items()}
-        return words | {name: f"{words[name]}, default {default}" for name, default in self.defaults.items()}
-
 
 def _call(method: Callable[..., Any]) -> Call:
-    types = get_type_hints(method)
-    reads = types.pop("return") is not type(None) and not inspect.iscoroutinefunction(method)
-    parameters = list(inspect.signature(method).parameters.values())[1:]
-    defaults = {each.name: each.default for each in parameters if each.default is not each.empty}
+    types, fields, takes = get_type_hints(method), list[Any](), dict[str, str]()
+    for each in list(inspect.signature(method).parameters.values())[1:]:
+        has_default = each.default is not each.empty
+        fields.append((each.name, types[each.name], *((each.default,) if has_default else ())))
+        takes[each.name] = _WORDS[types[each.name]] + (f", default {each.default}" if has_default else "")
+    reads = types["return"] is not type(None) and not inspect.iscoroutinefunction(method)
     summary = (inspect.getdoc(method) or "").partition("\n\n")[0].replace("\n", " ")
-    return Call(method, types, defaults, reads, summary)
+    arguments = msgspec.defstruct(method.__name__, fields, forbid_unknown_fields=True)
+    return Call(method, arguments, takes, reads, summary)
 
 
 CALLS = {
     name: _call(method)
-    for each in (Backdoor, Faults)
-    for name, method in vars(each).items()
+    for name, method in vars(Backdoor).items()
     if inspect.isfunction(method) and not name.startswith("_")
 }
 """All calls, by name."""
@@ -166,17 +161,18 @@ class BackdoorHttp:
         """Log a request that is not carried out; from any thread."""
         self._loop.call_soon_threadsafe(self._log.refused, client, request, code, reason)
 
-    def begin(self, call: Call, arguments: dict[str, Any], client: str, request: str) -> "Future[bytes]":
+    def begin(self, call: Call, arguments: msgspec.Struct, client: str) -> "Future[bytes]":
         """Begin a call in the loop's thread; its result is the JSON of the answer."""
-        future = asyncio.run_coroutine_threadsafe(self._made(call, arguments, client, request), self._loop)
+        future = asyncio.run_coroutine_threadsafe(self._made(call, arguments, client), self._loop)
         self._calls.add(future)
         future.add_done_callback(self._calls.discard)
         return future
 
-    async def _made(self, call: Call, arguments: dict[str, Any], client: str, request: str) -> bytes:
+    async def _made(self, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
+        request = harmless(shortened(repr(arguments), _LONGEST_SHOWN))
         try:
-            with self._backdoor.by(client):
-                result = call.method(self._backdoor, **arguments)
+            with self._backdoor._by(client):
+                result = call.method(self._backdoor, **msgspec.structs.asdict(arguments))
             if inspect.isawaitable(result):
                 result = await result
         except Refused as refused:
@@ -201,29 +197,9 @@ class _Handler(BaseHTTPRequestHandler):
     server: BackdoorHttp  # type: ignore[assignment]
 
     def do_GET(self) -> None:
-        """Answer a call that only reads."""
-        self._answer_to(self._carried_out)
-
-    def do_POST(self) -> None:
-        """Answer any call."""
-        self._answer_to(self._carried_out)
-
-    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
-        """Answer a request that http.server does not understand."""
-        self.close_connection = True
-        reason = message or HTTPStatus(code).phrase
-        self._reject(HTTPStatus(code), COMMUNICATION_FAILURE, reason)
-
-    def version_string(self) -> str:
-        """Name the server in headers."""
-        return "iiwa-sim"
-
-    def log_message(self, *_: object) -> None:
-        """Log nothing: the server logs calls."""
-
-    def _answer_to(self, carried_out: Callable[[], bytes]) -> None:
+        """Answer a call, by GET one that only reads."""
         try:
-            answer = carried_out()
+            answer = self._answer()
         except NotUnderstood as fault:
             self._reject(fault.status, COMMUNICATION_FAILURE, str(fault))
         except Refused as refused:
@@ -238,7 +214,22 @@ class _Handler(BaseHTTPRequestHandler):
         else:
             self._send(HTTPStatus.OK, answer)
 
-    def _carried_out(self) -> bytes:
+    do_POST = do_GET  # noqa: N815
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
+        """Answer a request that http.server does not understand."""
+        self.close_connection = True
+        reason = message or HTTPStatus(code).phrase
+        self._reject(HTTPStatus(code), COMMUNICATION_FAILURE, reason)
+
+    def version_string(self) -> str:
+        """Name the server in headers."""
+        return "iiwa-sim"
+
+    def log_message(self, *_: object) -> None:
+        """Log nothing: the server logs calls."""
+
+    def _answer(self) -> bytes:
         body = self._body()
         url = urlsplit(self.path)
         name = url.path.strip("/")
@@ -254,11 +245,16 @@ class _Handler(BaseHTTPRequestHandler):
             raise NotUnderstood(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
         if self.command == "GET" and not call.reads:
             raise NotUnderstood(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
-        given = dict(parse_qsl(url.query)) | _object(body)
-        arguments = _arguments(name, call, given, strict=not url.query)
-        shown = ", ".join(f"{key}={value!r}" for key, value in given.items())
-        request = harmless(shortened(f"{name}({shown})", _LONGEST_SHOWN))
-        return self._result(self.server.begin(call, arguments, self._client, request))
+        try:
+            if url.query:
+                arguments = msgspec.convert(dict(parse_qsl(url.query)), call.arguments, strict=False)
+            else:
+                arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
+        except (msgspec.MsgspecError, RecursionError) as fault:
+            words = ", ".join(f"{key} = {each}" for key, each in call.takes.items())
+            reason = f"{name} takes {words or 'no arguments'}: {fault}"
+            raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
+        return self._result(self.server.begin(call, arguments, self._client))
 
     def _result(self, future: "Future[bytes]") -> bytes:
         while True:
@@ -285,9 +281,9 @@ class _Handler(BaseHTTPRequestHandler):
         if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
             self.close_connection = True
             raise NotUnderstood(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
-        if int(length) > MOST_BYTES:
+        if len(length) > 9 or int(length) > MOST_BYTES:
             self.close_connection = True
-            reason = f"a body of {int(length)} bytes: expected at most {MOST_BYTES}"
+            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
             raise NotUnderstood(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
         return self.rfile.read(int(length))
 
@@ -301,20 +297,13 @@ class _Handler(BaseHTTPRequestHandler):
         if reason is not None:
             self.close_connection = True
             raise NotUnderstood(HTTPStatus.FORBIDDEN, reason)
-        given = headers.get_all("Authorization", [])
-        kind, _, word = given[0].partition(" ") if len(given) == 1 else ("", "", "")
-        if (
-            token is None
-            or name == HEALTH
-            or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
-        ):
-            return
-        raise NotUnderstood(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
+        kind, _, word = headers.get("Authorization", "").partition(" ")
+        known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
+        if not known and name != HEALTH:
+            raise NotUnderstood(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
     def _reject(self, status: HTTPStatus, code: int, reason: str) -> None:
-        request = harmless(
-            shortened(f"{self.command or ''} {getattr(self, 'path', '')}".strip(), _LONGEST_SHOWN)
-        )
+        request = harmless(shortened(self.requestline, _LONGEST_SHOWN))
         self.server.refused(self._client, request, code, harmless(reason))
         self._send_error(status, code, reason)
 
@@ -338,47 +327,13 @@ class _Handler(BaseHTTPRequestHandler):
         return f"{host_and_port(*self.client_address[:2])} (backdoor)"
 
 
-def _object(body: bytes) -> dict[str, Any]:
-    if not body.strip():
-        return {}
-    try:
-        return msgspec.json.decode(body, type=dict[str, Any])
-    except (msgspec.MsgspecError, RecursionError) as fault:
-        raise NotUnderstood(
-            HTTPStatus.BAD_REQUEST, f"the body: expected an object in JSON ({fault})"
-        ) from None
-
-
-def _arguments(name: str, call: Call, given: dict[str, Any], strict: bool) -> dict[str, Any]:
-    """Convert arguments to the types of a call. Raises NotUnderstood."""
-    words = call.takes()
-    takes = f"{name} takes {', '.join(words) or 'no arguments'}"
-    for key in given:
-        if key not in words:
-            raise NotUnderstood(HTTPStatus.BAD_REQUEST, f"{_shown(key)}: {takes}")
-    for key, expected in words.items():
-        if key not in given and key not in call.defaults:
-            raise NotUnderstood(HTTPStatus.BAD_REQUEST, f"{key}: expected {expected}, as {takes}")
-    converted = {}
-    for key, value in given.items():
-        try:
-            converted[key] = msgspec.convert(value, call.types[key], strict=strict)
-        except msgspec.ValidationError as fault:
-            reason = f"{key}: expected {words[key]} ({fault})"
-            raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
-    return converted
-
-
 def _listing() -> bytes:
     """Return all calls in JSON, one in a line."""
-    lines = [
-        f'"{name}": '
-        + msgspec.json.encode(
-            {"by": "GET, POST" if call.reads else "POST", "takes": call.takes(), "does": call.summary}
-        ).decode()
+    calls = {
+        name: {"by": "GET, POST" if call.reads else "POST", "takes": call.takes, "does": call.summary}
         for name, call in CALLS.items()
-    ]
-    return ("{\n" + ",\n".join(lines) + "\n}").encode()
+    }
+    return b"{\n" + b",\n".join(msgspec.json.encode({k: v})[1:-1] for k, v in calls.items()) + b"\n}"
 
 
 def _shown(text: str) -> str:

@@ -15,7 +15,7 @@ def said(bench: Bench) -> list[tuple[str, str, str, str]]:
 def test_what_a_call_changes_is_in_it_once() -> None:
     bench = Bench()
     bench.dialogue.remember()
-    with bench.backdoor.by("bench"):
+    with bench.backdoor._by("bench"):
         bench.backdoor.set_input(number=3, on=True)
     bench.backdoor.set_input(3, False)
     bench.backdoor.inputs()
