@@ -11,9 +11,9 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.joint_trajectories import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.controller.requests import JOINT_BLENDING, MoveRequest, TcpCompliance
 from iiwa_sim.controller.requests import Kind as How
-from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.description import load_robot
 

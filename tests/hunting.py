@@ -86,9 +86,9 @@ class Hunt:
         executor = self.robot.controller.motions._executor
         for _ in range(ticks):
             self.robot.step()
-            if executor._chain is not None and executor._chain is not self._seen:
-                self._seen = executor._chain
-                self._look_at(executor._chain)
+            if executor._queued is not None and executor._queued is not self._seen:
+                self._seen = executor._queued
+                self._look_at(executor._queued)
 
     def _look_at(self, plan: Trajectory) -> None:
         self.plans_seen += 1

@@ -24,6 +24,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.joint_trajectories import JointTrajectories, Progress
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.motions import Motions, motions_of
@@ -31,7 +32,6 @@ from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.state import RobotStatus, robot_status
 from iiwa_sim.controller.targets import Targets
-from iiwa_sim.controller.trajectories import Progress, Trajectories
 from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.impedance import STIFF
@@ -148,7 +148,7 @@ class Controller:
         self.check = self._moves.check
         self.cancel_move = self._moves.cancel
         self.clear_queue = self._moves.clear
-        self._trajectories = Trajectories(self, self._moves)
+        self._trajectories = JointTrajectories(self, self._moves)
         self.follow = self._trajectories.take
         self.cancel_trajectory = self._trajectories.cancel
         self.record_error = self.errors.record

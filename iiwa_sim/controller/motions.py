@@ -66,7 +66,7 @@ class Motions:
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
-        return not self.moving and not self._impedance.yielding
+        return not self.moving and not self._impedance.compliant
 
     @property
     def under_way(self) -> int:
@@ -100,7 +100,7 @@ class Motions:
     @property
     def compliance(self) -> int:
         """How the robot gives way now: `STIFF`, `COMPLIANT_TCP` or `COMPLIANT_JOINTS`."""
-        if not self._impedance.yielding:
+        if not self._impedance.compliant:
             return STIFF
         return COMPLIANT_JOINTS if self._impedance.holding else COMPLIANT_TCP
 
@@ -127,10 +127,10 @@ class Motions:
         return self._executor.rest
 
     @property
-    def yielding_from(self) -> Joints:
+    def compliant_start(self) -> Joints:
         """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
         executor, impedance = self._executor, self._impedance
-        if not impedance.yielding:
+        if not impedance.compliant:
             return executor.rest
         if impedance.holding:
             return impedance.joints
@@ -158,7 +158,7 @@ class Motions:
         """Time since that trajectory began, at the rate of the override."""
         return self._executor.time.time_s
 
-    def plan_way(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
+    def plan_trajectory(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
         """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
         `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
@@ -185,7 +185,7 @@ class Motions:
     def planned(self) -> list[Planned]:
         """What runs, and is not being stopped, and what waits, in its order; holds, without a target, not."""
         if self._next is not None and not isinstance(self._next, Hold):
-            return [self._next.planned]
+            return [Planned(self._next.number, self._next.end, 0.0)]
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
@@ -198,7 +198,7 @@ class Motions:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
             return self._next is not None or self._impedance.holding or self._nominal_moves
-        return not self._impedance.yielding and self._executor.is_pending(number)
+        return not self._impedance.compliant and self._executor.is_pending(number)
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
@@ -213,24 +213,24 @@ class Motions:
         self._newest = target.number
 
     def track(self, wanted: Tracked) -> None:
-        """Follow a trajectory by a way planned since the last tick: at once, or when the robot has come to
-        rest. Other motions must have been stopped."""
+        """Follow a trajectory planned since the last tick, at once or from rest. Other motions must have been
+        stopped."""
         if self.tracked:
-            self._executor.follow(wanted.way)
+            self._executor.follow(wanted.trajectory)
         else:
             self._next, self.tracking = wanted, False
         self._newest = wanted.number
 
     def end_trajectory(self) -> None:
-        """Stop on the way of the trajectory that is followed, or forget the one that waits."""
+        """Stop on the trajectory that is followed, or forget the one that waits."""
         if isinstance(self._next, Tracked):
             self._next = self._newest = None
         elif self.tracked:
             self._executor.stop()
             self.tracking, self._newest = False, None
 
-    def yield_around(self, wanted: StiffnessMove) -> None:
-        """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
+    def move_compliantly(self, wanted: StiffnessMove) -> None:
+        """Carry out a move that begins at `compliant_start`, in place of what runs: from rest as any move, in
         mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
         self._newest = wanted.move.number
         impedance = self._impedance
@@ -238,7 +238,7 @@ class Motions:
             impedance.let_go()
             self._executor.rest_at(impedance.joints)
             self._pursuit.begin_stream()
-        if impedance.yielding and self._pursuit.replace(wanted.move):
+        if impedance.compliant and self._pursuit.replace(wanted.move):
             self._next, self._next_impedance = None, wanted.impedance
         else:
             self._next, self._next_impedance = wanted, None
@@ -250,7 +250,7 @@ class Motions:
         if self._impedance.holding:
             self._impedance.hold(wanted.stiffness_nm_per_rad)
             self._next = None
-        elif self._impedance.yielding and self._nominal_moves:
+        elif self._impedance.compliant and self._nominal_moves:
             self._stop_nominal()
 
     def stop(self) -> None:
@@ -270,7 +270,7 @@ class Motions:
             return
         if self._next is not None:
             self._next = self._newest = None
-        elif self._following or self.tracking or self._impedance.yielding:
+        elif self._following or self.tracking or self._impedance.compliant:
             if self._nominal_moves:
                 self._stop_nominal()
             self._newest = None
@@ -284,7 +284,7 @@ class Motions:
                 self._next = self._newest = None
         elif self._impedance.braking:
             self._executor.stop()  # all of them wait
-        elif not (self._impedance.yielding or self._following or self.tracking):
+        elif not (self._impedance.compliant or self._following or self.tracking):
             self._executor.clear()
 
     def step(self) -> None:
@@ -310,7 +310,7 @@ class Motions:
             self._begin(self._next)
         if impedance.holding:
             return
-        if impedance.yielding:
+        if impedance.compliant:
             self._pursuit.step(self._nominal_moves)
         self._servo.step()
         executor.step()
@@ -337,10 +337,10 @@ class Motions:
                 self._following = True
                 return
             case Tracked():
-                executor.follow(wanted.way)
+                executor.follow(wanted.trajectory)
                 self.tracking = True
                 return
-        if not impedance.yielding:
+        if not impedance.compliant:
             impedance.start(executor.joints)
             self._pursuit.begin_stream()
         match wanted:

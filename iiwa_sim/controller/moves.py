@@ -122,12 +122,12 @@ class Moves:
         impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)
         controller.errors.check()
         stops = TRANSITIONS[controller.mode, Event.IMPEDANCE_MOVE].stops
-        plan = self._planned(request, motions.rest_after_stop() if stops else motions.yielding_from)
+        plan = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         if motions.moving and not stops:
             controller.targets.check_way_back(plan.limits)
         number = self.accept(Event.IMPEDANCE_MOVE)
         with controller.endings.because(STOP_TRIGGERED, REPLACED):
-            motions.yield_around(StiffnessMove(self._move(number, request, plan), impedance))
+            motions.move_compliantly(StiffnessMove(self._move(number, request, plan), impedance))
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:

@@ -1,4 +1,7 @@
-"""What motions are asked for, as values: stiffness moves, targets of servos, trajectories, holds."""
+"""What motions are asked for, as values: stiffness moves, targets of servos, trajectories, holds.
+
+Moves, targets, trajectories and holds are numbered together, in the order in which they were accepted.
+"""
 
 from typing import NamedTuple
 
@@ -13,27 +16,9 @@ class Target(NamedTuple):
     """Where a servo heads for, and within which limits."""
 
     number: int
-    """Moves, targets and holds are numbered together, in the order in which they were accepted."""
     end: Joints
-    """Joint positions (rad) of the target."""
+    """Joint positions (rad)."""
     limits: JointLimits
-
-    @property
-    def planned(self) -> "Planned":
-        """Where the servo is to go."""
-        return Planned(self.number, self.end, 0.0)
-
-
-class Planned(NamedTuple):
-    """Where a move, or a servo, is to go."""
-
-    number: int
-    """Number of the move, as with `Target`."""
-    joints: Joints
-    """Joint positions (rad) at its end."""
-    blending_m: float
-    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
-    also where joint positions say how far it may."""
 
 
 class StiffnessMove(NamedTuple):
@@ -43,14 +28,26 @@ class StiffnessMove(NamedTuple):
     impedance: CartesianImpedance
 
     @property
+    def number(self) -> int:
+        """Number of the move."""
+        return self.move.number
+
+    @property
     def end(self) -> Joints:
         """Joint positions (rad) at the end of the move."""
         return self.move.path.end
 
+
+class Tracked(NamedTuple):
+    """A joint trajectory, and how the robot follows it."""
+
+    number: int
+    trajectory: JointTrajectory
+
     @property
-    def planned(self) -> Planned:
-        """Where the move is to go."""
-        return planned_of(self.move)
+    def end(self) -> Joints:
+        """Joint positions (rad) at the end."""
+        return self.trajectory.end
 
 
 class Hold(NamedTuple):
@@ -60,24 +57,18 @@ class Hold(NamedTuple):
     stiffness_nm_per_rad: float
 
 
-class Tracked(NamedTuple):
-    """A joint trajectory, and how the robot follows it."""
+class Planned(NamedTuple):
+    """Where a move, or a servo, is to go."""
 
     number: int
-    way: JointTrajectory
-
-    @property
-    def end(self) -> Joints:
-        """Joint positions (rad) at the end of the trajectory."""
-        return self.way.reference.end
-
-    @property
-    def planned(self) -> Planned:
-        """Where the servo is to go."""
-        return Planned(self.number, self.end, 0.0)
+    joints: Joints
+    """Joint positions (rad) at its end."""
+    blending_m: float
+    """Radius of the sphere around the TCP there in which it may leave its path for the next one; 0 for none,
+    also if joint positions say how far it may."""
 
 
 def planned_of(move: Move) -> Planned:
-    """Where a move is to go."""
+    """Return where a move is to go."""
     blending_m = move.zone.radius if move.zone is not None and move.zone.of_tcp else 0.0
     return Planned(move.number, move.path.end, blending_m)

@@ -33,7 +33,7 @@ class Executor:
         self.time = time
         self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
         """What the robot goes along; None at rest."""
-        self._chain: Trajectory | None = None  # the trajectory, if it is of queued moves
+        self._queued: Trajectory | None = None  # the trajectory, if it is of queued moves
         self._waiting = Waiting()
         self._look_ahead = LookAhead(time, lowest, highest)
         self._ahead: list[Joints] = []  # joint positions of coming ticks, the last one first
@@ -52,7 +52,7 @@ class Executor:
     @property
     def runs_queue(self) -> bool:
         """Whether a queued move runs, or is being stopped."""
-        return self._chain is not None
+        return self._queued is not None
 
     @property
     def stopping(self) -> bool:
@@ -63,9 +63,9 @@ class Executor:
     def waiting(self) -> int:
         """Number of moves that have not begun."""
         waiting = len(self._waiting.planned) + len(self._waiting.again)
-        if self._chain is None or self.time.stopping:
+        if self._queued is None or self.time.stopping:
             return waiting
-        return waiting + self._chain.waiting(self.time.time_s)
+        return waiting + self._queued.waiting(self.time.time_s)
 
     @property
     def behind(self) -> int:
@@ -76,16 +76,16 @@ class Executor:
     @property
     def under_way(self) -> int:
         """The number of the move that runs and is not being stopped, 0 where there is none."""
-        if self._chain is None or self.time.stopping:
+        if self._queued is None or self.time.stopping:
             return 0
-        return self._chain.move_at(self.time.time_s).number
+        return self._queued.move_at(self.time.time_s).number
 
     @property
     def moves(self) -> Sequence[Move]:
         """The move that runs, unless it is being stopped, and those behind it, in their order."""
-        chain, begun = self._chain, list[Move]()
-        if chain is not None and not self.time.stopping:
-            begun = list(chain.moves[-1 - chain.waiting(self.time.time_s) :])
+        queued, begun = self._queued, list[Move]()
+        if queued is not None and not self.time.stopping:
+            begun = list(queued.moves[-1 - queued.waiting(self.time.time_s) :])
         return [*begun, *self._waiting]
 
     @property
@@ -96,7 +96,7 @@ class Executor:
             return self._waiting.first.path.end if self._waiting.any else self.joints
         if self.time.stopping:
             return self.rest_after_stop()
-        return self.rest if self._chain is None else self._chain.move_at(self.time.time_s).path.end
+        return self.rest if self._queued is None else self._queued.move_at(self.time.time_s).path.end
 
     @property
     def state(self) -> State:
@@ -116,10 +116,10 @@ class Executor:
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
         under_way = self.under_way
-        if under_way and self._chain is not None:
+        if under_way and self._queued is not None:
             if number <= under_way:
                 return number == under_way
-            if among(self._chain.moves, number):
+            if among(self._queued.moves, number):
                 return True
         return self._waiting.any and number in self._waiting
 
@@ -148,7 +148,7 @@ class Executor:
             self.time.begin()
         else:
             self.time.restart()
-        self.trajectory, self._chain = trajectory, None
+        self.trajectory, self._queued = trajectory, None
         self._waiting.clear()
         self._forget_ahead()
         self.rest = trajectory.end
@@ -170,16 +170,16 @@ class Executor:
         Moves that it was blended into are done if the robot passes their targets while it brakes. During a
         stop no move runs, and nothing changes.
         """
-        chain = self._chain
+        queued = self._queued
         if self.stopping:
             return
-        if chain is None:
+        if queued is None:
             self._waiting.drop_first()
         else:
             cancelled = self.under_way
             self._slow_down()
-            resumed = max(chain.move_at(self.time.rest_s()).number, cancelled + 1)
-            self._waiting.put_back([move for move in chain.moves if move.number >= resumed])
+            resumed = max(queued.move_at(self.time.rest_s()).number, cancelled + 1)
+            self._waiting.put_back([move for move in queued.moves if move.number >= resumed])
         self._waiting.plan_all_again()
         self._look_ahead.forget()
         self.rest = self._waiting.last.path.end if self._waiting.any else self._planned_end()
@@ -190,13 +190,13 @@ class Executor:
         If it has begun to blend into the next move, or is too fast to rest at its target, the robot stops on
         its path.
         """
-        chain, kept = self._chain, list[Move]()
+        queued, kept = self._queued, list[Move]()
         if self.trajectory is None:
             kept = [self._waiting.first] if self._waiting.any else []
-        elif chain is not None and not self.time.stopping:
-            if chain.moves[-1].number > self.under_way:
+        elif queued is not None and not self.time.stopping:
+            if queued.moves[-1].number > self.under_way:
                 now_s = self.time.time_s
-                shorter = ending(chain, now_s, now_s)
+                shorter = ending(queued, now_s, now_s)
                 if shorter is None:
                     self._slow_down()
                 else:
@@ -241,8 +241,8 @@ class Executor:
                 return
             if not self._begin(0.0):  # it costs as much as a look ahead, so it waits for the next tick
                 return
-        elif (chain := self._chain) is not None and self._may_look_ahead():
-            self._take(self._look_ahead.step(chain, waiting))
+        elif (queued := self._queued) is not None and self._may_look_ahead():
+            self._take(self._look_ahead.step(queued, waiting))
             self._quiet_until_s = self._look_ahead.quiet_until_s
         changes = time.changing
         time.step()
@@ -262,7 +262,7 @@ class Executor:
                 times = time.ticks(AHEAD)
                 joints = trajectory.sample(times[times < trajectory.end_s])
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
-                if self._chain is None:
+                if self._queued is None:
                     self._quiet_until_s = trajectory.end_s
             self.joints = self._ahead.pop()
 
@@ -277,11 +277,11 @@ class Executor:
         self.time.begin(time_s)
         return True
 
-    def _go_along(self, chain: Trajectory, moves: int = 0) -> None:
-        """Run a chain, with so many of the moves that waited: they do not wait any more."""
+    def _go_along(self, trajectory: Trajectory, moves: int = 0) -> None:
+        """Run a trajectory of queued moves, so many of which do not wait any more."""
         for _ in range(moves):
             self._waiting.planned.popleft()
-        self.trajectory = self._chain = chain
+        self.trajectory = self._queued = trajectory
         self._quiet_until_s = 0.0
 
     def _may_look_ahead(self) -> bool:
@@ -295,7 +295,7 @@ class Executor:
         return bool(self._ahead) or time.changing or time.pausing
 
     def _take(self, ahead: Ahead | None) -> None:
-        """Run a chain that was planned on, with moves that do not wait any more; None for the present one."""
+        """Run a trajectory that was planned on into moves that waited; None for the present one."""
         if ahead is not None:
             self._go_along(*ahead)
             del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.trajectory.front_s), 0)]
@@ -306,7 +306,7 @@ class Executor:
             self.time.stop()
 
     def _end(self) -> None:
-        self.trajectory = self._chain = None
+        self.trajectory = self._queued = None
         self._forget_ahead()
         self.time.end()
 
@@ -318,6 +318,6 @@ class Executor:
         """End of the last move that need not be planned again (rad)."""
         if self._waiting.planned:
             return self._waiting.planned[-1].path.end
-        if self._chain is None or self.time.stopping:
+        if self._queued is None or self.time.stopping:
             return self.rest_after_stop()
-        return self._chain.end
+        return self._queued.end

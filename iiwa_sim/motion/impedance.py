@@ -40,11 +40,11 @@ class Pushes(Protocol):
 
 
 class Impedance:
-    """Joint positions (rad) over ticks, while the robot yields, or brakes because it did.
+    """Joint positions (rad) over ticks, while the robot is compliant, or brakes because it was.
 
-    It yields at the TCP around the nominal motion, as a stiffness move has asked for, or in every joint
-    around where a hold has begun. Until it is started, and when it has been stopped and is at rest, the robot
-    is stiff: it is where the nominal motion is, and this has nothing to do.
+    The TCP gives way around the nominal motion, as a stiffness move has asked for, or every joint around the
+    place where a hold began. Until it is started, and when it has been stopped and is at rest, the robot is
+    stiff: it is where the nominal motion is, and this has nothing to do.
     """
 
     def __init__(
@@ -60,8 +60,8 @@ class Impedance:
         self.joints = joints
         """Where the robot has come to (rad), while this is active."""
         self.active = False
-        """Whether the robot yields or brakes, and is not where the nominal motion is but elsewhere."""
-        self.yielding = False
+        """Whether the robot is compliant or brakes, so that it may be beside the nominal motion."""
+        self.compliant = False
         """Whether the robot gives way to forces."""
         self.holding = False
         """Whether it does so around where a hold has begun, and not around the nominal motion."""
@@ -90,19 +90,19 @@ class Impedance:
     def tcp_contact(self) -> Reached | None:
         """Where the last tick has brought the TCP, and its contact there; None if that is not known."""
         contact: Reached | None = None
-        if self.yielding and not self.holding:
+        if self.compliant and not self.holding:
             contact = self._tcp_springs.tcp_contact
         return contact
 
     @property
     def braking(self) -> bool:
-        """Whether the robot brakes from the velocity it had while it yielded."""
+        """Whether the robot brakes from the velocity it had while it was compliant."""
         return self._braking is not None
 
     @property
     def off_plan(self) -> bool:
-        """Whether the robot yields, and is not exactly where the nominal motion is."""
-        return self.yielding and (self.holding or not self._tcp_springs.on_plan)
+        """Whether the robot is compliant, and not exactly where the nominal motion is."""
+        return self.compliant and (self.holding or not self._tcp_springs.on_plan)
 
     @property
     def moving(self) -> bool:
@@ -118,9 +118,9 @@ class Impedance:
         return centre
 
     def start(self, joints: Joints) -> None:
-        """Yield from now on: a nominal motion rests at joint positions (rad), and so does the robot."""
+        """Be compliant from now on: nominal motion and robot rest at joint positions (rad)."""
         self.joints = self._before = joints
-        self.active = self.yielding = True
+        self.active = self.compliant = True
         self._still_ticks = 0
         self._tcp_springs.start(joints)
 
@@ -130,7 +130,7 @@ class Impedance:
         self.holding = True
 
     def let_go(self) -> None:
-        """End a hold: yield around a nominal motion that rests where the robot is."""
+        """End a hold: be compliant around a nominal motion that rests where the robot is."""
         self._tcp_springs.start(self.joints, self._velocity)
         self.holding = False
 
@@ -141,10 +141,10 @@ class Impedance:
         return self._course_to_rest().end if self._is_fast else self.joints
 
     def stop(self) -> None:
-        """Yield no longer. On the nominal motion the robot is where that is; off it, it brakes."""
+        """Be stiff again. On the nominal motion the robot is where that is; off it, it brakes."""
         if self.off_plan and self._is_fast:
             self._braking, self._braking_s = self._course_to_rest(), 0.0
-        self.active, self.yielding, self.holding = self.braking, False, False
+        self.active, self.compliant, self.holding = self.braking, False, False
         self.impedance = NO_SPRINGS
 
     def step(self, nominal: Joints) -> None:

@@ -9,9 +9,16 @@ from typing import Any, NamedTuple, TypeVar
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
+from iiwa_sim.controller.joint_trajectories import (
+    Outcome,
+    Progress,
+    Tolerance,
+    TrajectoryEnd,
+    TrajectoryPoint,
+    TrajectoryRequest,
+    order_of,
+)
 from iiwa_sim.controller.requests import Kind, MoveRequest
-from iiwa_sim.controller.trajectories import Outcome, Progress, TrajectoryEnd
-from iiwa_sim.controller.trajectory_request import Tolerance, TrajectoryPoint, TrajectoryRequest, order_of
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.robot.model import arm_model

@@ -14,8 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
-from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
+from iiwa_sim.controller.joint_trajectories import (
+    SHORTEST_S,
+    Outcome,
+    Tolerance,
+    TrajectoryEnd,
+    TrajectoryPoint,
+    TrajectoryRequest,
+)
 from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from tests.hunting import STEP_S
 from tests.stepped import ROUNDING, assert_within_positions

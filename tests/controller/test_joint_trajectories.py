@@ -14,14 +14,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
-from iiwa_sim.controller.trajectory_request import (
+from iiwa_sim.controller.joint_trajectories import (
     MOST_POINTS,
+    Outcome,
     Tolerance,
+    TrajectoryEnd,
     TrajectoryPoint,
     TrajectoryRequest,
 )
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.joint_trajectory import Knot, Reference, windows_of
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.robot.nearest import JOINT_LIMIT
