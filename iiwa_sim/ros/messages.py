@@ -6,7 +6,6 @@ times as `{secs, nsecs}` and a number `seq` in each header. The definitions are 
 
 import re
 import struct
-from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
 from types import GenericAlias
@@ -271,8 +270,3 @@ def _struct_of(name: str, kind: str) -> type[msgspec.Struct]:
             fields.append((each.name, found, default))
     own = name.rpartition("/")[2]
     return msgspec.defstruct(own, fields, forbid_unknown_fields=True, module=__name__)
-
-
-def names_of(fields: Iterable[Field]) -> list[str]:
-    """Return the names of fields."""
-    return [field.name for field in fields]

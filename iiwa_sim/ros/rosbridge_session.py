@@ -10,6 +10,7 @@ ROS 2 from then on. Topics that ROS 1 does not have are always in that form.
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from hashlib import sha512
 from hmac import compare_digest
@@ -20,34 +21,28 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
-from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.graph import Graph, Served
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, GoalEnd, JointInterface
 from iiwa_sim.ros.messages import (
     BadMessage,
     Message,
     from_ros1,
     interface,
-    names_of,
     serialized,
     short_name,
     to_ros1,
 )
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
-from iiwa_sim.ros.rosapi import ACTION_SERVERS, PREFIX, RosApi, rooted
+from iiwa_sim.ros.rosapi import ACTION_SERVERS, ROS_VERSION, RosApi, rooted
 from iiwa_sim.wording import harmless, shortened
 
 LEVELS = ("none", "error", "warning", "info")
-"""Levels of status messages; a client chooses one and gets only messages up to it. We send errors only."""
+"""Levels of status messages, of which a client chooses one. We send errors only."""
 COMPRESSIONS = ("none", "cbor", "cbor-raw")
 """JSON; CBOR; CBOR around the bytes of ROS 1. Of several subscriptions to a topic the last in this order
 counts, as in rosbridge_suite."""
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 """How roslibjs cancels all goals of an action."""
-MOST_GOALS = 100
-"""Goals of one client that have not ended: only the newest is followed, so there is one, but for a tick."""
-MOST_SUBSCRIPTIONS = 1000
-"""Subscriptions of one client to one topic, which are told apart by their ids."""
-LONGEST_ID = 200
 CLOCKS_APART_S = 5
 """Greatest difference between the time in an `auth` and the time here."""
 _UNKNOWN = 0  # of action_msgs/GoalStatus
@@ -68,16 +63,16 @@ class _Wish(NamedTuple):
     compression: str
 
 
+@dataclass
 class _Subscription:
     """A topic to which the client is subscribed, once or several times."""
 
-    def __init__(self, name: str, in_ros2: bool) -> None:
-        self.name = name
-        """The name as the client writes it, by which it tells topics apart."""
-        self.in_ros2 = in_ros2
-        self.wishes: dict[Any, _Wish] = {}
-        """Options by the ids of the subscriptions."""
-        self.end: Callable[[], None]
+    name: str
+    """The name as the client writes it, by which it tells topics apart."""
+    in_ros2: bool
+    wishes: dict[Any, _Wish]
+    """Options by the ids of the subscriptions."""
+    end: Callable[[], None] = lambda: None
 
     @property
     def compression(self) -> str:
@@ -121,7 +116,7 @@ class RosbridgeSession:
         self._feedback = ""  # the feed of the newest goal's
         self._operations: dict[str, Callable[[Message], None]] = {
             "advertise": self._advertise,
-            "unadvertise": self._unadvertise,
+            "unadvertise": lambda _: None,
             "publish": self._publish,
             "subscribe": self._subscribe,
             "unsubscribe": self._unsubscribe,
@@ -186,20 +181,18 @@ class RosbridgeSession:
     def _advertise(self, message: Message) -> None:
         topic, kind = _topic_of(message), message.get("type")
         self._notice(kind)
-        _check_type(topic, self._type_listened_to(topic), kind)
+        _check_type(topic, self._heard(topic).kind, kind)
 
-    def _unadvertise(self, message: Message) -> None:
-        _topic_of(message)
-
-    def _type_listened_to(self, topic: str) -> str:
+    def _heard(self, topic: str) -> Served:
+        """A topic that the robot subscribes to."""
         if topic not in self._graph.subscribed:
             raise Misuse(f"nobody listens to {topic}: expected {', '.join(self._graph.subscribed)}")
-        return self._graph.subscribed[topic].kind
+        return self._graph.subscribed[topic]
 
     def _publish(self, message: Message) -> None:
         topic, content = _topic_of(message), message.get("msg", {})
-        self._type_listened_to(topic)
-        in_ros2 = self._speaks_ros2 or not self._graph.subscribed[topic].in_ros1
+        known_to_ros1 = self._heard(topic).in_ros1
+        in_ros2 = self._speaks_ros2 or not known_to_ros1
         self._graph.receive(topic, content if in_ros2 else from_ros1(content))
 
     def _subscribe(self, message: Message) -> None:
@@ -209,27 +202,23 @@ class RosbridgeSession:
         published = self._graph.published[topic]
         _check_type(topic, published.kind, kind)
         self._notice(kind)
-        _check_whole(message)
         in_ros2 = self._speaks_ros2 or not published.in_ros1
         wish = _Wish(
             throttle_s=1e-3 * _number_of(message, "throttle_rate"),
             queue_length=int(_number_of(message, "queue_length")),
             compression=_compression_of(message, COMPRESSIONS[:2] if in_ros2 else COMPRESSIONS),
         )
-        key = _key_of(message)
         subscription = self._subscriptions.get(topic)
-        if subscription is None or subscription.in_ros2 != in_ros2:
-            if subscription is not None:
-                self._end_feed(topic)
-            subscription = self._subscriptions[topic] = _Subscription(message["topic"], in_ros2)
-            subscription.wishes[key] = wish
+        if subscription is not None and subscription.in_ros2 == in_ros2:
+            subscription.wishes[_key_of(message)] = wish
             self._set_feed(topic)
-            subscription.end = self._graph.listen(topic, partial(self._feed, topic, subscription))
             return
-        if key not in subscription.wishes and len(subscription.wishes) >= MOST_SUBSCRIPTIONS:
-            raise Misuse(f"{topic} is subscribed to {MOST_SUBSCRIPTIONS} times: expected no more")
-        subscription.wishes[key] = wish
+        if subscription is not None:
+            self._end_feed(topic)
+        subscription = _Subscription(message["topic"], in_ros2, {_key_of(message): wish})
+        self._subscriptions[topic] = subscription
         self._set_feed(topic)
+        subscription.end = self._graph.listen(topic, partial(self._feed, topic, subscription))
 
     def _unsubscribe(self, message: Message) -> None:
         topic = _topic_of(message)
@@ -274,8 +263,6 @@ class RosbridgeSession:
             raise Misuse("service: expected a name")
         self._notice(message.get("type"))
         try:
-            _compression_of(message, COMPRESSIONS[:1])
-            _check_whole(message)
             values, result = self._answer(rooted(name), message.get("args", {})), True
         except (Misuse, BadMessage, KeyError) as fault:
             values = f"there is no {_shown(fault.args[0])}" if isinstance(fault, KeyError) else str(fault)
@@ -291,18 +278,17 @@ class RosbridgeSession:
             return {"return_code": 0, "goals_canceling": []}
         service = self._graph.services.get(name)
         if service is not None:
-            request = _request_of(names_of(interface(service.kind, "srv")[0].fields), arguments)
+            fields = interface(service.kind, "srv")[0].fields
+            request = _request_of([field.name for field in fields], arguments)
             in_ros2 = self._speaks_ros2 or not service.in_ros1
             response = self._graph.call(name, request if in_ros2 else from_ros1(request))
             return response if in_ros2 else to_ros1(response)
-        api = self._api.services.get(name.removeprefix(PREFIX)) if name.startswith(PREFIX) else None
-        if api is None:
-            raise KeyError(name)
-        request = _request_of(api.arguments, arguments)
+        _, names, answer = self._api.services[name]
+        request = _request_of(names, arguments)
         request = request if isinstance(request, dict) else {}
         self._notice(request.get("type"))
-        self._speaks_ros2 |= api.only_ros2
-        return api.answer(request, self._speaks_ros2 or name == ACTION_SERVERS)
+        self._speaks_ros2 |= name == ROS_VERSION
+        return answer(request, self._speaks_ros2 or name == ACTION_SERVERS)
 
     # Goals
 
@@ -347,7 +333,7 @@ class RosbridgeSession:
         if not isinstance(name, str) or rooted(name) != ACTION:
             raise Misuse(f"there is no action {_shown(name)}: expected {ACTION}")
         _check_type(ACTION, ACTION_TYPE, message.get("action_type"))
-        if len(self._goals) >= MOST_GOALS or str(message.get("id")) in self._goals:
+        if str(message.get("id")) in self._goals:
             raise Misuse("expected an id of its own")
 
     def _cancel_goal(self, message: Message) -> None:
@@ -427,16 +413,9 @@ def _compression_of(message: Message, offered: Sequence[str]) -> str:
     return str(wanted)
 
 
-def _check_whole(message: Message) -> None:
-    if message.get("fragment_size") is not None:
-        raise Misuse("fragment_size: expected none, messages are sent whole")
-
-
 def _key_of(message: Message) -> Any:
     """The id by which a subscription of a topic is known."""
     identifier = message.get("id")
-    if isinstance(identifier, str) and len(identifier) > LONGEST_ID:
-        raise Misuse(f"id: expected up to {LONGEST_ID} letters, got {len(identifier)}")
     return identifier if isinstance(identifier, str | int | float) else None
 
 

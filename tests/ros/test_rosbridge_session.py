@@ -167,7 +167,6 @@ def test_rosapi(client: Client) -> None:
         ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
         ("subscribe", {"topic": "/joint_states", "type": "a/B"}, "is of type sensor_msgs/JointState"),
         ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none, cbor, cbor-raw"),
-        ("subscribe", {"topic": "/joint_states", "fragment_size": 1000}, "messages are sent whole"),
         ("subscribe", {"topic": "/joint_states", "throttle_rate": -1}, "throttle_rate: expected a number"),
         ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
         ("call_service", {}, "service: expected a name"),
