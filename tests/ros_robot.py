@@ -26,7 +26,7 @@ class RosRobot(SteppedRobot):
     def __init__(self, *, apply_reference: bool = True, **options: Any) -> None:
         super().__init__(**options)
         self.log = Journal(fails=True)
-        self.graph = Graph(round(1.0 / self.tick_s), lambda: NOW_NS)
+        self.graph = Graph(self.controller, lambda: NOW_NS)
         self.appendix_a = AppendixA(self.graph, self.controller, self.log, apply_reference=apply_reference)
         self.joint_interface = JointInterface(
             self.graph, self.controller, self.log, self.appendix_a.joint_states

@@ -15,15 +15,13 @@ from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.commands import read_command
-from iiwa_sim.ros.graph import Graph, Rate, Served, Topic
+from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import BadMessage, Message
 
 COMMAND_LIST = "/command_list"
 COMMAND_RESULT = "/command_result"
 LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""
-RESULTS_AT_ONCE = 50
-"""Results published in one tick; more wait for the next tick."""
 LOWEST_SCALE = 0.01
 """Replaces a speed below 0."""
 PLAIN = (Kind.LIN.value, Kind.PTP.value)
@@ -65,7 +63,7 @@ class AppendixA:
         self._waiting: deque[_Command] = deque()  # not sent yet
         self._servo = ""  # the type of the command whose target the servo follows
         self._failed = False
-        self._results = Topic(f"{_RMI}/msg/Result", Rate(0, graph.tick_rate_hz), None, in_ros1=True)
+        self._results = Topic(f"{_RMI}/msg/Result", 0, None, in_ros1=True)
         graph.published[COMMAND_RESULT] = self._results
         for name, kind, rate_hz, content in (
             ("/robot_status", "industrial_msgs/msg/RobotStatus", 50, self._status),
@@ -74,7 +72,7 @@ class AppendixA:
             ("/current_speed_scale", "std_msgs/msg/Float32", 10, lambda: {"data": controller.override}),
             ("/io_states", f"{_RMI}/msg/IOStates", 10, self._io_states),
         ):
-            graph.publish(name, kind, rate_hz, content, in_ros1=True)
+            graph.published[name] = Topic(kind, rate_hz, content, in_ros1=True)
         graph.subscribed[COMMAND_LIST] = Served(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
         for name, kind, answer in (
             ("/scale_speed", f"{_RMI}/srv/SetFloat", self._scale_speed),
@@ -187,10 +185,7 @@ class AppendixA:
             self._stop()
 
     def _publish_ended(self) -> None:
-        """Publish some of the results that are ready; a long list is spread over ticks."""
-        for _ in range(RESULTS_AT_ONCE):
-            if not self._begun or (result := self._begun[0].result) is None:
-                break
+        while self._begun and (result := self._begun[0].result) is not None:
             self._publish(self._begun.popleft().message.command_id, *result)
 
     def _publish(self, number: int, code: int, information: str) -> None:

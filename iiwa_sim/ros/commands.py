@@ -3,7 +3,7 @@
 Units are those of drag&bot's drivers: m and rad; `%` is 0 to 1, `PERCENT` 0 to 100.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import dist, isfinite
 from typing import Any
 
@@ -13,8 +13,6 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.requests import Kind, MoveRequest, from_quaternion
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.wording import harmless, shortened
-
-Joints = tuple[float, ...]
 
 JOINTS, EULER, QUATERNION = "JOINTS", "EULER_INTRINSIC_ZYX", "QUATERNION"
 BASES = ("base", "/base", "base_link", "/base_link")
@@ -35,44 +33,36 @@ def read_command(command: Any, robot: Controller, *, apply_reference: bool = Tru
     if command.command_type not in _TYPES:
         raise _unknown("command_type", command.command_type, _TYPES)
     kind, feels_forces = _TYPES[command.command_type]
-    _check_finite(command)
+    for name in ("pose", "velocity", "acceleration", "effort", "blending"):
+        if not all(map(isfinite, getattr(command, name))):
+            raise _bad(f"{name}: expected finite numbers")
     if command.additional_parameters or command.additional_values:
-        raise Refused(EXECUTION, "additional_parameters and additional_values: expected none")
+        raise _bad("additional_parameters and additional_values: expected none")
     count = len(robot.description.joints)
     target, remark = _target(command, count, apply_reference)
     on_joints = not isinstance(target, Frame)
     if feels_forces and on_joints:
-        raise Refused(EXECUTION, f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
+        raise _bad(f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
     move = _with_speed(MoveRequest(kind, target), command, robot)
-    move = move._replace(blending=_blending(command, move, robot))
-    thresholds = _thresholds(command, feels_forces)
     cap = _acceleration(command, kind, count if on_joints and kind is not Kind.LIN else 1)
-    return move._replace(thresholds=thresholds, acceleration=cap), remark
+    thresholds, blending = _thresholds(command, feels_forces), _blending(command, move, robot)
+    return move._replace(blending=blending, thresholds=thresholds, acceleration=cap), remark
 
 
-def _check_finite(command: Any) -> None:
-    for name in ("pose_reference_frame", "pose", "velocity", "acceleration", "effort", "blending"):
-        values = _six(command) if name == "pose_reference_frame" else getattr(command, name)
-        if not all(map(isfinite, values)):
-            raise Refused(EXECUTION, f"{name}: expected finite numbers")
-
-
-def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Joints | Frame, str]:
-    kind, pose = command.pose_type, command.pose
+def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Sequence[float] | Frame, str]:
+    kind, pose, name = command.pose_type, command.pose, command.pose_reference
+    counts = {JOINTS: joint_count, EULER: 6, QUATERNION: 7}
+    if kind not in counts:
+        raise _unknown("pose_type", kind, counts)
+    _count("pose", pose, counts[kind], kind)
     if kind == JOINTS:
-        _count("pose", pose, joint_count, kind)
         return tuple(pose), ""
-    if kind == EULER:
-        _count("pose", pose, 6, kind)
-        x, y, z, *angles = pose
-        target = Frame(1e3 * x, 1e3 * y, 1e3 * z, *angles)
-    elif kind == QUATERNION:
-        _count("pose", pose, 7, kind)
-        x, y, z, qx, qy, qz, qw = pose
-        target = from_quaternion((1e3 * x, 1e3 * y, 1e3 * z), (qx, qy, qz, qw))
-    else:
-        raise _unknown("pose_type", kind, (JOINTS, EULER, QUATERNION))
-    frame, name = _six(command), command.pose_reference
+    x, y, z = (1e3 * each for each in pose[:3])
+    target = Frame(x, y, z, *pose[3:]) if kind == EULER else from_quaternion((x, y, z), tuple(pose[3:]))
+    reference = command.pose_reference_frame
+    frame = [getattr(reference, each) for each in ("x", "y", "z", "alpha", "beta", "gamma")]
+    if not all(map(isfinite, frame)):
+        raise _bad("pose_reference_frame: expected finite numbers")
     if not any(frame) or name in BASES:  # a frame of zeros is the base, whatever its name
         return target, ""
     if not apply_reference:
@@ -86,29 +76,29 @@ def _with_speed(move: MoveRequest, command: Any, robot: Controller) -> MoveReque
     on_joints = not isinstance(move.target, Frame)
     on_each_joint = on_joints and move.kind is not Kind.LIN
     _one_or_each("velocity", values, len(joints) if on_each_joint else 1)
-    if word in _SHARES:
-        speeds = _shares("velocity", word, values, zero=on_each_joint)
-    elif word == "M/S":
+    if word == "M/S":
         if move.kind is not Kind.LIN or on_joints:
-            raise Refused(EXECUTION, "velocity_type M/S: only for LIN and LINFORCE to a Cartesian pose")
+            raise _bad("velocity_type M/S: only for LIN and LINFORCE to a Cartesian pose")
         if not values[0] > 0.0:
-            raise Refused(EXECUTION, "velocity in M/S: expected above 0")
+            raise _bad("velocity in M/S: expected above 0")
         return move._replace(tcp_speed_m_s=values[0])
-    elif word == "RAD/S":
+    if word == "RAD/S":
         if not on_each_joint:
-            raise Refused(EXECUTION, f"velocity_type RAD/S: only for PTP, SMART and DIRECT to {JOINTS}")
+            raise _bad(f"velocity_type RAD/S: only for PTP, SMART and DIRECT to {JOINTS}")
         if min(values) < 0.0:
-            raise Refused(EXECUTION, "velocity in RAD/S: expected 0 or more")
-        limits, each = robot.description.velocity, values * (len(joints) // len(values))
+            raise _bad("velocity in RAD/S: expected 0 or more")
+        limits = robot.description.velocity
+        each = values * (len(joints) // len(values))
         for name, speed, limit in zip(joints, each, limits, strict=True):
             if speed > limit:
-                raise Refused(EXECUTION, f"velocity {speed:g} rad/s: {name} goes up to {limit:.7g} rad/s")
-        speeds = tuple(speed / limit for speed, limit in zip(each, limits, strict=True))
-    else:
+                raise _bad(f"velocity {speed:g} rad/s: {name} goes up to {limit:.7g} rad/s")
+        return move._replace(speeds=tuple(speed / limit for speed, limit in zip(each, limits, strict=True)))
+    if word not in _SHARES:
         raise _unknown("velocity_type", word, (*_SHARES, "M/S", "RAD/S"))
+    shares = _shares("velocity", word, values, zero=on_each_joint)
     if on_each_joint:
-        return move._replace(speeds=speeds * (len(joints) // len(speeds)))
-    return move._replace(speed=speeds[0])
+        return move._replace(speeds=shares * (len(joints) // len(shares)))
+    return move._replace(speed=shares[0])
 
 
 def _acceleration(command: Any, kind: Kind, joint_count: int) -> AccelerationCap | None:
@@ -123,25 +113,10 @@ def _acceleration(command: Any, kind: Kind, joint_count: int) -> AccelerationCap
     if word not in _ACCELERATION_UNITS:
         raise _unknown("acceleration_type", word, (*_ACCELERATION_UNITS, *_SHARES))
     if not all(value > 0.0 for value in values):
-        raise Refused(EXECUTION, f"acceleration in {word}: expected above 0")
-    unit = _ACCELERATION_UNITS[word]
-    if unit is AccelerationUnit.TCP_M_S2 and kind is not Kind.LIN:
-        raise Refused(EXECUTION, "acceleration_type M/S^2: only for LIN and LINFORCE")
-    return AccelerationCap(tuple(values), unit)
-
-
-def _shares(name: str, word: str, values: list[float], *, zero: bool = False) -> Joints:
-    shares = tuple(_SHARES[word] * value for value in values)
-    if min(shares) < 0.0 or max(shares) > 1.0 or (0.0 in shares and not zero):
-        least, most = "0 or more" if zero else "above 0", "1" if word == "%" else "100"
-        raise Refused(EXECUTION, f"{name} in {word}: expected {least} and up to {most}")
-    return shares
-
-
-def _one_or_each(name: str, values: list[float], joint_count: int) -> None:
-    if len(values) not in (1, joint_count):
-        expected = "1 value" if joint_count == 1 else f"1 or {joint_count} values"
-        raise Refused(EXECUTION, f"{name}: expected {expected}, got {len(values)}")
+        raise _bad(f"acceleration in {word}: expected above 0")
+    if word == "M/S^2" and kind is not Kind.LIN:
+        raise _bad("acceleration_type M/S^2: only for LIN and LINFORCE")
+    return AccelerationCap(tuple(values), _ACCELERATION_UNITS[word])
 
 
 def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
@@ -149,60 +124,71 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
     word, values, target = command.blending_type, command.blending, move.target
     joint_line = move.kind is Kind.PTP and not isinstance(target, Frame)
     if len(values) > 1:
-        raise Refused(EXECUTION, f"blending: expected 1 value or none, got {len(values)}")
-    if not values or values[0] == 0.0:
+        raise _bad(f"blending: expected 1 value or none, got {len(values)}")
+    value = float(values[0]) if values else 0.0
+    if value == 0.0:
         return 0.0
-    (value,) = values
     if value < 0.0:
-        raise Refused(EXECUTION, f"blending {value:g}: expected 0 or more")
+        raise _bad(f"blending {value:g}: expected 0 or more")
     if move.kind.is_servo:
-        raise Refused(EXECUTION, f"blending of {move.kind.value}: expected 0, such moves do not blend")
+        raise _bad(f"blending of {move.kind.value}: expected 0, such moves do not blend")
     if word in _SHARES:
-        share: float = _SHARES[word] * value
-        if share > 1.0:
-            raise Refused(EXECUTION, f"blending in {word}: expected up to {'1' if word == '%' else '100'}")
+        (share,) = _shares("blending", word, [value])
         if joint_line:
             return share
         there = target if isinstance(target, Frame) else robot.tcp_frame_at(tuple(target))
         return share * dist(robot.tcp_frame_at(robot.end_of_queue)[:3], there[:3])
     if word == "M":
         if joint_line:
-            raise Refused(EXECUTION, f"blending_type M of PTP to {JOINTS}: expected RAD, % or PERCENT")
-        return float(1e3 * value)
+            raise _bad(f"blending_type M of PTP to {JOINTS}: expected RAD, % or PERCENT")
+        return 1e3 * value
     if word == "RAD":
         if not joint_line:
-            raise Refused(EXECUTION, f"blending_type RAD: only for PTP to {JOINTS}, expected M, % or PERCENT")
+            raise _bad(f"blending_type RAD: only for PTP to {JOINTS}, expected M, % or PERCENT")
         way = max(abs(b - a) for a, b in zip(robot.end_of_queue, target, strict=True))
-        return 1.0 if value >= way else float(value / way)
+        return 1.0 if value >= way else value / way
     raise _unknown("blending_type", word, ("M", "RAD", *_SHARES))
 
 
 def _thresholds(command: Any, feels_forces: bool) -> tuple[float, float, float] | None:
     if not feels_forces:
         if command.effort:
-            raise Refused(EXECUTION, f"effort of {command.command_type}: expected no values")
+            raise _bad(f"effort of {command.command_type}: expected no values")
         return None
     _count("effort", command.effort, 3, "forces that end the move, along x, y and z of the TCP")
     if command.effort_type != "N":
         raise _unknown("effort_type", command.effort_type, ("N",))
     x, y, z = command.effort
     if min(x, y, z) <= 0.0:
-        raise Refused(EXECUTION, "effort: expected forces above 0")
+        raise _bad("effort: expected forces above 0")
     return (x, y, z)
 
 
-def _six(command: Any) -> tuple[float, float, float, float, float, float]:
-    frame = command.pose_reference_frame
-    return (frame.x, frame.y, frame.z, frame.alpha, frame.beta, frame.gamma)
+def _shares(name: str, word: str, values: list[float], *, zero: bool = False) -> tuple[float, ...]:
+    shares = tuple(_SHARES[word] * value for value in values)
+    if min(shares) < 0.0 or max(shares) > 1.0 or (0.0 in shares and not zero):
+        least, most = "0 or more" if zero else "above 0", "1" if word == "%" else "100"
+        raise _bad(f"{name} in {word}: expected {least} and up to {most}")
+    return shares
+
+
+def _one_or_each(name: str, values: list[float], joint_count: int) -> None:
+    if len(values) not in (1, joint_count):
+        expected = "1 value" if joint_count == 1 else f"1 or {joint_count} values"
+        raise _bad(f"{name}: expected {expected}, got {len(values)}")
 
 
 def _count(name: str, values: list[float], expected: int, what: str) -> None:
     if len(values) != expected:
-        raise Refused(EXECUTION, f"{name}: expected {expected} values ({what}), got {len(values)}")
+        raise _bad(f"{name}: expected {expected} values ({what}), got {len(values)}")
 
 
 def _unknown(name: str, word: str, words: Iterable[str]) -> Refused:
-    return Refused(EXECUTION, f"{name} {_shown(word)}: expected one of {', '.join(words)}")
+    return _bad(f"{name} {_shown(word)}: expected one of {', '.join(words)}")
+
+
+def _bad(reason: str) -> Refused:
+    return Refused(EXECUTION, reason)
 
 
 def _shown(word: str) -> str:

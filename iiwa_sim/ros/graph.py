@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.ros.messages import BadMessage, Message, checked, time_of
 
@@ -13,33 +14,13 @@ Listener = Callable[[Message, int], None]
 """Takes a message of a topic and its number."""
 
 
-class Rate:
-    """When something recurs at a rate (Hz of simulated time), at most once a tick."""
-
-    def __init__(self, rate_hz: int, tick_rate_hz: int) -> None:
-        self.rate_hz = rate_hz
-        self._tick_rate_hz = tick_rate_hz
-        self._part = 0  # of the next time, in units of 1 / tick_rate_hz
-
-    def due(self) -> bool:
-        """Notice a tick; return whether it is time."""
-        self._part += self.rate_hz
-        if not self.rate_hz or self._part < self._tick_rate_hz:
-            return False
-        self._part = min(self._part - self._tick_rate_hz, self._tick_rate_hz)
-        return True
-
-    def skip(self, ticks: int) -> None:
-        """Count ticks in which nothing is done."""
-        self._part = (self._part + ticks * self.rate_hz) % self._tick_rate_hz
-
-
 @dataclass
 class Topic:
     """A topic that the robot publishes. Types are named as in ROS 2."""
 
     kind: str
-    rate: Rate
+    rate_hz: int
+    """Rate in simulated time; 0 for a topic that does not recur."""
     content: Content | None
     """Makes a message; None for a topic that is published when something happens."""
     in_ros1: bool = False
@@ -50,7 +31,7 @@ class Topic:
     @property
     def recurs(self) -> bool:
         """Whether a message may be left out, since the next one says it anew."""
-        return self.rate.rate_hz > 0
+        return self.rate_hz > 0
 
     @property
     def is_latched(self) -> bool:
@@ -77,17 +58,19 @@ class Served:
 class Graph:
     """Topics and services by name, with a leading slash. Appendix A and the joint interface add theirs."""
 
-    def __init__(self, tick_rate_hz: int, now_ns: Callable[[], int]) -> None:
+    def __init__(self, controller: Controller, now_ns: Callable[[], int]) -> None:
         """`now_ns` returns the time that goes into headers (ns)."""
-        self.tick_rate_hz = tick_rate_hz
+        self._controller = controller
+        self._tick_rate_hz = round(1.0 / controller.tick_s)
         self.now_ns = now_ns
         self.published: dict[str, Topic] = {}
         self.subscribed: dict[str, Served] = {}
         self.services: dict[str, Served] = {}
 
-    def publish(self, name: str, kind: str, rate_hz: int, content: Content, *, in_ros1: bool = False) -> None:
-        """Add a topic with a rate (Hz of simulated time), or one that is latched, with a rate of 0."""
-        self.published[name] = Topic(kind, Rate(rate_hz, self.tick_rate_hz), content, in_ros1)
+    def is_due(self, rate_hz: int) -> bool:
+        """Return whether something that recurs at a rate (Hz of simulated time) is due in this tick."""
+        tick = self._controller.tick
+        return tick * rate_hz // self._tick_rate_hz > (tick - 1) * rate_hz // self._tick_rate_hz
 
     @property
     def stamp(self) -> dict[str, int]:
@@ -129,10 +112,5 @@ class Graph:
     def step(self) -> None:
         """Notice that a tick has been made: publish what is due."""
         for topic in self.published.values():
-            if topic.rate.due() and topic.listeners and topic.content is not None:
+            if topic.listeners and topic.content is not None and self.is_due(topic.rate_hz):
                 topic.publish(topic.content())
-
-    def skip(self, ticks: int) -> None:
-        """Notice that the robot has made ticks at once, while nobody was `watching`."""
-        for topic in self.published.values():
-            topic.rate.skip(ticks)

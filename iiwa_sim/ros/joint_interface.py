@@ -22,7 +22,7 @@ from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.robot.model import arm_model
-from iiwa_sim.ros.graph import Graph, Rate, Served
+from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
 
 T = TypeVar("T")
@@ -71,7 +71,6 @@ class JointInterface:
         self._names = controller.description.joints
         links = arm_model(controller.description).links
         self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
-        self._feedback_rate = Rate(FEEDBACK_HZ, graph.tick_rate_hz)
         self._feedback: dict[int, Callable[[Message], None]] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one
         for topic, kind, rate_hz, content in (
@@ -83,7 +82,7 @@ class JointInterface:
             ("/tf_static", "tf2_msgs/msg/TFMessage", 0, self._fixed_transforms),
             ("/robot_description", "std_msgs/msg/String", 0, lambda: {"data": controller.description.urdf}),
         ):
-            graph.publish(topic, kind, rate_hz, content)
+            graph.published[topic] = Topic(kind, rate_hz, content)
         graph.subscribed |= {
             TRAJECTORY: Served("trajectory_msgs/msg/JointTrajectory", self._follow),
             COMMANDS: Served("sensor_msgs/msg/JointState", self._head_for),
@@ -141,14 +140,10 @@ class JointInterface:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        progress = self._controller.trajectory if self._feedback_rate.due() and self._feedback else None
+        progress = self._controller.trajectory if self._feedback and self._graph.is_due(FEEDBACK_HZ) else None
         hear = None if progress is None else self._feedback.get(progress.number)
         if progress is not None and hear is not None:
             hear(_feedback(progress, self._names, self._graph.header()))
-
-    def skip(self, ticks: int) -> None:
-        """Notice that the robot has made ticks at once, while nobody was told anything."""
-        self._feedback_rate.skip(ticks)
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)

@@ -19,7 +19,6 @@ import msgspec
 from iiwa_sim.ros.messages import Message
 from iiwa_sim.ros.outbox import Frame, Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 START_S = 120.0
@@ -31,8 +30,6 @@ AGAIN_S = 2.0
 LONGEST_LINE_BYTES = 1 << 21
 MOST_UNREAD_BYTES = 1 << 17
 """Bytes that the process may leave unread before messages wait in the outbox, the newest of each topic."""
-MOST_TOLD = 5
-"""Lines of a process in the log in a second that begin alike."""
 
 logger = logging.getLogger(__name__)
 
@@ -193,8 +190,6 @@ class Relay:
     async def _log_errors(self, process: Process) -> None:
         """Log what the process writes to standard error."""
         assert process.stderr is not None
-        throttle = Throttle[str](MOST_TOLD)
-        now_s = asyncio.get_running_loop().time
         while True:
             try:
                 line = await process.stderr.readline()
@@ -203,5 +198,4 @@ class Relay:
             if not line:
                 return
             text = shortened(harmless(line.decode("utf-8", "backslashreplace").strip()), 500)
-            if throttle.count(text[:40], round(1e9 * now_s())) is not None:
-                logger.info("%s: %s", self._name, text)
+            logger.info("%s: %s", self._name, text)

@@ -48,7 +48,7 @@ class RosSide:
             def now_ns() -> int:
                 return round(1e9 * controller.tick * controller.tick_s)
 
-        self._graph = graph = Graph(settings.rate_hz, now_ns)
+        self._graph = graph = Graph(controller, now_ns)
         apply = settings.ros_reference == "apply"
         self._appendix_a = AppendixA(graph, controller, log, apply_reference=apply)
         self._joints = JointInterface(graph, controller, log, self._appendix_a.joint_states)
@@ -72,8 +72,6 @@ class RosSide:
 
     def skip(self, ticks: int) -> None:
         """Notice that a robot at rest has made so many ticks at once, when nobody was `watching`."""
-        self._graph.skip(ticks)
-        self._joints.skip(ticks)
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""

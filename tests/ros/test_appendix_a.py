@@ -179,7 +179,7 @@ def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     robot.controller.io.set_output(2, True)
     robot.step(500)
     for name, topic in published.items():
-        assert len(heard[name]) == topic.rate.rate_hz, name
+        assert len(heard[name]) == topic.rate_hz, name
         if name != "/diagnostics":  # whose level is a byte, which nobody sends us
             checked(heard[name][-1], topic.kind)
     joints = heard["/joint_states"][50]

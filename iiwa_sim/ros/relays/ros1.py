@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import logging
 import os
 import sys
 import tempfile
 import threading
+import time
 import xmlrpc.client
 from collections.abc import Callable
 from importlib import import_module
@@ -106,23 +108,15 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
 
     def watch(self) -> None:
         """Keep the node registered, also at a master that is started anew."""
-        master, answers, own = rosgraph.Master(rospy.get_name()), True, rospy.get_name()
+        master = rosgraph.Master(rospy.get_name())
         while not (self.ends or rospy.is_shutdown()):
-            try:
+            with contextlib.suppress(*FAULTS):  # it does not answer for the time being
                 try:
-                    master.lookupNode(own)
+                    master.lookupNode(rospy.get_name())
                 except rosgraph.MasterError:  # the master knows no such node
                     self._register(master)
                     self._pipe.warn("the ROS master no longer knew this node: it has registered again")
-                if not answers:
-                    self._pipe.warn("the ROS master answers again")
-                answers = True
-            except FAULTS as fault:
-                if answers:
-                    told = "the ROS master does not answer: new nodes do not find this one"
-                    self._pipe.warn(f"{told} ({fault})")
-                answers = False
-            threading.Event().wait(WATCH_S)
+            time.sleep(WATCH_S)
 
     def _register(self, master: Any) -> None:
         uri = rospy.get_node_uri()
