@@ -20,7 +20,6 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, TRAJECTORY
 from iiwa_sim.ros.relay import RosFault
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.server.listening import ListenFault
@@ -268,39 +267,6 @@ async def test_a_huge_frame_ends_its_connection_only(simulator: Simulator, ros: 
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
 
 
-@pytest.mark.slow
-async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
-    simulator: Simulator, ros: Ros
-) -> None:
-    port = simulator.rosbridge_port
-    stuck = []
-    for _ in range(3):
-        connection = await asyncio.to_thread(_deaf, port)
-        for topic in ("/joint_states", "/tool_frame", "/robot_status", "/tf", "/clock"):
-            connection.sendall(_frame(json.dumps({"op": "subscribe", "topic": topic}).encode()))
-        stuck.append(connection)
-    floods = [asyncio.create_task(_flood(simulator)) for _ in range(2)]
-    try:
-        await ros.says("subscribe", topic="/joint_states", queue_length=1000)
-        first = (await ros.hears())["msg"]["header"]["seq"]
-        for k in range(1, 11):
-            assert (await ros.hears())["msg"]["header"]["seq"] == first + k
-        await ros.says("unsubscribe", topic="/joint_states")
-        for _ in range(5):
-            assert (await ros.calls("/get_io", number=1))["values"] == {"value": False, "error": 0}
-        telnet = await Client.connect(simulator.port)
-        assert await telnet.ask("hello") == "hello"
-        await telnet.leaves()
-        assert not any(flood.done() for flood in floods)
-        assert not simulator.controller.moving
-    finally:
-        for flood in floods:
-            flood.cancel()
-        await asyncio.wait(floods)
-        for connection in stuck:
-            connection.close()
-
-
 async def test_a_client_that_asks_and_does_not_read_is_dropped(
     simulator: Simulator, ros: Ros, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -379,28 +345,3 @@ def _frame(text: bytes) -> bytes:
     """A masked text frame of less than 64 KiB; the mask is all zeros."""
     length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
     return b"\x81" + length + b"\x00" * 4 + text
-
-
-async def _flood(simulator: Simulator) -> None:
-    """Nonsense, calls and long lists as fast as they are taken; what is answered is thrown away."""
-    wrong = [{**ptp(k, A), "velocity": []} for k in range(500)]
-    back = [{"positions": A, "time_from_start": {"sec": 200 - k}} for k in range(200)]
-    trajectory = {"joint_names": [f"A{k}" for k in range(1, 8)], "points": back}
-    goal = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory}, "id": "one"}
-    async with client_of(simulator) as ros:
-        reading = asyncio.create_task(_read(ros.connection))
-        try:
-            while True:
-                await ros.says("dance")
-                await ros.connection.send("{" * 1000)
-                await ros.says("call_service", service="/get_io", args={"number": 3})
-                await ros.says("publish", topic="/command_list", msg={"commands": wrong})
-                await ros.says("send_action_goal", **goal)
-                await ros.says("publish", topic=TRAJECTORY, msg={**trajectory, "points": [{}] * 10_000})
-        finally:
-            reading.cancel()
-
-
-async def _read(connection: ClientConnection) -> None:
-    while True:
-        await connection.recv()

@@ -24,23 +24,14 @@ PARTS = {"msg": ("",), "srv": ("_Request", "_Response"), "action": ("_Goal", "_R
 """Suffixes that ROS 2 gives the parts of an interface."""
 LIST, SINGLE = 0, -1
 """Lengths of a field that is a list of any length, and of one that is no list, as rosapi tells them."""
-_INTEGERS = {f"{sign}int{bits}": (bits, not sign) for sign in ("", "u") for bits in (8, 16, 32, 64)}
-DEFAULTS = {"bool": "False", "byte": "b'\\x00'", "float32": "0.0", "float64": "0.0", "string": ""}
-DEFAULTS |= dict.fromkeys(_INTEGERS, "0")
-"""Each primitive type with its default as text."""
+_TYPES: dict[str, tuple[Any, Any]] = {"bool": (bool, False), "string": (str, "")}
+_TYPES |= dict.fromkeys(("float32", "float64"), (float, 0.0)) | {"byte": (bytes, b"\x00")}
+for _bits in (8, 16, 32, 64):
+    for _name, _low in ((f"int{_bits}", -(2 ** (_bits - 1))), (f"uint{_bits}", 0)):
+        _range = msgspec.Meta(ge=_low, le=_low + 2**_bits - 1) if _bits < 64 else None
+        _TYPES[_name] = Annotated[int, _range], 0
+"""Type and default of each primitive."""
 _NAMES_IN_ROS2 = {"bool": "boolean", "byte": "octet", "float32": "float", "float64": "double"}
-_TYPES: dict[str, tuple[Any, Any]] = {
-    "bool": (bool, False),
-    "string": (str, ""),
-    "float32": (float, 0.0),
-    "float64": (float, 0.0),
-    **{
-        name: (Annotated[int, msgspec.Meta(ge=low, le=low + 2**bits - 1)], 0)
-        for name, (bits, signed) in _INTEGERS.items()
-        if bits < 64
-        for low in (-(2 ** (bits - 1)) if signed else 0,)
-    },
-}
 _FORMATS = {"bool": "?", "float32": "f", "float64": "d", "int8": "b", "int32": "i", "uint32": "I"}
 _BETWEEN = "\n" + 80 * "=" + "\n"
 _FIELD = re.compile(r"([\w/]+)(\[(\d*)\])?\s+(\w+)(\s+\S+)?")
@@ -62,7 +53,6 @@ class Field(NamedTuple):
 
     @property
     def is_list(self) -> bool:
-        """Whether the field is a list."""
         return self.length != SINGLE
 
 
@@ -104,7 +94,7 @@ class Definition(NamedTuple):
                 "fieldnames": [field.name for field in each.fields],
                 "fieldtypes": [names.get(field.type, field.type) for field in each.fields],
                 "fieldarraylen": [field.length for field in each.fields],
-                "examples": ["[]" if one.is_list else DEFAULTS.get(one.type, "{}") for one in each.fields],
+                "examples": ["[]" if one.is_list else _example(one.type) for one in each.fields],
                 "constnames": [name for _, name, _ in each.constants],
                 "constvalues": [value for _, _, value in each.constants],
             }
@@ -219,6 +209,10 @@ def _bytes_of(kind: str, value: Any) -> bytes:
     return serialized(interface(kind, "msg", ros2=False)[0], value)
 
 
+def _example(kind: str) -> str:
+    return str(_TYPES[kind][1]) if kind in _TYPES else "{}"
+
+
 def _text(package: str, kind: str, own: str, ros2: bool) -> str:
     protocol = files("iiwa_sim.protocol")
     for folder in ("ros2", "rmi/ros2") if ros2 else ("rmi",):
@@ -251,7 +245,7 @@ def _parsed(name: str, text: str, package: str, ros2: bool) -> Definition:
             kind, brackets, length, own, _ = field.groups()
             if kind == "Header":
                 kind = "std_msgs/Header"
-            elif kind not in DEFAULTS and kind != "time" and "/" not in kind:
+            elif kind not in _TYPES and kind != "time" and "/" not in kind:
                 kind = f"{package}/{kind}"
             fields.append(Field(kind, own, int(length or LIST) if brackets else SINGLE))
     return Definition(name, text, tuple(fields), tuple(constants), ros2)

@@ -139,12 +139,6 @@ class User:
         response = self.of(handle.cancel_goal_async())
         return {"code": response.return_code, "canceling": len(response.goals_canceling)}
 
-    def ready(self, topics, services):
-        """Answers when all of that is there."""
-        self.until(lambda: all(self.node.count_publishers(each) for each in topics))
-        self.until(lambda: all(self.node.count_services(each) for each in services))
-        return {}
-
 
 def main():
     user = User(sys.argv[2])
