@@ -29,7 +29,7 @@ STARTS: dict[str, Joints] = {
     "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
 }
 """Joints (rad) with room for a path around the TCP."""
-IN_GATE = "lbr_iiwa_7_r800"
+
 CIRCLES = ((0.5, 15.0), (2.0, 40.0), (5.0, 60.0))
 """Lengths of the lines and radii of the circles (mm)."""
 ANGLES_DEG = (5, 10, 20, 30, 45, 60, 90)
@@ -104,11 +104,6 @@ def measure() -> list[Figure]:
     figures, late = _compared(before())
     name = "dense paths later than before by more than a tick"
     return [*figures, Figure(name, late, "", at_most=0, kind=Kind.SIMULATED)]
-
-
-def gate() -> list[Figure]:
-    """The paths of one robot, sent at once: what CI has time for."""
-    return _compared(each for each in before() if each[0] == IN_GATE and each[2] == "at once")[0]
 
 
 def _compared(paths: Iterable[tuple[str, str, str, int]]) -> tuple[list[Figure], int]:

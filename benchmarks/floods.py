@@ -23,8 +23,6 @@ from benchmarks.peers import ECHO, IIWA_SIM, Line, listening, started
 from iiwa_sim.ros.joint_interface import ACTION
 
 QUESTION = b"get joint position\r\n"
-FLOODERS = (10, 50, 200)
-SLOW_READERS = 100
 SECONDS = 3.0
 PAUSE_S = 0.005
 """Pause of the other client between requests, so that it sends about 150 a second."""
@@ -63,14 +61,10 @@ SLOW = Flood("rosbridge", "slow readers of five topics", b"", readers_of_all_sta
 
 
 def measure() -> list[Figure]:
-    """Measure all floods with all numbers of connections."""
-    found = [figure for flood in FLOODS for count in FLOODERS for figure in _flooded(flood, count)]
-    return found + _flooded(SLOW, SLOW_READERS)
-
-
-def gate() -> list[Figure]:
-    """Measure the floods for which CI has time."""
-    return [figure for flood in FLOODS for figure in _flooded(flood, FLOODERS[0])]
+    """Measure all floods with ten connections, KRC4 messages with 200, and a hundred slow readers."""
+    counts = {"krc4": 200}
+    found = [figure for flood in FLOODS for figure in _flooded(flood, counts.get(flood.port, 10))]
+    return found + _flooded(SLOW, 100)
 
 
 def _flooded(flood: Flood, count: int) -> list[Figure]:

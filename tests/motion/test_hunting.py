@@ -17,7 +17,7 @@ FOUND_WIDELY = (100040, 100317, 100343, 100561, 501314, 200462, 700510)
 
 
 def moves(seed: int) -> dict[str, float]:
-    """What `tools/hunt.py` tries at more seeds."""
+    """Hunt by a seed."""
     return Hunt(seed).check()
 
 

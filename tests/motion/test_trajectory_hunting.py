@@ -214,7 +214,7 @@ def _assert_meets(one: tuple[Any, Any, Any], other: tuple[Any, Any, Any]) -> Non
 
 
 def trajectories(seed: int) -> dict[str, float]:
-    """What `tools/hunt.py` tries at more seeds."""
+    """Hunt by a seed."""
     return TrajectoryHunt(seed).check()
 
 

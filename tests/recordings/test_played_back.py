@@ -19,7 +19,7 @@ MOST_COMMANDS = 8
 
 
 def session(seed: int) -> dict[str, float]:
-    """What `tools/hunt.py` tries at more seeds."""
+    """Play a session by its seed."""
     return {"ticks": check_session(seed, 1 + seed % MOST_COMMANDS)}
 
 

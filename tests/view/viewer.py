@@ -16,13 +16,26 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
-from benchmarks.view import CAMERA
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.app import run_page
 from iiwa_sim.view.connection import Place
 from tests.talking import DEADLINE_S
 
 Message = dict[str, Any]
+
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (2.0, 0.0, 1.0),
+    "fov": 1.0,
+    "near": 0.01,
+    "far": 100.0,
+    "image_height": 480,
+    "image_width": 640,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 0.0, 1.0),
+}
+"""The message of a browser that makes it a viewer."""
 
 
 class Viewer:

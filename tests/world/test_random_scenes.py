@@ -116,7 +116,7 @@ class RandomScene:
 
 
 def calm(seed: int) -> dict[str, float]:
-    """The greatest speed (m/s) of a part; `tools/hunt.py` tries more seeds."""
+    """Return the greatest speed (m/s) of a part."""
     return {"fastest": RandomScene(seed).run().fastest}
 
 
