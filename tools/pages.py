@@ -1,4 +1,4 @@
-"""Hook of mkdocs: adds pages of commands and errors, and the pages at the repository's root.
+"""Hook of mkdocs: adds pages of commands, errors and Python, and the pages at the repository's root.
 
 Links are written as they hold in the repository; those to files outside of docs/ become plain text in the
 site.
@@ -15,6 +15,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+import iiwa_sim
 from iiwa_sim.protocols.krc4_xml import load_krc4_table
 from iiwa_sim.protocols.table import Command, Quantity, load_error_codes, load_table
 
@@ -35,7 +36,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are in no file of docs/."""
     written = {page: (ROOT / name).read_text("utf-8") for name, page in PAGES.items() if name.endswith(".md")}
     written["reference/commands.md"] = _commands("Commands", load_table("iiwa").commands)
-    written |= {"reference/messages.md": _messages(), "reference/errors.md": _errors()}
+    written |= {
+        "reference/messages.md": _messages(),
+        "reference/errors.md": _errors(),
+        "reference/python.md": _python(),
+    }
     for path, text in written.items():
         files.append(File.generated(config, path, content=text))
     return files
@@ -95,6 +100,13 @@ def _messages() -> str:
         text += f"\n## {each.tag}\n\n{each.summary} In `I1` it is {each.id}.\n\n"
         text += "\n".join(["| | in the | |", "|---|---|---|", *table, ""]) if table else ""
     return text
+
+
+def _python() -> str:
+    """Return directives of mkdocstrings for all that `iiwa_sim` exports."""
+    text = "# Python\n\nImport these names from `iiwa_sim`.\n"
+    names = sorted(iiwa_sim.__all__, key=lambda name: (iiwa_sim._HOME_OF[name], name))
+    return text + "".join(f"\n::: {iiwa_sim._HOME_OF[name]}.{name}\n" for name in names)
 
 
 def _errors() -> str:
