@@ -27,12 +27,11 @@ from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories, Progress
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
-from iiwa_sim.controller.motions import Motions, motions_of
+from iiwa_sim.controller.motions import Motions, Planned, motions_of
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.state import RobotStatus, robot_status
 from iiwa_sim.controller.targets import Targets
-from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.motion.joints import Joints

@@ -18,7 +18,6 @@ from iiwa_sim.controller.lin_planner import ROUNDING_RAD
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.planner import outside
-from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joint_trajectory import Beyond, Knot, Reference
 from iiwa_sim.motion.joints import Joints
 
@@ -187,7 +186,7 @@ class JointTrajectories:
             STOP_TRIGGERED, PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
         ):
             number = self._moves.accept(Event.TRAJECTORY)
-            controller.motions.track(Tracked(number, trajectory))
+            controller.motions.track(number, trajectory)
         active = _Active(number, path, goal, request.goal_time_s, reference.end_s)
 
         def ended(ending: Ending) -> None:

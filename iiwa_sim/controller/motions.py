@@ -1,9 +1,12 @@
-"""What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
+"""The motions of a robot: one queue of moves, a servo, and how the robot gives way around either."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
-from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.executor import Executor
@@ -17,6 +20,32 @@ from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
+
+
+class Planned(NamedTuple):
+    """The end of a move, or the target of a servo."""
+
+    number: int
+    """Moves, targets, trajectories and holds are numbered together, in the order of their acceptance."""
+    joints: Joints
+    """rad"""
+    blending_m: float = 0.0
+    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
+    also where joint positions say how far it may."""
+
+
+class _Waiting(NamedTuple):
+    """A motion that begins when the robot rests."""
+
+    begin: Callable[[], None]
+    planned: Planned | None
+    """Its end; None for a hold."""
+    compliant: bool = False
+
+
+def _planned(move: Move) -> Planned:
+    blending_m = move.zone.radius if move.zone is not None and move.zone.of_tcp else 0.0
+    return Planned(move.number, move.path.end, blending_m)
 
 
 class Motions:
@@ -39,7 +68,7 @@ class Motions:
         self._pursuit = Pursuit(executor, servo)
         self._impedance = impedance
         self._next_impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
-        self._next: Target | Tracked | StiffnessMove | Hold | None = None
+        self._next: _Waiting | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo heads for targets, and has not been stopped
 
@@ -107,7 +136,7 @@ class Motions:
     @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
-        return self._impedance.holding or isinstance(self._next, Hold)
+        return self._impedance.holding or (self._next is not None and self._next.planned is None)
 
     @property
     def waiting(self) -> int:
@@ -117,7 +146,7 @@ class Motions:
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
-        if isinstance(self._next, StiffnessMove | Hold):
+        if self._next is not None and self._next.compliant:
             return int(self._being_stopped)
         return self._executor.waiting if self._impedance.braking else self._executor.behind
 
@@ -176,23 +205,23 @@ class Motions:
             return self._impedance.centre
         if self._impedance.braking:
             return self.rest_after_stop()
-        if self._next is not None and not isinstance(self._next, Hold) and not self._nominal_moves:
-            return self._next.end
+        if self._next is not None and self._next.planned is not None and not self._nominal_moves:
+            return self._next.planned.joints
         pursued = self._pursuit.move
         return self._executor.goal if pursued is None else pursued.path.end
 
     @property
     def planned(self) -> list[Planned]:
-        """What runs, and is not being stopped, and what waits, in its order; holds, without a target, not."""
-        if self._next is not None and not isinstance(self._next, Hold):
-            return [Planned(self._next.number, self._next.end, 0.0)]
+        """The moves that run and are not being stopped, and those that wait, in their order; no holds."""
+        if self._next is not None and self._next.planned is not None:
+            return [self._next.planned]
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
-            return [Planned(self._newest, self._executor.goal, 0.0)] if self._nominal_moves else []
+            return [Planned(self._newest, self._executor.goal)] if self._nominal_moves else []
         if self._pursuit.move is not None:
-            return [planned_of(self._pursuit.move)] if self._nominal_moves else []
-        return [planned_of(move) for move in self._executor.moves]
+            return [_planned(self._pursuit.move)] if self._nominal_moves else []
+        return [_planned(move) for move in self._executor.moves]
 
     def is_pending(self, number: int) -> bool:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
@@ -204,53 +233,57 @@ class Motions:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
         self._executor.append(move)
 
-    def head_for(self, target: Target) -> None:
-        """Head for a target, at once or from rest. Other motions must have been stopped."""
+    def head_for(self, number: int, joints: Joints, limits: JointLimits) -> None:
+        """Head for joint positions (rad), at once or from rest. Other motions must have been stopped."""
         if self._following:
-            self._servo.head_for(target.end, target.limits)
+            self._servo.head_for(joints, limits)
         else:
-            self._next = target
-        self._newest = target.number
+            begin = partial(self._begin_following, joints, limits)
+            self._next = _Waiting(begin, Planned(number, joints))
+        self._newest = number
 
-    def track(self, wanted: Tracked) -> None:
-        """Follow a trajectory planned since the last tick, at once or from rest. Other motions must have been
-        stopped."""
+    def track(self, number: int, trajectory: JointTrajectory) -> None:
+        """Follow a trajectory planned since the last tick: at once, or when the robot has come to rest.
+
+        Other motions must have been stopped.
+        """
         if self.tracked:
-            self._executor.follow(wanted.trajectory)
+            self._executor.follow(trajectory)
         else:
-            self._next, self.tracking = wanted, False
-        self._newest = wanted.number
+            begin, end = partial(self._begin_tracking, trajectory), trajectory.end
+            self._next, self.tracking = _Waiting(begin, Planned(number, end)), False
+        self._newest = number
 
     def end_trajectory(self) -> None:
         """Stop on the trajectory that is followed, or forget the one that waits."""
-        if isinstance(self._next, Tracked):
+        if self._next is not None:
             self._next = self._newest = None
         elif self.tracked:
             self._executor.stop()
             self.tracking, self._newest = False, None
 
-    def move_compliantly(self, wanted: StiffnessMove) -> None:
+    def move_compliantly(self, move: Move, impedance: CartesianImpedance) -> None:
         """Carry out a move that begins at `compliant_start`, in place of what runs: from rest as any move, in
         mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
-        self._newest = wanted.move.number
-        impedance = self._impedance
-        if impedance.holding:
-            impedance.let_go()
-            self._executor.rest_at(impedance.joints)
-            self._pursuit.begin_stream()
-        if impedance.compliant and self._pursuit.replace(wanted.move):
-            self._next, self._next_impedance = None, wanted.impedance
-        else:
-            self._next, self._next_impedance = wanted, None
-
-    def hold(self, wanted: Hold) -> None:
-        """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
-        self._newest = wanted.number
-        self._next = wanted
+        self._newest = move.number
         if self._impedance.holding:
-            self._impedance.hold(wanted.stiffness_nm_per_rad)
-            self._next = None
-        elif self._impedance.compliant and self._nominal_moves:
+            self._impedance.let_go()
+            self._executor.rest_at(self._impedance.joints)
+            self._pursuit.begin_stream()
+        if self._impedance.compliant and self._pursuit.replace(move):
+            self._next, self._next_impedance = None, impedance
+        else:
+            begin = partial(self._begin_move, move, impedance)
+            self._next, self._next_impedance = _Waiting(begin, _planned(move), compliant=True), None
+
+    def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
+        """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
+        self._newest, self._next = number, None
+        if self._impedance.holding:
+            self._impedance.hold(stiffness_nm_per_rad)
+            return
+        self._next = _Waiting(partial(self._begin_hold, stiffness_nm_per_rad), None, compliant=True)
+        if self._impedance.compliant and self._nominal_moves:
             self._stop_nominal()
 
     def stop(self) -> None:
@@ -279,7 +312,7 @@ class Motions:
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
-        if isinstance(self._next, StiffnessMove | Hold):
+        if self._next is not None and self._next.compliant:
             if self._being_stopped:
                 self._next = self._newest = None
         elif self._impedance.braking:
@@ -307,7 +340,8 @@ class Motions:
         """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
         executor, impedance = self._executor, self._impedance
         if self._next is not None and not self._nominal_moves:
-            self._begin(self._next)
+            waiting, self._next = self._next, None
+            waiting.begin()
         if impedance.holding:
             return
         if impedance.compliant:
@@ -327,29 +361,28 @@ class Motions:
         self._pursuit.move = None
         self._following = self.tracking = False
 
-    def _begin(self, wanted: Target | Tracked | StiffnessMove | Hold) -> None:
-        """Begin what has waited until nothing moves any more."""
-        executor, impedance = self._executor, self._impedance
-        self._next = None
-        match wanted:
-            case Target():
-                self._servo.head_for(wanted.end, wanted.limits)
-                self._following = True
-                return
-            case Tracked():
-                executor.follow(wanted.trajectory)
-                self.tracking = True
-                return
-        if not impedance.compliant:
-            impedance.start(executor.joints)
+    def _begin_following(self, joints: Joints, limits: JointLimits) -> None:
+        self._servo.head_for(joints, limits)
+        self._following = True
+
+    def _begin_tracking(self, trajectory: JointTrajectory) -> None:
+        self._executor.follow(trajectory)
+        self.tracking = True
+
+    def _begin_move(self, move: Move, impedance: CartesianImpedance) -> None:
+        self._start_compliance()
+        self._executor.rest_at(self._executor.joints)
+        self._executor.append(move)
+        self._next_impedance = impedance
+
+    def _begin_hold(self, stiffness_nm_per_rad: float) -> None:
+        self._start_compliance()
+        self._impedance.hold(stiffness_nm_per_rad)
+
+    def _start_compliance(self) -> None:
+        if not self._impedance.compliant:
+            self._impedance.start(self._executor.joints)
             self._pursuit.begin_stream()
-        match wanted:
-            case Hold():
-                impedance.hold(wanted.stiffness_nm_per_rad)
-            case StiffnessMove():
-                executor.rest_at(executor.joints)
-                executor.append(wanted.move)
-                self._next_impedance = wanted.impedance
 
 
 def motions_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.acceleration import capped_joints
@@ -11,16 +12,19 @@ from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Plan
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
-from iiwa_sim.controller.stiffness import check_joint_stiffness, impedance_of
-from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.springs import CartesianImpedance
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
 
 LONGEST_QUEUE = 1000
 """Moves that wait; one more is refused."""
+LARGEST_N_PER_M = 5000.0
+"""Published: the original's."""
+LARGEST_NM_PER_RAD = 5000.0
+"""Our decision."""
 SERVO_EVENTS = {Kind.SMART: Event.SMART_MOVE, Kind.DIRECT: Event.DIRECT_MOVE}
 
 
@@ -119,7 +123,7 @@ class Moves:
     def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         controller, motions = self._controller, self._controller.motions
-        impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)
+        impedance = _impedance_of(compliance)
         controller.errors.check()
         stops = TRANSITIONS[controller.mode, Event.IMPEDANCE_MOVE].stops
         plan = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
@@ -127,16 +131,16 @@ class Moves:
             controller.targets.check_way_back(plan.limits)
         number = self.accept(Event.IMPEDANCE_MOVE)
         with controller.endings.because(STOP_TRIGGERED, REPLACED):
-            motions.move_compliantly(StiffnessMove(self._move(number, request, plan), impedance))
+            motions.move_compliantly(self._move(number, request, plan), impedance)
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
         controller = self._controller
         controller.errors.check()
-        check_joint_stiffness(stiffness_nm_per_rad)
+        _check_stiffness(stiffness_nm_per_rad, LARGEST_NM_PER_RAD, "Nm/rad")
         number = self.accept(Event.IMPEDANCE_MOVE)
         with controller.endings.because(STOP_TRIGGERED, REPLACED):
-            controller.motions.hold(Hold(number, stiffness_nm_per_rad))
+            controller.motions.hold(number, stiffness_nm_per_rad)
         return number
 
     def _head_for(self, request: MoveRequest) -> int:
@@ -152,7 +156,7 @@ class Moves:
             limits = capped_joints(limits, request.acceleration)
         number = self.accept(event)
         with controller.endings.because(STOP_TRIGGERED, REPLACED):
-            motions.head_for(Target(number, joints, limits))
+            motions.head_for(number, joints, limits)
         controller.servo_heard = controller.tick
         return number
 
@@ -175,3 +179,17 @@ class Moves:
             controller.endings.lost(number, refused.code, reason)
             return None
         return self._move(number, request, plan)
+
+
+def _impedance_of(compliance: TcpCompliance) -> CartesianImpedance:
+    """Return how the TCP is to give way; raises `Refused` for numbers out of range."""
+    _check_stiffness(compliance.stiffness_n_per_m, LARGEST_N_PER_M, "N/m")
+    if not all(map(isfinite, compliance.balanced)):
+        raise Refused(EXECUTION, "a force that is not finite")
+    fx, fy, fz, tx, ty, tz = (0.0 - value for value in compliance.balanced)
+    return CartesianImpedance(compliance.stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
+
+
+def _check_stiffness(stiffness: float, largest: float, unit: str) -> None:
+    if not 0.0 <= stiffness <= largest:
+        raise Refused(EXECUTION, f"stiffness {stiffness:g} {unit}: expected 0 to {largest:g}")
