@@ -65,6 +65,7 @@ class ExternalWrench:
         self.world = TcpContact((), 0.0) if surfaces is None else surfaces
         """The surfaces; changes act from the next tick on."""
         self._links = Links(model, [Worn(capsule) for capsule in tool])
+        self._is_free = self._links.gaps.is_free
         self.arm_links = frozenset(capsule.link for capsule in capsules_of(model.description))
         """The names of the links of the arm, without tool and jaws."""
         self.bodies: Any = None
@@ -193,25 +194,16 @@ class ExternalWrench:
     # Ticks
 
     @property
-    def changes(self) -> bool:
-        """Whether a tick may change a reading: without noise, far from surfaces, it cannot."""
-        return bool(
-            self._noise is not None or self._motion is not None or self.world.is_known or not self.world.empty
-        )
-
-    @property
     def needs_poses(self) -> bool:
         """Whether ticks need poses of the TCP: for an unknown payload, or for bodies."""
         return self._motion is not None or self.bodies is not None
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
-        return not (
-            self._wrenches
-            or self._torques
-            or self.changes
-            or not self._links.gaps.is_free(joints, tick, tick_s)
-        )
+        if self._wrenches or self._torques or self._noise is not None or self._motion is not None:
+            return False
+        world = self.world
+        return world.empty and not world.is_known and bool(self._is_free(joints, tick, tick_s))
 
     @property
     def settled(self) -> bool:
@@ -250,7 +242,7 @@ class ExternalWrench:
         elif self._surrounded != changes:
             self._surrounded = changes
             links.surround(world.surfaces, joints)
-        if not links.gaps.is_free(joints, tick, tick_s):
+        if not self._is_free(joints, tick, tick_s):
             links.step(joints, before, tick, tick_s)
             self._take_links(joints)
         if not world.empty:
@@ -365,7 +357,7 @@ class ExternalWrench:
             most_nm: Limit of the torque at the TCP.
         """
         self.judged = True
-        x, y, z, a, b, c = _sum(self._wrenches.values())
+        x, y, z, a, b, c = self.acting
         force, torque = hypot(x, y, z), hypot(a, b, c)
         if force >= NEARLY * most_n or torque >= NEARLY * most_nm:
             return False

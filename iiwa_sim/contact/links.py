@@ -120,6 +120,8 @@ class Links:
     def __init__(self, model: Model, tool: Sequence[Worn] = ()) -> None:
         """Take an arm with the capsules of its tool, among no surfaces."""
         self._model, self._arm = model, model.arm.pin_model
+        self.gaps = Gaps([1.01 * velocity for velocity in model.description.velocity])
+        """They tell when nothing can touch."""
         self._tool = tuple(tool)
         self._jaws: tuple[Worn, ...] = ()
         self._surfaces: tuple[Surface, ...] = ()
@@ -231,8 +233,7 @@ class Links:
             row = self._reach[[body.capsules for body in self._bodies].index(group.body.capsules)].copy()
             row[: group.first] = 0.0
             levers.append(row)
-        self.gaps = Gaps(levers, [1.01 * velocity for velocity in self._model.description.velocity])
-        """Tell when nothing can touch."""
+        self.gaps.take(levers)
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """Have jaws at new places in the flange."""

@@ -32,6 +32,7 @@ cdef class Reached:
 cdef class TcpContact:
     cdef readonly double radius_m
     cdef readonly long changes         # counts surfaces that were put, moved or removed
+    cdef readonly bint empty           # whether there are no surfaces
     cdef readonly bint is_known        # whether the contact at the last place is known
     cdef readonly bint settled         # whether the last tick has changed nothing
     cdef dict _contacts

@@ -210,7 +210,7 @@ class TcpContact:
         """Take surfaces, each with its own name; a radius of 0 makes the sphere a point."""
         self.radius_m = radius_m
         self._contacts: dict[str, Contact] = {}
-        self.changes = 0
+        self.changes, self.empty = 0, True
         self.is_known = self.settled = self._is_turned = False
         self._at, self._place, self._turned = np.zeros(12), np.zeros(3), np.zeros(9)
         self._acting, self._asked = np.zeros((2, 6))
@@ -222,14 +222,10 @@ class TcpContact:
         """The surfaces by name."""
         return {name: contact.surface for name, contact in self._contacts.items()}
 
-    @property
-    def empty(self) -> bool:
-        """Whether there are no surfaces."""
-        return not self._contacts
-
     def put(self, surface: Surface) -> None:
         """Add a surface, or replace the one of its name, without any memory of the TCP."""
         self._contacts[surface.name] = Contact(surface, self.radius_m)
+        self.empty = False
         self.changes += 1
 
     def move(self, name: str, pose: Transform) -> None:
@@ -242,6 +238,7 @@ class TcpContact:
     def remove(self, name: str) -> None:
         """Remove a surface."""
         del self._contacts[name]
+        self.empty = not self._contacts
         self.changes += 1
 
     def touched(self, name: str) -> bool:
@@ -403,14 +400,17 @@ class TcpContact:
 class Gaps:
     """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
 
-    def __init__(self, levers: Any, velocity: Any) -> None:
-        """Take the greatest way (m) of each distance per turn (rad) of each joint, and joint velocities."""
-        count = len(velocity)
-        self._levers = np.array(levers, dtype=float).reshape(len(levers), count)
+    def __init__(self, velocity: Any) -> None:
+        """Take the greatest velocities (rad/s) of joints."""
         self._velocity = np.array(velocity)
+        self._looked, self._rates = np.zeros((2, len(velocity)))
+        self.take([])
+
+    def take(self, levers: Any) -> None:
+        """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
+        self._levers = np.array(levers, dtype=float).reshape(len(levers), self._rates.shape[0])
         self.free = np.zeros(len(levers))
         self._free, self._known = self.free, np.zeros(len(levers))
-        self._looked, self._rates = np.zeros((2, count))
         self.forget()
 
     def forget(self) -> None:
