@@ -7,7 +7,7 @@ In free space there are none, and all readings are exactly 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import hypot, isfinite
 from operator import add as add_numbers
 from typing import Any, NamedTuple
@@ -37,6 +37,15 @@ class ContactState(NamedTuple):
     """Contributions of surfaces at the TCP."""
     torques: dict[str, Torques]
     """The same on the joints."""
+
+
+class Pushes:
+    """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
+
+    tcp_push: Wrench = NO_WRENCH
+    """At the TCP, along its axes: the applied wrench, parts, and the weight of an unknown payload."""
+    joint_push: Torques
+    """On each joint (Nm): the applied torque, surfaces and parts on links, and links on links."""
 
 
 class ExternalWrench:
@@ -72,12 +81,13 @@ class ExternalWrench:
         """Reports the contacts of links with parts; None without parts."""
         self.judged = False
         """Whether `surely_within` has been asked since something was set."""
-        self.pushes = _Pushes(self)
-        """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
+        self.pushes = Pushes()
+        """They are found anew when one of them changes: motions ask for them in each tick."""
         self._wrenches: dict[str, Wrench] = {}
         self._torques: dict[str, Torques] = {}
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: Torques = (0.0,) * model.joint_count
+        self.pushes.joint_push = self._joint_push
         self._parts_push: Wrench = NO_WRENCH
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
@@ -113,6 +123,16 @@ class ExternalWrench:
         else:
             contributions[name] = value
 
+    def _find_pushes(self) -> None:
+        tcp = self._wrench if self._parts_push is NO_WRENCH else add(self._wrench, self._parts_push)
+        if self._motion is not None:
+            tcp = add(tcp, self._motion.weight(self._at_tcp))
+        joints = self._joint_push
+        for more in (self._links.yielding, self._links.folded, self._torques.get("parts")):
+            if more is not None:
+                joints = tuple(map(add_numbers, joints, more))
+        self.pushes.tcp_push, self.pushes.joint_push = tcp, joints
+
     # What is set from outside
 
     @property
@@ -128,6 +148,7 @@ class ExternalWrench:
         _check("wrench", wrench, len(NO_WRENCH))
         self._wrench, self.judged = wrench, False
         self._set(self._wrenches, "applied", wrench)
+        self._find_pushes()
 
     @property
     def joint_push(self) -> Torques:
@@ -142,6 +163,7 @@ class ExternalWrench:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push, self.judged = torques, False
         self._set(self._torques, "applied", torques)
+        self._find_pushes()
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """Carry a payload besides the one that the controller knows, with the arm at joint positions (rad).
@@ -152,11 +174,12 @@ class ExternalWrench:
         if unknown is None:
             self._motion = None
             self._wrenches.pop("payload", None)
-            return
-        if self._motion is None:
-            self._motion = TcpMotion(self._tcp.pose(joints))
-        self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
-        self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+        else:
+            if self._motion is None:
+                self._motion = TcpMotion(self._tcp.pose(joints))
+            self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
+            self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+        self._find_pushes()
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
         """Take what parts do to the TCP, along its axes, and to the joints (Nm).
@@ -166,6 +189,7 @@ class ExternalWrench:
         self._set(self._wrenches, "parts", wrench)
         self._set(self._torques, "parts", torques)
         self._parts_push, self.judged = push, False
+        self._find_pushes()
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """Have the jaws of a gripper there, in the flange."""
@@ -230,6 +254,7 @@ class ExternalWrench:
         if self._motion is not None and not (self._motion.still and joints == self._joints):
             self._motion.step(self.tcp(joints), tick_s, coming)
             self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+            self._find_pushes()
         before, self._joints, world, links = self._joints, joints, self.world, self._links
         changes: int = world.changes
         if world.empty:
@@ -265,6 +290,7 @@ class ExternalWrench:
             back = transpose(rotation)
             wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))
         self._set(self._wrenches, "tool", wrench)
+        self._find_pushes()
 
     def _part_links(self) -> None:
         """Have no contact of links; surfaces that they are in push them only after they have been out."""
@@ -290,6 +316,7 @@ class ExternalWrench:
         self._wrenches.update(felt.wrenches)
         self._torques.update(felt.torques)
         self._settled, self.judged = NEVER, False
+        self._find_pushes()
 
     # Readings
 
@@ -322,7 +349,10 @@ class ExternalWrench:
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
-        return _sum(self._wrenches.values())
+        found = NO_WRENCH
+        for wrench in self._wrenches.values():
+            found = wrench if found is NO_WRENCH else add(found, wrench)
+        return found
 
     def exact_torques(self, joints: Sequence[float]) -> Torques:
         """Return the external torques (Nm), without noise, with the robot at joint positions (rad)."""
@@ -374,37 +404,6 @@ class ExternalWrench:
         """Restart the noise with this seed, if there is noise."""
         if self._noise is not None:
             self._noise.seed(seed)
-
-
-class _Pushes:
-    """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
-
-    def __init__(self, load: ExternalWrench) -> None:
-        self._load = load
-
-    @property
-    def tcp_push(self) -> Wrench:
-        """At the TCP, along its axes: the applied wrench, parts, and the weight of an unknown payload."""
-        load = self._load
-        push = load._wrench if load._parts_push is NO_WRENCH else add(load._wrench, load._parts_push)
-        return push if load._motion is None else add(push, load._motion.weight(load._at_tcp))
-
-    @property
-    def joint_push(self) -> Torques:
-        """On each joint (Nm): the applied torque, surfaces and parts on links, and links on links."""
-        load = self._load
-        push = load._joint_push
-        for more in (load._links.yielding, load._links.folded, load._torques.get("parts")):
-            if more is not None:
-                push = tuple(map(add_numbers, push, more))
-        return push
-
-
-def _sum(wrenches: Iterable[Wrench]) -> Wrench:
-    found = NO_WRENCH
-    for wrench in wrenches:
-        found = wrench if found is NO_WRENCH else add(found, wrench)
-    return found
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:
