@@ -1,15 +1,13 @@
 """What stands there, as data for who looks at it from outside: the arm, and what is round it."""
 
-from typing import Any, Self
+from typing import Any
 
 import msgspec
 
-from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Vector
-from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Mesh, Part
 
@@ -42,13 +40,6 @@ class DescribedCapsule(msgspec.Struct, frozen=True):
     end_mm: Vector
     """The other one."""
     radius_mm: float
-
-    @classmethod
-    def of(cls, capsule: Capsule) -> Self:
-        """A capsule as it is told."""
-        (ax, ay, az), (bx, by, bz) = capsule.start, capsule.end
-        ends_mm = (1e3 * ax, 1e3 * ay, 1e3 * az), (1e3 * bx, 1e3 * by, 1e3 * bz)
-        return cls(*ends_mm, 1e3 * capsule.radius_m)
 
 
 class DescribedCell(msgspec.Struct, frozen=True):
@@ -94,15 +85,11 @@ class DescribedMoves(msgspec.Struct, frozen=True):
 def described_moves(controller: Controller, at_most: int) -> DescribedMoves:
     """Describe what runs and what waits, `at_most` the first ones."""
     planned = controller.planned
-    return DescribedMoves(
-        len(planned),
-        tuple(
-            DescribedMove(
-                move.number, move.joints, controller.tcp_frame_at(move.joints), 1e3 * move.blending_m
-            )
-            for move in planned[:at_most]
-        ),
-    )
+    moves = [
+        DescribedMove(each.number, each.joints, controller.tcp_frame_at(each.joints), 1e3 * each.blending_m)
+        for each in planned[:at_most]
+    ]
+    return DescribedMoves(len(planned), tuple(moves))
 
 
 def described_robot(controller: Controller) -> DescribedRobot:
@@ -117,13 +104,16 @@ def described_cell(controller: Controller) -> DescribedCell:
         contact_radius_mm=1e3 * world.radius_m,
         inputs=io.input_names,
         outputs=io.output_names,
-        surfaces=tuple(msgspec.to_builtins(settings_of(surface)) for surface in world.surfaces.values()),
+        surfaces=tuple(map(described_surface, world.surfaces.values())),
         parts=tuple(
             {"name": part.name, "shape": _kind(part.shape), **_lengths(part.shape)}
             for part in parts_of(controller)
         ),
         jaw_mm=tuple(1e3 * each for each in jaw_m_of(controller)),
-        tool_capsules=() if tool is None else tuple(map(DescribedCapsule.of, tool.capsules)),
+        tool_capsules=tuple(
+            DescribedCapsule(_mm(each.start), _mm(each.end), 1e3 * each.radius_m)
+            for each in (() if tool is None else tool.capsules)
+        ),
     )
 
 
@@ -139,23 +129,24 @@ def jaw_m_of(controller: Controller) -> tuple[float, ...]:
     return kind.jaw_m if isinstance(kind, Jaws) else ()
 
 
-def settings_of(surface: Surface) -> AnySurface:
-    """The settings of a cell.toml that describe a surface: `iiwa_sim.cell.cell.surface_of` reversed."""
-    return _SETTINGS[_kind(surface.shape)](
-        name=surface.name,
-        stiffness_n_per_m=surface.stiffness,
-        damping_s_per_m=surface.damping,
-        friction=surface.friction,
+def described_surface(surface: Surface) -> dict[str, Any]:
+    """Return a surface with the keys and units of a cell.toml: `iiwa_sim.cell.cell.surface_of` reversed."""
+    carries = {"surface_velocity_mm_per_s": _mm(surface.surface_velocity)}
+    return {
+        "shape": _kind(surface.shape),
+        "name": surface.name,
         **Frame.from_transform(surface.pose)._asdict(),
+        "stiffness_n_per_m": surface.stiffness,
+        "damping_s_per_m": surface.damping,
+        "friction": surface.friction,
         **_lengths(surface.shape),
-        **_carries(surface),
-    )
+        **(carries if isinstance(surface.shape, Box) else {}),
+    }
 
 
-def _carries(surface: Surface) -> dict[str, Any]:
-    x, y, z = surface.surface_velocity
-    is_box = isinstance(surface.shape, Box)
-    return {"surface_velocity_mm_per_s": (1e3 * x, 1e3 * y, 1e3 * z)} if is_box else {}
+def _mm(place: Vector) -> Vector:
+    x, y, z = place
+    return (1e3 * x, 1e3 * y, 1e3 * z)
 
 
 def _kind(shape: Shape | Mesh) -> str:
@@ -166,7 +157,7 @@ def _lengths(shape: Shape | Mesh) -> dict[str, Any]:
     """The keys of a cell.toml for the lengths of a shape (mm); of a mesh the corners of its triangles."""
     match shape:
         case Mesh():
-            return {"corners_mm": tuple((1e3 * x, 1e3 * y, 1e3 * z) for x, y, z in shape.corners)}
+            return {"corners_mm": tuple(map(_mm, shape.corners))}
         case Box():
             return {"size_mm": (2e3 * shape.half_x, 2e3 * shape.half_y, 2e3 * shape.half_z)}
         case Sphere():
@@ -174,11 +165,3 @@ def _lengths(shape: Shape | Mesh) -> dict[str, Any]:
         case Cylinder():
             return {"radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
     return {}
-
-
-_SETTINGS: dict[str, type[AnySurface]] = {
-    "plane": PlaneSettings,
-    "box": BoxSettings,
-    "sphere": SphereSettings,
-    "cylinder": CylinderSettings,
-}
