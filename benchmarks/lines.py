@@ -9,7 +9,7 @@ from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.planned_trajectory import Trajectory, at_once, begun, planned_on
+from iiwa_sim.motion.trajectory import Trajectory, at_once, begun, planned_on
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 

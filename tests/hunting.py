@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.planned_trajectory import Trajectory
+from iiwa_sim.motion.trajectory import Trajectory
 from tests.chains import KINDS, PLACES, SPEEDS, UNTIL_STOPPED, ChainMove, send
 from tests.stepped import ROBOTS, SteppedRobot, assert_loads_are_within, worst_loads
 

@@ -22,7 +22,7 @@ from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, turn_between
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.plan_kernel import Polynomial
-from iiwa_sim.motion.planned_trajectory import Trajectory
+from iiwa_sim.motion.trajectory import Trajectory
 from tests import asked
 from tests.chains import UNTIL_STOPPED, ChainMove, aimed
 from tests.hunting import STEP_S, Hunt

@@ -8,8 +8,8 @@ from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.lookahead import Ahead, LookAhead
-from iiwa_sim.motion.planned_trajectory import Trajectory, ending
 from iiwa_sim.motion.time_scaling import TimeScaling
+from iiwa_sim.motion.trajectory import Trajectory, ending
 from iiwa_sim.motion.waiting import Waiting, among
 
 AHEAD = 128

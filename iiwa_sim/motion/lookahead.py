@@ -9,9 +9,9 @@ from typing import NamedTuple
 from iiwa_sim.motion.blend import Blend, Move, blend, half_times_s, may_blend
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.plan_kernel import BlendedPath
-from iiwa_sim.motion.planned_trajectory import AT_START, FREE_S, Trajectory, begun, planned, planned_on
 from iiwa_sim.motion.speed_profile import Slices
 from iiwa_sim.motion.time_scaling import TimeScaling
+from iiwa_sim.motion.trajectory import AT_START, FREE_S, Trajectory, begun, planned, planned_on
 
 HORIZON_S = 1.0
 """A trajectory is planned on into moves that wait once less than this lies ahead."""
@@ -44,6 +44,8 @@ MORE_PATIENCE, MOST_PATIENCE = 1.7, 2.0
 times the first."""
 LONGEST_S = 0.2
 """A change of a trajectory begins no later than this after now."""
+MOST_TRIES = 6
+"""To make a rough trajectory faster, each with twice the time of the one before."""
 LEAST_PACE = 0.02
 SHARES = (1.0, 0.6)
 """Parts of a blend that are tried one after the other, until a profile is found."""
@@ -96,7 +98,7 @@ class LookAhead:
         self._work: Slices[Ahead | None] | None = None
         self._setting_out: _SettingOut | None = None
         self._waits_s = 0.0  # so long at the most for what sets out
-        self._faster_tried = False
+        self._tries = 0  # to make the trajectory faster
         self._rejected = 0  # number of the last move that is left to set out from rest
         self.quiet_until_s = 0.0
         """Until this planned time `step` has nothing to do, with the same trajectory and the same moves."""
@@ -142,7 +144,6 @@ class LookAhead:
                 # Comparing with a stop takes slices, too.
                 if ahead is None or self._in_time(ahead.trajectory):
                     return ahead
-                self._faster_tried = False
                 return None
         return None
 
@@ -164,8 +165,8 @@ class LookAhead:
         soon = trajectory.end_s - self._time.time_s < HORIZON_S
         if soon and self._may_go_on(trajectory, waiting):
             return self._on(trajectory, list(islice(waiting, MOST_AT_ONCE)))
-        if trajectory.rough and not self._faster_tried:
-            self._faster_tried = True
+        if trajectory.rough and self._tries < MOST_TRIES:
+            self._tries += 1
             return self._faster(trajectory)
         return None
 
@@ -177,7 +178,7 @@ class LookAhead:
 
     def _faster(self, trajectory: Trajectory) -> Slices[Ahead | None]:
         now_s = self._time.time_s
-        then_s = now_s + self._needed_s(trajectory, [])
+        then_s = now_s + 2.0 ** (self._tries - 1) * self._needed_s(trajectory, [])
         faster = yield from planned_on(trajectory, now_s, then_s, [], [])
         if faster is None or faster.end_s >= trajectory.end_s:
             return None

@@ -188,6 +188,24 @@ class Polynomial:
     leaves.
     """
 
+    borders: Array = cython.declare(object, visibility="readonly")
+    """(pieces + 1,), rising: from 0 to 1 for the path of a move"""
+    offsets: NDArray[np.intp] = cython.declare(object, visibility="readonly")
+    """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
+    coefficients: Array = cython.declare(object, visibility="readonly")
+    """(rows, joints), rad"""
+    start: Joints = cython.declare(object, visibility="readonly")
+    end: Joints = cython.declare(object, visibility="readonly")
+    tcp_length_m: float | None = cython.declare(object, visibility="readonly")
+    joint_count: int = cython.declare(cython.Py_ssize_t, visibility="readonly")
+    piece_count: int = cython.declare(cython.Py_ssize_t, visibility="readonly")
+    straight: bool = cython.declare(cython.bint, visibility="readonly")
+    """Whether the joints go straight and evenly with s."""
+    _borders: cython.double[::1]
+    _offsets: cython.Py_ssize_t[::1]
+    _padded: cython.double[:, ::1]  # coefficients, filled up to eight joints, or a multiple
+    _room: cython.double[:, :, ::1]
+
     def __init__(
         self,
         borders: Sequence[float] | Array,
@@ -198,31 +216,21 @@ class Polynomial:
     ) -> None:
         """`pieces` has the coefficients (rows, joints) of each piece; `start` and `end` are its exact ends.
 
-        `tcp_length_m` is how far the TCP goes, where it goes straight and evenly with s.
+        `tcp_length_m` is the distance of the TCP, if it goes straight and evenly with s.
         """
-        self.borders: Array = np.array(borders, dtype=np.float64)
-        """(pieces + 1,), rising: from 0 to 1 where this is the path of a move"""
-        self.offsets: NDArray[np.intp] = np.zeros(len(pieces) + 1, dtype=np.intp)
-        """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
-        self.coefficients: Array = np.array(
-            pieces[0] if len(pieces) == 1 else np.concatenate(pieces), dtype=np.float64, order="C"
+        rows = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        self.borders, self.coefficients = (
+            np.array(borders, dtype=np.float64),
+            np.array(rows, dtype=np.float64),
         )
-        """(rows, joints), rad"""
-        self.start = start
-        """Joint positions (rad) at s = 0."""
-        self.end = end
-        """Joint positions (rad) at s = 1."""
-        self.tcp_length_m = tcp_length_m
-        self.joint_count = self.coefficients.shape[1]
-        self.piece_count = len(pieces)
-        self.straight = len(self.coefficients) == 2
-        """Whether the joints go straight and evenly with s."""
+        self.offsets = np.zeros(len(pieces) + 1, dtype=np.intp)
+        self.start, self.end, self.tcp_length_m = start, end, tcp_length_m
+        self.joint_count, self.piece_count = rows.shape[1], len(pieces)
+        self.straight = len(rows) == 2
         self._borders, self._offsets = self.borders, self.offsets
-        # Filled up to eight joints, or a multiple.
-        padded = np.zeros((len(self.coefficients), (self.joint_count + 7) // 8 * 8))
-        padded[:, : self.joint_count] = self.coefficients
-        self._coefficients = padded
-        self._room = np.empty((1, 1, self.joint_count))
+        padded = np.zeros((len(rows), (self.joint_count + 7) // 8 * 8))
+        padded[:, : self.joint_count] = rows
+        self._padded, self._room = padded, np.empty((1, 1, self.joint_count))
         for k in range(len(pieces)):
             self._offsets[k + 1] = self._offsets[k] + len(pieces[k])
 
@@ -266,9 +274,9 @@ class Polynomial:
         x: cython.double = (s - self._borders[piece]) * scale - 1.0
         if self.straight:  # the same in short
             for j in range(count):
-                values[0, row, j] = self._coefficients[0, j] + self._coefficients[1, j] * x
+                values[0, row, j] = self._padded[0, j] + self._padded[1, j] * x
                 if orders > 0:
-                    values[1, row, j] = self._coefficients[1, j] * scale
+                    values[1, row, j] = self._padded[1, j] * scale
                 for k in range(2, orders + 1):
                     values[k, row, j] = 0.0
             return
@@ -280,7 +288,7 @@ class Polynomial:
         # Sums of eight joints at once are kept in registers.
         for j in range(0, count, 8):
             for i in range(8):
-                y0[i] = self._coefficients[first, j + i]
+                y0[i] = self._padded[first, j + i]
                 y1[i] = y2[i] = y3[i] = 0.0
             # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
             t0: cython.double = 1.0
@@ -294,7 +302,7 @@ class Polynomial:
             if orders == 0:
                 for k in range(first + 1, last):
                     for i in range(8):
-                        y0[i] += self._coefficients[k, j + i] * t1
+                        y0[i] += self._padded[k, j + i] * t1
                     t = double_x * t1 - t0
                     t0 = t1
                     t1 = t
@@ -303,7 +311,7 @@ class Polynomial:
                 continue
             for k in range(first + 1, last):
                 for i in range(8):
-                    c = self._coefficients[k, j + i]
+                    c = self._padded[k, j + i]
                     y0[i] += c * t1
                     y1[i] += c * d1
                     y2[i] += c * e1
@@ -433,7 +441,7 @@ class BlendedPath:
                 y = self.rho[k]
                 marks = [float(i) / MARKS for i in range(1, MARKS)]
                 marks += [v for i in range(1, BESIDE + 1) for v in (0.2 * i / MARKS, 1.0 - 0.2 * i / MARKS)]
-                marks += [0.1 / MARKS, 1.0 - 0.1 / MARKS]
+                marks += [v for i in (0.03, 0.1) for v in (i / MARKS, 1.0 - i / MARKS)]
                 edges += [self._place(k, v) for v in marks]
                 v = NEAR_EDGE * min(
                     self.before[k] * (self.targets[k] - self.targets[k - 1]), self.after[k] * length
@@ -1047,7 +1055,7 @@ class SpeedProfile:
                 self._newton()
                 continue
             while self.at < self.count and budget > 0:
-                budget -= self._check(self.at, True)
+                budget -= self._check(self.at)
                 self.at += 1
             if self.at == self.count:
                 self.rounds += 1
@@ -1056,13 +1064,6 @@ class SpeedProfile:
                 else:
                     self._end()
         return bool(self.rounds > ROUNDS)
-
-    def slow_down(self) -> None:
-        """Slow all of a profile from rest to rest down to its limits."""
-        self.excess = 1.0
-        for k in range(self.count):
-            self._check(k, False)
-        self._end()
 
     @cython.cfunc
     def _end(self) -> cython.void:
@@ -1074,7 +1075,7 @@ class SpeedProfile:
                 self.c[k] /= self.excess
 
     @cython.cfunc
-    def _check(self, k: cython.Py_ssize_t, adds: cython.bint) -> cython.Py_ssize_t:
+    def _check(self, k: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Add a row for the sample of a segment that exceeds a limit most, one for each order.
 
         Raise `excess` to what b has to be divided by. Return the work done.
@@ -1091,9 +1092,8 @@ class SpeedProfile:
             y = worst / (VELOCITY if o == 0 else TOLERANCE)
             if y > 1.0:
                 self.excess = max(self.excess, y if o == 1 else y * y if o == 0 else root(y * y))
-                if adds:
-                    self._open(k, self.u[place] if o == 2 else -1.0)
-                    self._add(place, o, joint, STRICTER * (STRICTER if o == 0 else 1.0))
+                self._open(k, self.u[place] if o == 2 else -1.0)
+                self._add(place, o, joint, STRICTER * (STRICTER if o == 0 else 1.0))
         return (self.first[k + 1] - self.first[k]) // 2
 
     @cython.cfunc

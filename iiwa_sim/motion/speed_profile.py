@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.plan_kernel import UNIT_S, BlendedPath, SpeedProfile, moving_average, run
+from iiwa_sim.motion.plan_kernel import BlendedPath, SpeedProfile, moving_average, run
 
 T = TypeVar("T")
 Slices = Generator[None, None, T]
@@ -18,8 +18,6 @@ Slices = Generator[None, None, T]
 
 WORK = 1000
 """Budget of one call of the profile, in interior-point steps of a segment: some 0.4 ms."""
-AT_FIRST = 5
-"""Most such calls in the tick in which a move sets out alone."""
 ENOUGH = 0.03
 """Duality gap that ends a solution, as a part of the duration."""
 MANY_SAMPLES = 400
@@ -121,22 +119,6 @@ def fastest(profile: SpeedProfile) -> Slices[bool]:
     while not profile.advance(WORK):
         yield
     return bool(profile.keeps_limits)
-
-
-def quick(profile: SpeedProfile, lengths_s: Array) -> bool:
-    """Do as `fastest`, from rest to rest, in at most `AT_FIRST` calls; else slow the profile down.
-
-    Return whether it is close to the fastest one.
-    """
-    profile.begin(ENOUGH)
-    for _ in range(AT_FIRST):
-        if profile.advance(WORK):
-            if profile.keeps_limits:
-                return True
-            profile.guess(lengths_s / UNIT_S)
-            break
-    profile.slow_down()
-    return False
 
 
 def blend_spans(path: BlendedPath) -> tuple[Array, Array]:

@@ -8,8 +8,8 @@ from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.path import ptp
 from iiwa_sim.motion.plan_kernel import Polynomial
-from iiwa_sim.motion.planned_trajectory import begun
 from iiwa_sim.motion.time_scaling import TimeScaling
+from iiwa_sim.motion.trajectory import begun
 
 TICK_S = 0.01
 LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))

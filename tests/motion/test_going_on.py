@@ -12,7 +12,7 @@ from iiwa_sim.motion.blend import Blend, Move, blend, sphere
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path import ptp
 from iiwa_sim.motion.plan_kernel import BlendedPath
-from iiwa_sim.motion.planned_trajectory import AT_START, Trajectory, at_once, planned, planned_on
+from iiwa_sim.motion.trajectory import AT_START, Trajectory, at_once, planned, planned_on
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 

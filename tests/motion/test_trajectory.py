@@ -11,7 +11,7 @@ from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.planned_trajectory import begun
+from iiwa_sim.motion.trajectory import begun
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.asked import lin_joint_move, lin_move, ptp_move

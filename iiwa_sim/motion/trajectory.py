@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from math import isfinite, sqrt
+from math import isfinite, log2, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,6 @@ from iiwa_sim.motion.speed_profile import (
     blend_spans,
     fastest,
     nominal,
-    quick,
     sampled,
     sets_out,
 )
@@ -44,6 +43,10 @@ LITTLE_KEPT_S = 0.04
 """So much is kept of x if a trajectory is to end sooner, and no profile was found with more of it."""
 LEAST_BLEND = 0.1
 """If less than this part of a blend is left, it is too late for it."""
+AT_FIRST, LONG_S = 5, 4.0
+"""Most slices of solving in the tick in which a move sets out alone; a longer curved one sets out evenly."""
+CAUTION = 0.95
+"""Part of limits that an even motion along a curved path uses, as limits are checked at samples."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 
@@ -85,9 +88,10 @@ _HERMITE = np.array(
 """Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
 _OFF_MIDDLE = np.array([0.18343464249564978, 0.525532409916329, 0.7966664774136267, 0.9602898564975362])
 _HALF_WEIGHTS = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
-_NODES = 0.5 + 0.5 * np.concatenate([-_OFF_MIDDLE, _OFF_MIDDLE])
-_WEIGHTS = 0.5 * np.concatenate([_HALF_WEIGHTS, _HALF_WEIGHTS])
-"""Nodes and weights of Gauss and Legendre over 0..1."""
+_HALF = 0.25 + 0.25 * np.concatenate([-_OFF_MIDDLE, _OFF_MIDDLE])
+_NODES = np.concatenate([_HALF, 0.5 + _HALF])
+_WEIGHTS = 0.25 * np.concatenate([_HALF_WEIGHTS, _HALF_WEIGHTS])
+"""Nodes of Gauss and Legendre over both halves of 0..1, and weights of one half."""
 _FIRST, _LAST = 0.5 * (1.0 - _NODES) ** 2, 0.5 * _NODES**2
 _MIDDLE = 1.0 - _FIRST - _LAST
 """Factors of the coefficients of a quadratic B-spline at the nodes."""
@@ -108,7 +112,10 @@ class Trajectory:
         profile: Array | None = None,
         rough: bool = False,
     ) -> None:
-        """`controls` (N + 3,) of x and `profile` (N + 2,) belong to the last N of the knots at `times`."""
+        """`controls` (N + 3,) of x and `profile` (N + 2,) belong to N segments.
+
+        The last 2 N quintics are the halves of these segments.
+        """
         self.path = path
         self.times = times
         self.end_s = float(times[-1])
@@ -175,8 +182,9 @@ class Trajectory:
     def segments_behind(self, time_s: float) -> int:
         """Return about how many segments of a plan lie behind a time (s)."""
         if self._profile is None:
-            return int(max(self.end_s - time_s, 0.0) / SEGMENT_S)
-        return len(self.times) - int(self.times.searchsorted(time_s))
+            left_s = max(self.end_s - (0.0 if self.rough else time_s), SEGMENT_S)
+            return int(min(left_s / SEGMENT_S, 100.0 + 50.0 * log2(1.0 + left_s)))
+        return (len(self.times) - int(self.times.searchsorted(time_s))) // 2
 
     def _index_at(self, time_s: float) -> int:
         if len(self.moves) == 1 or time_s >= self.end_s:
@@ -212,28 +220,28 @@ class Trajectory:
         if that is later. x stays longer: up to a little before it brakes, or before the run whose mean it is
         comes to `until_x`.
         """
-        times = self.times
         speeds = np.append(self._quintics[1] / self._lengths, 0.0)
         rising = (speeds[1:] >= speeds[:-1] * (1.0 - 1e-12)).nonzero()[0]
-        brakes_s = float(times[rising[-1] + 1]) if len(rising) else 0.0
+        brakes_s = float(self.times[rising[-1] + 1]) if len(rising) else 0.0
         wanted_s = max(time_s, brakes_s - free_s)
-        half_s = 0.5 * self.path.window_s
         if self._controls is None or self._profile is None:
             return self._front_at(now_s, wanted_s, brakes_s, until_x)
-        begin = len(times) + 2 - len(self._controls)  # knot of the first segment
+        begin = len(self.times) + 5 - 2 * len(self._controls)  # knot of the first segment
+        times = self.times[begin::2]
         most = len(times) - 2
-        k = max(min(int(times.searchsorted(wanted_s)), most), begin, 1)
-        last = min(
-            int(times.searchsorted(max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + times[k])))), most
-        )
-        ahead = np.append(self._quintics[0], self.path.end_x) + half_s * speeds
+        k = max(min(int(times.searchsorted(wanted_s)), most), 0 if begin else 1)
+        until_s = max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + times[k]))
+        last = min(int(times.searchsorted(until_s)), most)
+        ahead = np.append(self._quintics[0, begin::2], self.path.end_x)
+        ahead += 0.5 * self.path.window_s * speeds[begin::2]
         last = min(last, int(ahead[: last + AHEAD_SEGMENTS].searchsorted(until_x)) - AHEAD_SEGMENTS)
         last = max(last, k)
-        controls, profile = (
-            self._controls[k - begin : last - begin + 3],
-            self._profile[k - begin : last - begin + 2],
+        return Front(
+            *self._before(now_s, begin + 2 * k),
+            self._controls[k : last + 3],
+            self._profile[k : last + 2],
+            np.diff(times[last : last + 3]),
         )
-        return Front(*self._before(now_s, k), controls, profile, self._lengths[last : last + 2])
 
     def _before(self, now_s: float, k: int) -> tuple[Array, Array]:
         """Times and quintics up to the knot k that may still be asked for."""
@@ -290,7 +298,7 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
 def begun(move: Move) -> Trajectory:
     """Return a trajectory of one move to set out with at once; it may be rough."""
     path = BlendedPath([move], [])
-    if move.path.straight:
+    if move.path.straight or move.length_s > LONG_S:
         return _rest_to_rest(path)
     motion = at_once(nominal(path, AT_START.controls, None, AT_START.lengths_s))
     assert motion is not None
@@ -299,8 +307,15 @@ def begun(move: Move) -> Trajectory:
     if not profile.finite:
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     profile.guess(lengths_s / UNIT_S)
-    rough = not quick(profile, lengths_s)
-    return _timed(path, x, profile.coefficients, AT_START, rough)
+    slices = fastest(profile)
+    for _ in range(AT_FIRST):
+        try:
+            next(slices)
+        except StopIteration as end:
+            if end.value:
+                return _timed(path, x, profile.coefficients, AT_START)
+            break
+    return _rest_to_rest(path)
 
 
 def planned_on(
@@ -369,17 +384,23 @@ def at_once(slices: Slices[T]) -> T:
 def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: bool = False) -> Trajectory:
     """Return the trajectory behind a front of x, a cubic B-spline (N + 3,), and its profile (N + 2,)."""
     c = profile / UNIT_S**2
-    slopes = c[1:] - c[:-1]
-    b = c[:-1] + 0.5 * slopes
-    roots = np.sqrt(np.maximum(b, 0.0))
-    # The time over a segment is the integral of 1 / sqrt(b), by Gauss and Legendre.
-    lengths = (
-        1.0 / np.sqrt(c[:-2, None] * _FIRST + c[1:-1, None] * _MIDDLE + c[2:, None] * _LAST)
-    ) @ _WEIGHTS
+    # The time over half a segment is the integral of 1 / sqrt(b), by Gauss and Legendre.
+    b = c[:-2, None] * _FIRST + c[1:-1, None] * _MIDDLE + c[2:, None] * _LAST
+    lengths = ((1.0 / np.sqrt(b)).reshape(-1, 2, 8) @ _WEIGHTS).ravel()
     times = front.times[-1] + np.concatenate([[0.0], lengths.cumsum()])
-    rising = x[1:] - x[:-1]
-    second, first = rising[1:] - rising[:-1], 0.5 * (rising[1:] + rising[:-1])
-    states = np.array([x[1:-1] + second / 6.0, first * roots, 0.5 * (second * b + 0.5 * first * slopes)])
+    # x, dx/dt and half of d2x/dt2 at the ends of halves; over theta first.
+    states = np.empty((3, len(times)))
+    rising, bends = x[1:] - x[:-1], x[2:] - 2.0 * x[1:-1] + x[:-2]
+    states[0, ::2] = x[1:-1] + bends / 6.0
+    states[0, 1::2] = 0.5 * (x[1:-2] + x[2:-1]) + (bends[:-1] + bends[1:]) / 48.0
+    states[1, ::2] = 0.5 * (rising[1:] + rising[:-1])
+    states[1, 1::2] = 0.125 * (rising[:-2] + 6.0 * rising[1:-1] + rising[2:])
+    states[2, ::2], states[2, 1::2] = bends, 0.5 * (bends[:-1] + bends[1:])
+    b, slopes = np.empty((2, len(times)))
+    slopes[::2], slopes[1::2] = c[1:] - c[:-1], 0.5 * (c[2:] - c[:-2])
+    b[::2], b[1::2] = 0.5 * (c[1:] + c[:-1]), 0.125 * (c[:-2] + 6.0 * c[1:-1] + c[2:])
+    states[2] = 0.5 * (states[2] * b + 0.5 * states[1] * slopes)
+    states[1] *= np.sqrt(np.maximum(b, 0.0))
     states[:, -1] = path.end_x, 0.0, 0.0
     scales = np.array([np.ones_like(lengths), lengths, lengths * lengths])
     quintics = _HERMITE @ np.concatenate([states[:, :-1] * scales, states[:, 1:] * scales])
@@ -391,10 +412,13 @@ def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: boo
 
 
 def _rest_to_rest(path: BlendedPath) -> Trajectory:
-    """Return the trajectory of one move whose joints go straight: x moves as one joint would."""
+    """Return the trajectory of one move along which x moves as one joint would; rough on a curved path."""
     move = path.moves[0]
-    ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
-    velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / ways).min(axis=1)).tolist()
+    if move.path.straight:
+        ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
+        velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / ways).min(axis=1)).tolist()
+    else:
+        velocity, acceleration, jerk = _even_limits(path)
     way = path.end_x
     if not isfinite(velocity) or not isfinite(way):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
@@ -422,7 +446,20 @@ def _rest_to_rest(path: BlendedPath) -> Trajectory:
     for k, row in enumerate((place[:-1], speed[:-1], 0.5 * bend[:-1], jerks / 6.0)):
         quintics[k] = row * lengths**k
     lasts = times[1:] - times[:-1] > 1e-12
-    return Trajectory(path, np.append(times[:-1][lasts], times[-1]), quintics[:, lasts])
+    times = np.append(times[:-1][lasts], times[-1])
+    return Trajectory(path, times, quintics[:, lasts], rough=not move.path.straight)
+
+
+def _even_limits(path: BlendedPath) -> tuple[float, float, float]:
+    """Return limits of dx/dt and its derivatives that keep those of all joints anywhere on a path."""
+    derivatives, limits = path.derivatives(path.samples(path.first_x))
+    first, second, third = np.maximum(np.abs(derivatives[:, 1:]), STILL).swapaxes(0, 1)
+    velocity, acceleration, jerk = limits.swapaxes(0, 1)
+    # A third of the jerk for each of its three terms, half of the acceleration for each of its two.
+    cubes = np.cbrt(jerk / (3.0 * third)).min()
+    speed = CAUTION * min((velocity / first).min(), np.sqrt(acceleration / (2.0 * second)).min(), cubes)
+    bend = CAUTION * min((acceleration / (2.0 * first)).min(), (jerk / (9.0 * second)).min() / speed)
+    return float(speed), float(bend), CAUTION * float((jerk / (3.0 * first)).min())
 
 
 def _quintic_states(jerk: float, building: float, even: float) -> tuple[tuple[float, float, float], float]:
