@@ -48,79 +48,46 @@ class SessionLog:
         self._refusals = Throttle[tuple[str, int]](REFUSALS_TOLD, _refused_more)
 
     def command(self, session: str, line: str, reply: str) -> None:
-        logger.debug(
-            "%s '%s' -> %s",
-            session,
-            line,
-            reply,
-            extra={"fields": {"session": session, "line": line, "reply": reply}},
-        )
+        _say(logging.DEBUG, f"{session} '{line}' -> {reply}", session=session, line=line, reply=reply)
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         for listener in self.on_refused:
             listener(session, line, code, reason)
-        last = False
+        text = f"{session} refused '{line}': {reason}"
         if not self.wants_commands():
             count = self._refusals.count((session, code), self._now_ns())
             if count is None:
                 return
-            last = count == REFUSALS_TOLD
-        logger.warning(
-            "%s refused '%s': %s%s",
-            session,
-            line,
-            reason,
-            f" (of those that follow within a second with code {code}, the number is told)" if last else "",
-            extra={"fields": {"session": session, "line": line, "code": code, "reason": reason}},
-        )
+            if count == REFUSALS_TOLD:
+                text += f" (of those that follow within a second with code {code}, the number is told)"
+        _say(logging.WARNING, text, session=session, line=line, code=code, reason=reason)
 
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
-        logger.warning(
-            "%s sends %d more than '%s' takes (%s): ignored; this is logged once",
-            session,
-            beyond,
-            command,
-            takes,
-            extra={"fields": {"session": session, "command": command, "beyond": beyond}},
-        )
+        text = f"{session} sends {beyond} more than '{command}' takes ({takes}): ignored; this is logged once"
+        _say(logging.WARNING, text, session=session, command=command, beyond=beyond)
 
     def odd(self, session: str, command: str, remark: str) -> None:
-        logger.warning(
-            "%s '%s' is carried out, but %s; this is logged once",
-            session,
-            command,
-            remark,
-            extra={"fields": {"session": session, "command": command, "remark": remark}},
-        )
+        text = f"{session} '{command}' is carried out, but {remark}; this is logged once"
+        _say(logging.WARNING, text, session=session, command=command, remark=remark)
 
     def stopped(self, session: str, vanished: bool) -> None:
-        logger.log(
-            logging.WARNING if vanished else logging.INFO,
-            "%s %s while the robot moved: it stops and forgets the moves that wait",
-            session,
-            "vanished" if vanished else "said bye",
-            extra={"fields": {"session": session}},
-        )
+        went = "vanished" if vanished else "said bye"
+        text = f"{session} {went} while the robot moved: it stops and forgets the moves that wait"
+        _say(logging.WARNING if vanished else logging.INFO, text, session=session)
 
     def exception(self, session: str, line: str, fault: Exception) -> None:
-        logger.error(
-            "%s internal error at '%s'",
-            session,
-            line,
-            exc_info=fault,
-            extra={"fields": {"session": session, "line": line}},
-        )
+        _say(logging.ERROR, f"{session} internal error at '{line}'", fault, session=session, line=line)
+
+
+def _say(level: int, text: str, fault: Exception | None = None, **fields: object) -> None:
+    if logger.isEnabledFor(level):
+        logger.log(level, "%s", text, exc_info=fault, extra={"fields": fields})
 
 
 def _refused_more(kind: tuple[str, int], untold: int) -> None:
     session, code = kind
-    logger.warning(
-        "%s refused %d more within that second, with code %d",
-        session,
-        untold,
-        code,
-        extra={"fields": {"session": session, "code": code, "untold": untold}},
-    )
+    text = f"{session} refused {untold} more within that second, with code {code}"
+    _say(logging.WARNING, text, session=session, code=code, untold=untold)
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:

@@ -8,9 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from functools import partial
 
-MOST_BYTES = 262_144
-"""Most bytes that wait to be written; further lines are dropped."""
-AT_ONCE_BYTES = 65_536
+MOST_LINES = 4096
+"""Most lines that wait to be written; further ones are dropped."""
+AT_ONCE = 256
+"""Lines written at once."""
 PATIENCE_S = 1.0
 """Seconds for which the end of the program, `flush` and `close` wait for a file that blocks."""
 
@@ -30,9 +31,9 @@ class NeverWaiting:
         self._told = told
         self._changed = threading.Condition()
         self._lines: deque[bytes] = deque()
-        self._waiting_bytes = 0  # bytes of the lines, and of what is being written
         self._lost = 0
         self._writing = 0  # lines that the thread is writing
+        self._batches = 0  # that have been written or refused
         self._closed = False
         self._thread: threading.Thread | None = None
 
@@ -45,10 +46,10 @@ class NeverWaiting:
     def put(self, line: bytes) -> None:
         """Queue a line with its end."""
         with self._changed:
-            if self._closed or (self._waiting_bytes and self._waiting_bytes + len(line) > MOST_BYTES):
+            if self._closed or len(self._lines) >= MOST_LINES:
                 self._lost += 1
                 return
-            self._add(line)
+            self._lines.append(line)
             if self._thread is None:
                 self._thread = threading.Thread(target=self._go_on, name="iiwa-sim-writer", daemon=True)
                 self._thread.start()
@@ -57,8 +58,8 @@ class NeverWaiting:
     def flush(self) -> bool:
         """Wait until all is written, or for PATIENCE_S without progress; returns whether all is written."""
         with self._changed:
-            while self._waiting_bytes:
-                if not self._changed.wait_for(partial(self._taken_of, self._waiting_bytes), PATIENCE_S):
+            while self._lines or self._writing:
+                if not self._changed.wait_for(partial(self._went_on, self._batches), PATIENCE_S):
                     return False
         return True
 
@@ -70,12 +71,8 @@ class NeverWaiting:
             self._changed.notify_all()
         return done
 
-    def _taken_of(self, waiting_bytes: int) -> bool:
-        return self._waiting_bytes < waiting_bytes
-
-    def _add(self, line: bytes) -> None:
-        self._lines.append(line)
-        self._waiting_bytes += len(line)
+    def _went_on(self, batches: int) -> bool:
+        return self._batches > batches
 
     def _go_on(self) -> None:
         while True:
@@ -83,21 +80,17 @@ class NeverWaiting:
                 self._changed.wait_for(lambda: self._lines or self._closed)
                 if self._closed:
                     return
-                lines = [self._lines.popleft()]
-                size = len(lines[0])
-                while self._lines and size + len(self._lines[0]) <= AT_ONCE_BYTES:
-                    lines.append(self._lines.popleft())
-                    size += len(lines[-1])
+                lines = [self._lines.popleft() for _ in range(min(len(self._lines), AT_ONCE))]
                 self._writing = len(lines)
             fault = written(self._descriptor, b"".join(lines))
             with self._changed:
-                self._waiting_bytes -= size
                 self._writing = 0
+                self._batches += 1
                 if fault is not None:
                     self.fault = fault
                     self._lost += len(lines)
                 elif self._lost:
-                    self._add(self._told(self._lost))
+                    self._lines.append(self._told(self._lost))
                     self._lost = 0
                 self._changed.notify_all()
 
