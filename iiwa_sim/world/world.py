@@ -45,6 +45,8 @@ LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4
 """A jaw has met a part that presses on it by more; a pad touches a part that is no farther."""
+CREEPS, CREEP_LOST_PER_S = np.array([0.02] * 3 + [1.0] * 3), 1.0
+"""A part slower than this (m/s, rad/s) loses this share of its speed: rolling friction hardly brakes it."""
 STILL_TICKS, SLOW_M_S = 50, 5e-5
 STILL = np.array([1e-4] * 3 + [1e-3] * 4)  # m, and numbers of a quaternion
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
@@ -193,8 +195,7 @@ class World:
         driven: int,
         compliance: int,
     ) -> None:
-        """Make a tick, which has brought the arm to `joints` (rad) and its TCP to `tcp`; the next one brings
-        them to `coming`, None where that is not known."""
+        """Make a tick, which has brought the arm to `joints` (rad); the next one brings it to `coming`."""
         self._before, self._joints = self._joints, joints
         self._tcp_older, self._tcp_before, self._tcp = self._tcp_before, self._tcp, tcp
         far_m, tcp_m, turned = way(joints, tcp, self._at, self._levers)
@@ -235,14 +236,14 @@ class World:
     def _compute(self, coming: Joints | None, coming_tcp: Transform | None, far: float) -> None:
         self._catch_up(now=False)
         mj.mj_Euler(self._built.model, self._data)
+        creeps = (np.abs(self._part_v) < CREEPS).all(axis=1)
+        self._part_v[creeps] *= 1.0 - CREEP_LOST_PER_S * self._tick_s
         self._impose(coming, coming_tcp)
         self._find_forces()
         if self._lost >= 0:
             self._watch_lost()
-        far_off = np.abs(self._part_q[:, :3]) > FARTHEST_M
-        if far_off.any():
-            for number in np.nonzero(far_off.any(axis=1))[0].tolist():
-                self._take_away(number)
+        for number in np.nonzero((np.abs(self._part_q[:, :3]) > FARTHEST_M).any(axis=1))[0].tolist():
+            self._take_away(number)
         self.changes += 1
         quiet = details.is_quiet(self._data, 2 + (self.held >= 0))
         if not (quiet and self._quiet):
