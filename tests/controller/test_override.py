@@ -131,6 +131,26 @@ def test_a_pause_takes_100_ms_and_the_way_back_300_ms(name: str, command: Any) -
     assert_within_limits(robot)
 
 
+@pytest.mark.requirement("FRC003", "FRC025")
+@pytest.mark.parametrize("pauses", [False, True])
+def test_a_stop_and_a_pause_use_the_limits_of_a_stop_and_no_more(pauses: bool) -> None:
+    robot = SteppedRobot()
+    d = robot.description
+    robot.controller.move(joint_move([q + 1.5 * (k == 0) for k, q in enumerate(d.home)], FULL))
+    robot.step(300)
+    speed = speed_of(robot)
+    assert speed == pytest.approx(d.velocity[0], rel=1e-3)
+    if pauses:
+        robot.controller.set_override(0.0)
+    else:
+        robot.stop()
+    robot.step(60)
+    a1 = np.array(robot.joints[-63:])[:, 0]
+    acceleration, jerk = (np.abs(np.diff(a1, n=n)).max() / robot.tick_s**n for n in (2, 3))
+    assert acceleration == pytest.approx(speed * d.stop_rate_per_s, rel=1e-3)
+    assert jerk == pytest.approx(speed * d.stop_rate_change_per_s2, rel=0.01)
+
+
 def speed_of(robot: SteppedRobot) -> float:
     """Largest speed of a joint in the last tick (rad/s)."""
     return float(np.abs(np.subtract(robot.joints[-1], robot.joints[-2])).max()) / robot.tick_s
