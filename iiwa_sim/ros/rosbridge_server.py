@@ -6,6 +6,7 @@ import http
 import logging
 import socket
 import struct
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,7 @@ import cbor2
 from websockets.asyncio.server import Server, ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import Event
 from websockets.server import ServerProtocol
 
 from iiwa_sim.ros.outbox import Frame, Outbox, Turns
@@ -22,8 +24,9 @@ from iiwa_sim.server.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection. About a hundred commands fit in."""
-READ_BYTES = 512
-"""Bytes read from a connection at once: the library handles all frames in them without a break, 85 pings."""
+READ_BYTES, WITHIN_FRAME_BYTES = 128, 16_384
+"""Bytes read from a connection at once, since the library handles all frames in them without a break: twenty
+pings. Within a long frame they are more."""
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""
 MOST_UNREAD_BYTES = 65_536
@@ -36,21 +39,50 @@ logger = logging.getLogger(__name__)
 
 
 class _Connection(ServerConnection):
-    """A connection whose work between two turns of the loop is bounded, and what it leaves unread."""
+    """A connection that reads little at once, one connection in each turn of the loop.
+
+    It leaves a client alone that pings and does not read the answers.
+    """
+
+    def __init__(self, reading: deque[Callable[[], None]], protocol: ServerProtocol, server: Server) -> None:
+        """`reading` is the queue of a server's connections that wait to read again."""
+        super().__init__(protocol, server, ping_interval=None, close_timeout=CLOSING_S, write_limit=0)
+        self._reading = reading
+        self._is_within_frame = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's transports of sockets
         super().connection_made(transport)
+        self._read_at_once(READ_BYTES)
 
     def data_received(self, data: bytes) -> None:
+        self._is_within_frame = True
         super().data_received(data)
-        if self.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
-            self.transport.pause_reading()
+        self._read_at_once(WITHIN_FRAME_BYTES if self._is_within_frame else READ_BYTES)
+        self.transport.pause_reading()
+        if self.transport.get_write_buffer_size() <= MOST_UNREAD_BYTES:
+            self._reading.append(self.resume_reading)
+            if len(self._reading) == 1:
+                self.loop.call_soon(self._let_next_read)
+
+    def process_event(self, event: Event) -> None:
+        self._is_within_frame = False
+        super().process_event(event)
+
+    def _read_at_once(self, size: int) -> None:
+        self.transport.max_size = size  # type: ignore[attr-defined]  # of asyncio's transports of sockets
 
     def resume_writing(self) -> None:
         super().resume_writing()
+        self.resume_reading()
+
+    def resume_reading(self) -> None:
         if not self.transport.is_closing():
             self.transport.resume_reading()
+
+    def _let_next_read(self) -> None:
+        self._reading.popleft()()
+        if self._reading:
+            self.loop.call_soon(self._let_next_read)
 
 
 class _Port:
@@ -106,6 +138,7 @@ class RosbridgeServer:
         self._asked = address
         self._turns = turns
         self._access = access
+        self._reading: deque[Callable[[], None]] = deque()
         self._acceptor: Acceptor | None = None
         self._server: Server | None = None
 
@@ -135,7 +168,7 @@ class RosbridgeServer:
 
     def _connection(self, server: Server) -> ServerConnection:
         protocol = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_of_library)
-        return _Connection(protocol, server, ping_interval=None, close_timeout=CLOSING_S, write_limit=0)
+        return _Connection(self._reading, protocol, server)
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         headers = request.headers
