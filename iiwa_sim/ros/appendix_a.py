@@ -24,7 +24,7 @@ LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""
 LOWEST_SCALE = 0.01
 """Replaces a speed below 0."""
-PLAIN = (Kind.LIN.value, Kind.PTP.value)
+PLAIN = {Kind.LIN.value, Kind.PTP.value}
 """Types of moves that are sent ahead, so that the robot can blend them."""
 NO_ERROR, NO_SUCH_GROUP = 0, 3
 """Errors of services of inputs and outputs, besides those of `iiwa_sim.controller.io`."""
@@ -42,10 +42,6 @@ class _Command:
 
     def end(self, code: int, information: str) -> None:
         self.result = self.result or (code, information)
-
-    @property
-    def is_sent_ahead(self) -> bool:
-        return self.message.command_type in PLAIN
 
 
 class AppendixA:
@@ -135,7 +131,7 @@ class AppendixA:
         """
         command = self._waiting[0]
         last = next((other for other in reversed(self._begun) if other.result is None), None)
-        if last is not None and not (last.is_sent_ahead and command.is_sent_ahead):
+        if last is not None and not {last.message.command_type, command.message.command_type} <= PLAIN:
             return
         self._begun.append(self._waiting.popleft())
         try:
@@ -169,10 +165,6 @@ class AppendixA:
             command.end(STOP_TRIGGERED, reason)
         self._publish_ended()
 
-    def _cancel(self, reason: str) -> None:
-        self._end_all(reason)
-        self._stop()
-
     def _stop(self) -> None:
         self._servo = ""
         self._controller.stop()
@@ -189,13 +181,8 @@ class AppendixA:
             self._publish(self._begun.popleft().message.command_id, *result)
 
     def _publish(self, number: int, code: int, information: str) -> None:
-        message = {
-            "header": self._graph.header(),
-            "command_id": number,
-            "result_code": code,
-            "additional_information": information,
-        }
-        self._results.publish(message)
+        told = {"command_id": number, "result_code": code, "additional_information": information}
+        self._results.publish({"header": self._graph.header(), **told})
 
     # States
 
@@ -222,11 +209,11 @@ class AppendixA:
 
     def _io_states(self) -> Message:
         io = self._controller.io
-        rows = {"inputs": enumerate(io.inputs, len(io.outputs) + 1), "outputs": enumerate(io.outputs, 1)}
-        return {
-            name: [{"pin_number": number, "pin_value": value} for number, value in row]
-            for name, row in rows.items()
-        }
+
+        def pins(row: Sequence[bool], first: int) -> list[Message]:
+            return [{"pin_number": number, "pin_value": value} for number, value in enumerate(row, first)]
+
+        return {"inputs": pins(io.inputs, len(io.outputs) + 1), "outputs": pins(io.outputs, 1)}
 
     # Services. The common numbering of pins has outputs first, with the controller's numbers; inputs follow.
 
@@ -236,12 +223,14 @@ class AppendixA:
             raise BadMessage("value: expected a finite number")
         scale = LOWEST_SCALE if request.value < 0.0 else min(request.value, 1.0)
         if scale == 0.0:
-            self._cancel("cancelled by scale_speed 0")
+            self._end_all("cancelled by scale_speed 0")
+            self._stop()
         self._controller.set_override(max(scale, LEAST_OVERRIDE) if scale else 0.0)
         return {}
 
     def _stop_right_now(self, _: Any) -> Message:
-        self._cancel("cancelled by stop_robot_right_now")
+        self._end_all("cancelled by stop_robot_right_now")
+        self._stop()
         return {"success": True, "message": ""}
 
     def _get_io(self, request: Any) -> Message:

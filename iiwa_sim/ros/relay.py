@@ -55,10 +55,7 @@ class Relay:
 
         `lacks` is the message if the interpreter has no library for it, with places for `python` and `fault`.
         """
-        self._name = name
-        self._python = python
-        self._config = config
-        self._lacks = lacks
+        self._name, self._python, self._config, self._lacks = name, python, config, lacks
         self._open_session = open_session
         self._turns = turns
         self._watching: asyncio.Task[None] | None = None

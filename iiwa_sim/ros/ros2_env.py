@@ -73,16 +73,8 @@ def make(folder: Path) -> str:
         venv.create(folder, with_pip=True)
     except (OSError, subprocess.CalledProcessError) as fault:
         raise RosFault(f"{folder} cannot be made an environment: {fault}") from None
-    pip = [
-        str(python_in(folder)),
-        "-m",
-        "pip",
-        "--disable-pip-version-check",
-        "install",
-        "--quiet",
-        *PACKAGES,
-    ]
-    if subprocess.run(pip, stdout=sys.stderr, check=False).returncode:
+    pip = [str(python_in(folder)), "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    if subprocess.run([*pip, "install", *PACKAGES], stdout=sys.stderr, check=False).returncode:
         raise RosFault(f"pip could not install {PACKAGES[0]} into {folder}: what it says is above")
     return _add_interfaces(folder)
 

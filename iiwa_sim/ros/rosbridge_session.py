@@ -23,15 +23,7 @@ from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import Graph, Served
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, GoalEnd, JointInterface
-from iiwa_sim.ros.messages import (
-    BadMessage,
-    Message,
-    from_ros1,
-    interface,
-    serialized,
-    short_name,
-    to_ros1,
-)
+from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, serialized, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
 from iiwa_sim.ros.rosapi import ACTION_SERVERS, ROS_VERSION, RosApi, rooted
 from iiwa_sim.wording import harmless, shortened
@@ -100,14 +92,10 @@ class RosbridgeSession:
         """
         self.closing = False
         """Whether the client has failed to authenticate: it is closed once it has been told."""
-        self._graph = graph
-        self._joints = joints
-        self._api = RosApi(graph)
+        self._graph, self._joints, self._api = graph, joints, RosApi(graph)
         self._outbox = outbox
-        self._log = log
-        self._name = name
-        self._secret = secret
-        self._now_s = now_s
+        self._log, self._name = log, name
+        self._secret, self._now_s = secret, now_s
         self._level = LEVELS.index("error")
         self._known = secret is None
         self._speaks_ros2 = False
@@ -218,7 +206,11 @@ class RosbridgeSession:
         subscription = _Subscription(message["topic"], in_ros2, {_key_of(message): wish})
         self._subscriptions[topic] = subscription
         self._set_feed(topic)
-        subscription.end = self._graph.listen(topic, partial(self._feed, topic, subscription))
+
+        def hear(content: Message, seq: int) -> None:  # in the tick: the frame is made when it is sent
+            self._outbox.feed(topic, partial(self._frame, topic, subscription, content, seq))
+
+        subscription.end = self._graph.listen(topic, hear)
 
     def _unsubscribe(self, message: Message) -> None:
         topic = _topic_of(message)
@@ -242,15 +234,11 @@ class RosbridgeSession:
         self._subscriptions.pop(topic).end()
         self._outbox.end_feed(topic)
 
-    def _feed(self, topic: str, subscription: _Subscription, content: Message, seq: int) -> None:
-        """Queue a message of a topic. It is called in the tick, so the frame is made when it is sent."""
-        self._outbox.feed(topic, lambda: self._frame(topic, subscription, content, seq))
-
     def _frame(self, topic: str, subscription: _Subscription, content: Message, seq: int) -> Frame:
         told = content if subscription.in_ros2 else to_ros1(content, seq)
         compression = subscription.compression
         if compression == "cbor-raw":
-            definition = interface(self._graph.published[topic].kind, "msg", ros2=False)[0]
+            (definition,) = interface(self._graph.published[topic].kind, "msg", ros2=False)
             told = {**to_ros1(self._graph.stamp), "bytes": serialized(definition, told)}
         frame = {"op": "publish", "topic": subscription.name, "msg": told}
         return _encode(frame).decode() if compression == "none" else frame
@@ -313,7 +301,11 @@ class RosbridgeSession:
 
         wanted = bool(message.get("feedback", False))
         try:
-            self._check_goal(message)
+            if not isinstance(action, str) or rooted(action) != ACTION:
+                raise Misuse(f"there is no action {_shown(action)}: expected {ACTION}")
+            _check_type(ACTION, ACTION_TYPE, message.get("action_type"))
+            if str(identifier) in self._goals:
+                raise Misuse("expected an id of its own")
             number = self._joints.send_goal(
                 message.get("args", {}), ended, hear if wanted else None, self._name
             )
@@ -327,14 +319,6 @@ class RosbridgeSession:
             self._outbox.end_feed(self._feedback)
             self._feedback = feed
             self._outbox.set_feed(feed, 0.0, 1)
-
-    def _check_goal(self, message: Message) -> None:
-        name = message.get("action")
-        if not isinstance(name, str) or rooted(name) != ACTION:
-            raise Misuse(f"there is no action {_shown(name)}: expected {ACTION}")
-        _check_type(ACTION, ACTION_TYPE, message.get("action_type"))
-        if str(message.get("id")) in self._goals:
-            raise Misuse("expected an id of its own")
 
     def _cancel_goal(self, message: Message) -> None:
         number = self._goals.get(str(message.get("id")))
@@ -354,9 +338,10 @@ class RosbridgeSession:
         self._known = True
 
     def _set_level(self, message: Message) -> None:
-        if message.get("level") not in LEVELS:
-            raise Misuse(f"level {_shown(message.get('level'))}: expected one of {', '.join(LEVELS)}")
-        self._level = LEVELS.index(message["level"])
+        level = message.get("level")
+        if level not in LEVELS:
+            raise Misuse(f"level {_shown(level)}: expected one of {', '.join(LEVELS)}")
+        self._level = LEVELS.index(level)
 
 
 def fault_of(auth: Message, secret: str, now_s: int) -> str | None:
