@@ -47,7 +47,7 @@ class Jog:
         """Client that has ticked Enable."""
         self._sign = self._number = 0
         self._taps: deque[int] = deque()  # their signs
-        self._is_held = self._is_own = False
+        self._is_held = self._is_jogging = self._is_own = False
         self._pressed_s = self._heard_s = 0.0
         self._goal: list[float] | None = None  # of the joints, at the end of the step under way
         self._press, self._release, self._over = threading.Event(), threading.Event(), False
@@ -111,7 +111,7 @@ class Jog:
             elif event.client_id != self._user.client_id:
                 self._tell(event.client, "another viewer has ticked Enable")
             else:
-                if time.monotonic() - self._pressed_s < TAP_S:
+                if self._is_held and not self._is_jogging:
                     self._taps.append(sign)
                 self._is_held = False
                 self._release.set()
@@ -156,10 +156,12 @@ class Jog:
             self._make_step(self._taps.popleft())
         while self._is_pressed():
             if time.monotonic() - self._pressed_s >= TAP_S:
+                self._is_jogging = True
                 try:
                     while self._is_pressed():
                         self._go_on()
                 finally:
+                    self._is_jogging = False
                     ask("stop")
         self._is_own = True
         while not self._press.wait(PERIOD_S):
