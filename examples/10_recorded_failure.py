@@ -20,8 +20,8 @@ def main() -> None:
         with simulator, Iiwa(simulator.host, simulator.port) as robot:
             try:
                 robot.lin_move((585, 0, 520, 0, -1.57079, 0), speed=0.5, blending=0)
-            except CommandError:
-                print("refused:", robot.get_error().reason)
+            except CommandError as rejected:  # the client has asked `get error`
+                print("refused:", rejected.reason)
 
         for name in ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820"):
             with Simulator(name, clock="fast") as simulator:

@@ -34,7 +34,7 @@ CAUSES = {
     "tcp_speed.txt": r"the TCP runs at [\d.]+ mm/s, its limit is 500 mm/s",
     "box.txt": r"the TCP is at y [\d.]+ mm, its box is -300 to 250 mm",
 }
-PAGE = (Path(__file__).parent.parent / "docs" / "protection.md").read_text()
+PAGE = (Path(__file__).parent.parent / "docs" / "motion.md").read_text()
 
 
 def deviations(transcript: Transcript, cell: Path) -> list[str]:
@@ -54,10 +54,10 @@ def test_a_transcript_is_answered_as_it_says(name: str) -> None:
 
 
 def test_the_dialogue_of_the_page_is_answered_as_it_says() -> None:
-    (dialogue,) = re.findall(r"```\n(> lin move.*?)```", PAGE, re.DOTALL)
+    (dialogue,) = re.findall(r"```text\n(> lin move.*?)```", PAGE, re.DOTALL)
     waits = re.sub(r"(> lin move .*\n< done\n)", r"\1wait stopped\n", dialogue)
     about = waits.replace("< 3060", "<~2 3060")  # a few N hang on how a move is planned
-    assert deviations(read("protection.md", about), EXAMPLES / "table.toml") == []
+    assert deviations(read("motion.md", about), EXAMPLES / "table.toml") == []
 
 
 def until_it_stops(simulator: Simulator, name: str) -> None:

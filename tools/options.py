@@ -18,9 +18,9 @@ HEAD = """# Options
 
 {rule} An empty variable counts as not set.
 
-A key of a [fleet file](fleets.md) is the option's name with `_` for `-`. The column *keyword* names the
-argument of `Simulator`, of `Settings` and of the marker `iiwa`. The whole process has one value of an option
-without a keyword.
+A key of a [fleet file](howto.md#run-many-robots) is the option's name with `_` for `-`. The column *keyword*
+names the argument of `Simulator`, of `Settings` and of the marker `iiwa`. The whole process has one value of
+an option without a keyword.
 """
 GROUP = """
 ## {title}

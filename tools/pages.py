@@ -24,7 +24,6 @@ PAGES = {  # of files outside of docs/
     "README.md": "index.md",
     "CHANGELOG.md": "project/changelog.md",
     "CONTRIBUTING.md": "project/contributing.md",
-    "SECURITY.md": "project/security.md",
     "protocol/iiwa.toml": "reference/commands.md",
     "protocol/krc4.toml": "reference/messages.md",
     "protocol/errors.toml": "reference/errors.md",

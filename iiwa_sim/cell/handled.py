@@ -1,4 +1,4 @@
-"""What a robot works with, as cell.toml has it. The reference for users is docs/cell.md."""
+"""What a robot works with, as cell.toml has it. The reference for users is docs/cells.md."""
 
 from __future__ import annotations
 

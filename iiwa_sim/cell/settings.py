@@ -1,4 +1,4 @@
-"""cell.toml: its keys and their ranges. The reference for users is docs/cell.md."""
+"""cell.toml: its keys and their ranges. The reference for users is docs/cells.md."""
 
 from __future__ import annotations
 

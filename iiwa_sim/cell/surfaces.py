@@ -1,4 +1,4 @@
-"""The surfaces of cell.toml: their keys and ranges. The reference for users is docs/cell.md."""
+"""The surfaces of cell.toml: their keys and ranges. The reference for users is docs/cells.md."""
 
 from __future__ import annotations
 

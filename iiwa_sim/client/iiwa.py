@@ -144,7 +144,7 @@ class Iiwa(Client):
         return self._read(_one_of("moving", "stopped"), "get status")
 
     def get_mode(self) -> str:
-        """Return the mode of the last move: docs/modes.md."""
+        """Return the mode of the last move: docs/protocol.md."""
         return self.command("get mode")
 
     def get_queue(self) -> int:

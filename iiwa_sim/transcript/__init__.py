@@ -1,1 +1,1 @@
-"""Dialogues with a server as text: recorded, read, played and compared. See docs/transcripts.md."""
+"""Dialogues with a server as text: recorded, read, played and compared. See docs/recordings.md."""

@@ -1,4 +1,4 @@
-"""docs/cell.md: its example is a cell, and it tells of every key what the code allows."""
+"""docs/cells.md describes every key of a cell, and examples/every_key.toml uses it."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import msgspec
 from iiwa_sim.cell import handled
 from iiwa_sim.cell import settings as cell_settings
 from iiwa_sim.cell.settings import CellSettings
-from tests.cell.cells import SteppedDriver, cell_from
+from tests.cell.cells import EXAMPLES, SteppedDriver, cell_from
 
-PAGE = (Path(__file__).parents[2] / "docs" / "cell.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "cells.md").read_text()
 
 
 def test_the_complete_example_starts_and_has_every_kind(tmp_path: Path) -> None:
-    (example,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    example = (EXAMPLES / "every_key.toml").read_text()
     cell = cell_from(tmp_path, example)
     assert {type(surface.shape).__name__ for surface in cell.surfaces} == {
         "Plane",

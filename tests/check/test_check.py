@@ -154,6 +154,6 @@ def test_a_robot_that_moves_is_left_alone() -> None:
 def test_every_row_of_the_table_of_reference_is_in_the_report() -> None:
     known = [*probes.PROBES, *motion.PROBES, probes.BYE]
     assert len({probe.event for probe in known}) == len(known)
-    page = (Path(__file__).parent.parent.parent / "docs" / "check.md").read_text()
+    page = (Path(__file__).parent.parent.parent / "docs" / "limits.md").read_text()
     for probe in known:
         assert f"| {probe.event} | {probe.original} | {probe.ours or 'the same'} |" in page
