@@ -6,18 +6,13 @@ FROM ${BASE} AS build
 RUN apt-get update && apt-get install --yes --no-install-recommends g++ libgomp1 && rm -rf /var/lib/apt/lists/*
 WORKDIR /src
 RUN python -m venv /opt/iiwa-sim && ln -s "$(basename /opt/iiwa-sim/lib/python3.*)" /opt/iiwa-sim/lib/python
-# The libraries on their own: a change of our code does not fetch them again.
-COPY pyproject.toml ./
-RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; e = p['optional-dependencies']; \
-        print(*p['dependencies'], *e['rosbridge'], sep='\n')" > libraries.txt \
-    && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt \
-    && find /opt/iiwa-sim -type d '(' -name include -o -name cmake ')' -prune -exec rm -rf {} + \
-    && find /opt/iiwa-sim -name '*.a' -delete \
-    && cp -L /usr/lib/*-linux-gnu/libgomp.so.1 /opt/iiwa-sim/lib/python/site-packages/cmeel.prefix/lib
 COPY . .
 # Git is not in here to tell the version; without this argument setuptools-scm takes that of pyproject.toml.
 ARG VERSION
-RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps .
+RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" /opt/iiwa-sim/bin/pip install --no-cache-dir '.[rosbridge]' \
+    && find /opt/iiwa-sim -type d '(' -name include -o -name cmake ')' -prune -exec rm -rf {} + \
+    && find /opt/iiwa-sim -name '*.a' -delete \
+    && cp -L /usr/lib/*-linux-gnu/libgomp.so.1 /opt/iiwa-sim/lib/python/site-packages/cmeel.prefix/lib
 
 FROM build AS build-view
 RUN /opt/iiwa-sim/bin/pip install --no-cache-dir 'iiwa-sim[view]'
@@ -26,17 +21,12 @@ FROM build AS build-ros2
 RUN /opt/iiwa-sim/bin/iiwa-sim ros2-env /opt/ros2
 
 FROM ${BASE} AS robot
-ARG BASE VERSION REVISION
-LABEL org.opencontainers.image.title="iiwa-sim" \
-      org.opencontainers.image.description="A robot controller in software that speaks the LBR iiwa text protocol" \
-      org.opencontainers.image.licenses="MIT" \
-      org.opencontainers.image.base.name="${BASE}" \
-      org.opencontainers.image.version="${VERSION}" \
-      org.opencontainers.image.revision="${REVISION}"
+ARG VERSION REVISION
+LABEL org.opencontainers.image.title="iiwa-sim" org.opencontainers.image.licenses="MIT" \
+      org.opencontainers.image.version="${VERSION}" org.opencontainers.image.revision="${REVISION}"
 RUN useradd --uid 10001 --no-create-home --no-log-init --shell /usr/sbin/nologin iiwa
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
-# One thread for linear algebra: arrays are small, and a pool of threads takes its time to start. The import writes the
-# .pyc files of Python's own library, which official images lack.
+# One thread for linear algebra: arrays are small. The import writes .pyc files of Python's own library.
 ENV PATH=/opt/iiwa-sim/bin:$PATH OPENBLAS_NUM_THREADS=1 IIWA_SIM_HOST=0.0.0.0
 RUN python -I -c "import iiwa_sim.cli.commands, iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.backdoor.http"
 USER 10001
@@ -50,8 +40,7 @@ COPY --from=build-view /opt/iiwa-sim /opt/iiwa-sim
 ENV IIWA_SIM_VIEW_HOST=0.0.0.0 IIWA_SIM_VIEW_PORT=8080
 EXPOSE 8080
 
-# docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Logs and types that genpy makes
-# go to /dev/shm, which any user may write to, also where the root is read-only.
+# docker build --target ros: a node of ROS 1, with a master and tools. Logs and types go to /dev/shm: the root may be read-only.
 FROM robot AS ros
 USER 0
 # hadolint ignore=DL3008
@@ -68,5 +57,4 @@ COPY --from=build-ros2 /opt/ros2 /opt/ros2
 ENV ROS_LOG_DIR=/dev/shm/ros ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET
 ENTRYPOINT ["iiwa-sim", "--ros2", "--ros2-python", "/opt/ros2/bin/python"]
 
-# What is built where no target is named.
 FROM robot
