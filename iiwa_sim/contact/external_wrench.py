@@ -8,7 +8,7 @@ In free space there are none, and all readings are exactly 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, isfinite
+from math import isfinite
 from operator import add as add_numbers
 from typing import Any, NamedTuple
 
@@ -23,7 +23,6 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 Torques = tuple[float, ...]
-NEARLY = 0.999
 NEVER = -1
 """Stands for a number of changes of surfaces that is never reached."""
 
@@ -80,11 +79,13 @@ class ExternalWrench:
         self.bodies: Any = None
         """Reports the contacts of links with parts; None without parts."""
         self.judged = False
-        """Whether `surely_within` has been asked since something was set."""
+        """Whether limits have been compared with it since something was set."""
         self.pushes = Pushes()
         """They are found anew when one of them changes: motions ask for them in each tick."""
-        self._wrenches: dict[str, Wrench] = {}
-        self._torques: dict[str, Torques] = {}
+        self.wrenches: dict[str, Wrench] = {}
+        """The contributions at the TCP, along its axes, but for zeros."""
+        self.torques: dict[str, Torques] = {}
+        """The contributions on the joints (Nm), but for zeros."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: Torques = (0.0,) * model.joint_count
         self.pushes.joint_push = self._joint_push
@@ -103,7 +104,7 @@ class ExternalWrench:
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
         self._joints = joints
-        self._set(self._wrenches, "surfaces", self.world.begin(self._tcp, joints))
+        self._set(self.wrenches, "surfaces", self.world.begin(self._tcp, joints))
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """Put the robot, with this tool, at rest at joint positions (rad), without any memory of contacts."""
@@ -128,7 +129,7 @@ class ExternalWrench:
         if self._motion is not None:
             tcp = add(tcp, self._motion.weight(self._at_tcp))
         joints = self._joint_push
-        for more in (self._links.yielding, self._links.folded, self._torques.get("parts")):
+        for more in (self._links.yielding, self._links.folded, self.torques.get("parts")):
             if more is not None:
                 joints = tuple(map(add_numbers, joints, more))
         self.pushes.tcp_push, self.pushes.joint_push = tcp, joints
@@ -147,7 +148,7 @@ class ExternalWrench:
     def wrench(self, wrench: Wrench) -> None:
         _check("wrench", wrench, len(NO_WRENCH))
         self._wrench, self.judged = wrench, False
-        self._set(self._wrenches, "applied", wrench)
+        self._set(self.wrenches, "applied", wrench)
         self._find_pushes()
 
     @property
@@ -162,7 +163,7 @@ class ExternalWrench:
     def joint_push(self, torques: Torques) -> None:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push, self.judged = torques, False
-        self._set(self._torques, "applied", torques)
+        self._set(self.torques, "applied", torques)
         self._find_pushes()
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
@@ -173,12 +174,12 @@ class ExternalWrench:
         self._moments, self.judged = unknown, False
         if unknown is None:
             self._motion = None
-            self._wrenches.pop("payload", None)
+            self.wrenches.pop("payload", None)
         else:
             if self._motion is None:
                 self._motion = TcpMotion(self._tcp.pose(joints))
             self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
-            self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+            self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
         self._find_pushes()
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
@@ -186,8 +187,8 @@ class ExternalWrench:
 
         `push` is the part of the wrench that a compliant robot gives way to.
         """
-        self._set(self._wrenches, "parts", wrench)
-        self._set(self._torques, "parts", torques)
+        self._set(self.wrenches, "parts", wrench)
+        self._set(self.torques, "parts", torques)
         self._parts_push, self.judged = push, False
         self._find_pushes()
 
@@ -224,7 +225,7 @@ class ExternalWrench:
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
-        if self._wrenches or self._torques or self._noise is not None or self._motion is not None:
+        if self.wrenches or self.torques or self._noise is not None or self._motion is not None:
             return False
         world = self.world
         return world.empty and not world.is_known and bool(self._is_free(joints, tick, tick_s))
@@ -253,14 +254,14 @@ class ExternalWrench:
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._joints):
             self._motion.step(self.tcp(joints), tick_s, coming)
-            self._set(self._wrenches, "payload", self._motion.wrench(self._at_tcp))
+            self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
             self._find_pushes()
         before, self._joints, world, links = self._joints, joints, self.world, self._links
         changes: int = world.changes
         if world.empty:
             if world.is_known:
                 world.forget()
-                self._wrenches.pop("surfaces", None)
+                self.wrenches.pop("surfaces", None)
                 self._part_links()
         elif contact is None and joints == before and self._settled == changes:
             return
@@ -273,15 +274,15 @@ class ExternalWrench:
         if not world.empty:
             wrench = world.step(self._tcp, joints, tick_s, contact)
             if wrench is NO_WRENCH:
-                self._wrenches.pop("surfaces", None)
+                self.wrenches.pop("surfaces", None)
             else:
-                self._wrenches["surfaces"] = wrench
+                self.wrenches["surfaces"] = wrench
             self._settled = changes if world.settled and contact is None and joints == before else NEVER
 
     def _take_links(self, joints: Sequence[float]) -> None:
         links = self._links
-        self._set(self._torques, "surfaces", links.torques)
-        self._set(self._torques, "links", links.folded)
+        self._set(self.torques, "surfaces", links.torques)
+        self._set(self.torques, "links", links.folded)
         wrench = NO_WRENCH
         if links.worn is not None:
             rotation, (x, y, z) = self._tcp.pose(joints)
@@ -289,7 +290,7 @@ class ExternalWrench:
             about_tcp = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
             back = transpose(rotation)
             wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))
-        self._set(self._wrenches, "tool", wrench)
+        self._set(self.wrenches, "tool", wrench)
         self._find_pushes()
 
     def _part_links(self) -> None:
@@ -300,8 +301,8 @@ class ExternalWrench:
 
     def felt(self) -> ContactState:
         """Return the memory of all contacts."""
-        wrenches = {name: each for name, each in self._wrenches.items() if name in ("surfaces", "tool")}
-        torques = {name: each for name, each in self._torques.items() if name in ("surfaces", "links")}
+        wrenches = {name: each for name, each in self.wrenches.items() if name in ("surfaces", "tool")}
+        torques = {name: each for name, each in self.torques.items() if name in ("surfaces", "links")}
         links = None if self._surrounded == NEVER else self._links.memory()
         return ContactState(self.world.memory(), links, wrenches, torques)
 
@@ -313,8 +314,8 @@ class ExternalWrench:
             self._surrounded = self.world.changes
             self._links.surround(self.world.surfaces, joints)
             self._links.restore(felt.links)
-        self._wrenches.update(felt.wrenches)
-        self._torques.update(felt.torques)
+        self.wrenches.update(felt.wrenches)
+        self.torques.update(felt.torques)
         self._settled, self.judged = NEVER, False
         self._find_pushes()
 
@@ -334,32 +335,32 @@ class ExternalWrench:
     @property
     def folded(self) -> bool:
         """Whether links are in each other."""
-        return "links" in self._torques
+        return "links" in self.torques
 
     @property
     def touching(self) -> bool:
         """Whether surfaces have acted on the TCP in the last tick."""
-        return "surfaces" in self._wrenches
+        return "surfaces" in self.wrenches
 
     @property
     def acts(self) -> bool:
         """Whether anything acts on the robot."""
-        return bool(self._wrenches or self._torques)
+        return bool(self.wrenches or self.torques)
 
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
         found = NO_WRENCH
-        for wrench in self._wrenches.values():
+        for wrench in self.wrenches.values():
             found = wrench if found is NO_WRENCH else add(found, wrench)
         return found
 
     def exact_torques(self, joints: Sequence[float]) -> Torques:
         """Return the external torques (Nm), without noise, with the robot at joint positions (rad)."""
         found: Torques | None = None
-        if self._wrenches:
+        if self.wrenches:
             found = self._tcp.torques(joints, self.acting)
-        for torques in self._torques.values():
+        for torques in self.torques.values():
             found = torques if found is None else tuple(map(add_numbers, torques, found))
         return self._joint_push if found is None else found
 
@@ -376,24 +377,6 @@ class ExternalWrench:
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, Torques]:
         """Return both readings, with the robot at joint positions (rad)."""
         return self.cartesian_force(), self.joint_torques(joints)
-
-    def surely_within(self, part_per_n: float, least_nm: float, most_n: float, most_nm: float) -> bool:
-        """Return True if it is sure that no limit is passed; near a limit it is not.
-
-        Args:
-            part_per_n: No force at the TCP makes more of a joint's limit than this (1/N).
-            least_nm: The least torque limit of a joint.
-            most_n: Limit of the force at the TCP.
-            most_nm: Limit of the torque at the TCP.
-        """
-        self.judged = True
-        x, y, z, a, b, c = self.acting
-        force, torque = hypot(x, y, z), hypot(a, b, c)
-        if force >= NEARLY * most_n or torque >= NEARLY * most_nm:
-            return False
-        for torques in self._torques.values():
-            torque += max(map(abs, torques))
-        return force * part_per_n + torque / least_nm < NEARLY
 
     def skip(self, ticks: int) -> None:
         """Count ticks that change only the noise."""

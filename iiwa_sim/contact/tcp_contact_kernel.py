@@ -29,6 +29,8 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
 _SLIP_M = cython.declare(cython.double, 1e-12)
+# Part of a limit up to which it is surely kept.
+_NEARLY = cython.declare(cython.double, 0.999)
 
 
 @cython.cclass
@@ -476,3 +478,50 @@ class Gaps:
             self._fastest += self._rates[k] * self._velocity[k]
         self._fastest = max(self._fastest, 1e-9)
         self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
+
+
+def surely_within(
+    wrenches: Any,
+    torques: Any,
+    part_per_n: cython.double,
+    least_nm: cython.double,
+    most_n: cython.double,
+    most_nm: cython.double,
+) -> bool:
+    """Return True if it is sure that no limit is passed; near a limit it is not.
+
+    Args:
+        wrenches: Contributions at the TCP, by their names.
+        torques: Contributions on the joints, by their names.
+        part_per_n: No force at the TCP makes more of a joint's limit than this (1/N).
+        least_nm: The least torque limit of a joint.
+        most_n: Limit of the force at the TCP.
+        most_nm: Limit of the torque at the TCP.
+    """
+    x: cython.double = 0.0
+    y: cython.double = 0.0
+    z: cython.double = 0.0
+    a: cython.double = 0.0
+    b: cython.double = 0.0
+    c: cython.double = 0.0
+    fx: cython.double
+    fy: cython.double
+    fz: cython.double
+    tx: cython.double
+    ty: cython.double
+    tz: cython.double
+    greatest: cython.double
+    each: cython.double
+    for fx, fy, fz, tx, ty, tz in wrenches.values():
+        x, y, z, a, b, c = x + fx, y + fy, z + fz, a + tx, b + ty, c + tz
+    force: cython.double = sqrt(x * x + y * y + z * z)
+    torque: cython.double = sqrt(a * a + b * b + c * c)
+    if force >= _NEARLY * most_n or torque >= _NEARLY * most_nm:
+        return False
+    for row in torques.values():
+        greatest = 0.0
+        for each in row:
+            greatest = max(greatest, fabs(each))
+        torque += greatest
+    within: bool = force * part_per_n + torque / least_nm < _NEARLY
+    return within

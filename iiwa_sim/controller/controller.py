@@ -178,13 +178,12 @@ class Controller:
             self.watch_trajectory()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
-        acts = False
         if self.handling is not None or not load.is_idle(motions.joints, tick, self.tick_s):
             self._feel()
-            acts = load.acts
         pending = self.endings.pending
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
+        acts = load.wrenches or load.torques
         if protection.looks_always or (acts and not protection.tolerates(load)):
             self._protect()
         links = self._link_watch

@@ -9,6 +9,7 @@ from math import dist, hypot, inf
 from typing import NamedTuple
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
+from iiwa_sim.contact.tcp_contact_kernel import surely_within
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
@@ -113,7 +114,10 @@ class Protection:
             self._part_per_n = max(
                 lever / limit for lever, limit in zip(load.levers_m, self._torque_limits, strict=True)
             )
-        within: bool = load.surely_within(self._part_per_n, self._least_limit, self._most_n, self._most_nm)
+        load.judged = True
+        within = surely_within(
+            load.wrenches, load.torques, self._part_per_n, self._least_limit, self._most_n, self._most_nm
+        )
         return within and not self._allows
 
     def knows(self, load: ExternalWrench) -> bool:

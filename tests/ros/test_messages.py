@@ -45,6 +45,7 @@ print(json.dumps(found))
 """
 """Tells what the environment's Python knows of some interfaces."""
 
+
 def environment() -> Path:
     python = python_in(default_folder())
     if not python.exists():
