@@ -1,11 +1,8 @@
-"""Makes packages of interfaces that the wheels of ROS 2 lack, by the wheels' own generators and a C++
-compiler.
+"""Makes packages of interfaces that the wheels of ROS 2 lack, by their own generators and a C++ compiler.
 
-It is run by the interpreter of an environment that has the wheels, and imports nothing of iiwa-sim. Each
-argument is a folder `package` with `msg/*.msg`, `srv/*.srv` and `action/*.action`; the packages are then
-importable there. Without a distribution there is no other way: rclpy loads compiled type support for each
-package. The steps are those of the CMake functions of rosidl, without CMake:
-https://github.com/ros2/rosidl.
+It is run by the interpreter of an environment that has the wheels. Each argument is a folder `package` with
+`msg/*.msg`, `srv/*.srv` and `action/*.action`. rclpy loads compiled type support for each package. The steps
+are those of the CMake functions of rosidl: https://github.com/ros2/rosidl.
 """
 
 import json
@@ -22,9 +19,8 @@ from typing import Any
 PREFIX = Path(sys.prefix)
 SHARE = PREFIX / "share"
 TYPESUPPORT = "rosidl_typesupport_c"
-"""What rclpy asks a package for, and the name of a generator; it loads the two below, as libraries."""
+"""The typesupport that rclpy asks a package for, and the name of a generator; it loads the one below."""
 ON_WIRE = "rosidl_typesupport_fastrtps_c"
-DESCRIPTION = "rosidl_typesupport_introspection_c"
 HASHES = "rosidl_generator_type_description"
 PYTHON = "rosidl_generator_py"
 KINDS = ("msg", "srv", "action")
@@ -76,8 +72,7 @@ def generate(source: Path, work: Path, named: list[tuple[str, str]]) -> None:
     run(HASHES, "generate_type_hash")
     run("rosidl_generator_c", "generate_c")
     run(ON_WIRE, "generate_typesupport_fastrtps_c")
-    run(DESCRIPTION, "generate_c")
-    run(TYPESUPPORT, "generate_c", [ON_WIRE, DESCRIPTION])
+    run(TYPESUPPORT, "generate_c", [ON_WIRE])
     run(PYTHON, "generate_py", [TYPESUPPORT])
 
 
@@ -116,9 +111,6 @@ def call(arguments: list[str], folder: Path) -> None:
 def install(package: str, work: Path, library: Path, module: Path) -> None:
     """Put the package where it is imported from, and its descriptions where other packages look."""
     shutil.copy(library, PREFIX / "lib")
-    other = PREFIX / "lib" / f"lib{package}__{DESCRIPTION}.so"
-    other.unlink(missing_ok=True)
-    other.symlink_to(library.name)  # one file: loaded twice, its parts would not know each other
     home = Path(sysconfig.get_paths()["purelib"]) / package
     shutil.rmtree(home, ignore_errors=True)
     home.mkdir()
