@@ -22,6 +22,8 @@ from tests.stepped import (
     TOLERANCE,
     VELOCITY_TOLERANCE,
     SteppedRobot,
+    assert_straight,
+    assert_within_limits,
     worst_loads,
 )
 
@@ -50,6 +52,25 @@ def test_a_line_of_a_second_or_two_is_planned_once(robot: str) -> None:
     found = [begun(Move(1, *plan, lambda _: None)) for plan in plans]
     assert not any(trajectory.rough for trajectory in found if trajectory.end_s < 2.0)
     assert any(trajectory.end_s < 1.0 for trajectory in found)
+
+
+def test_a_slow_line_sets_out_evenly_and_is_soon_as_fast_as_it_can_be() -> None:
+    robot = SteppedRobot()
+    target = robot.controller.tool_frame()._replace(y_mm=300.0)
+    robot.controller.move(lin_move(target, 0.05, 0.0))
+    robot.step()
+    executor = robot.controller.motions._executor
+    even = executor._queued
+    assert even is not None
+    assert even.rough
+    robot.step(50)
+    planned = executor._queued
+    assert planned is not None
+    assert not planned.rough
+    assert planned.end_s < 0.8 * even.end_s
+    robot.runs_until_stopped()
+    assert_straight(robot, robot.joints, target)
+    assert_within_limits(robot)
 
 
 @pytest.mark.slow
