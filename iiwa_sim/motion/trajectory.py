@@ -86,15 +86,27 @@ _HERMITE = np.array(
     ]
 )
 """Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
+_PLACES = np.array(
+    [
+        [8.0, 32.0, 8.0, 0.0],
+        [1.0, 23.0, 23.0, 1.0],
+        [-24.0, 0.0, 24.0, 0.0],
+        [-6.0, -30.0, 30.0, 6.0],
+        [48.0, -96.0, 48.0, 0.0],
+        [24.0, -24.0, -24.0, 24.0],
+    ]
+) / 48.0  # fmt: skip
+"""Factors of the coefficients of a cubic B-spline in its value, slope and second derivative, each at the
+beginning and in the middle of a segment."""
+_RATES = np.array([[4.0, 4.0, 0.0], [1.0, 6.0, 1.0], [-8.0, 8.0, 0.0], [-4.0, 0.0, 4.0]]) / 8.0
+"""Factors of the coefficients of a quadratic B-spline in its value and slope, at the same places."""
 _OFF_MIDDLE = np.array([0.18343464249564978, 0.525532409916329, 0.7966664774136267, 0.9602898564975362])
-_HALF_WEIGHTS = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
-_HALF = 0.25 + 0.25 * np.concatenate([-_OFF_MIDDLE, _OFF_MIDDLE])
-_NODES = np.concatenate([_HALF, 0.5 + _HALF])
-_WEIGHTS = 0.25 * np.concatenate([_HALF_WEIGHTS, _HALF_WEIGHTS])
-"""Nodes of Gauss and Legendre over both halves of 0..1, and weights of one half."""
-_FIRST, _LAST = 0.5 * (1.0 - _NODES) ** 2, 0.5 * _NODES**2
-_MIDDLE = 1.0 - _FIRST - _LAST
-"""Factors of the coefficients of a quadratic B-spline at the nodes."""
+_WEIGHTS = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
+_WEIGHTS = 0.25 * np.concatenate([_WEIGHTS, _WEIGHTS])
+_NODES = np.add.outer([0.25, 0.75], 0.25 * np.concatenate([-_OFF_MIDDLE, _OFF_MIDDLE]))
+"""Nodes of Gauss and Legendre over both halves of 0..1, with the weights over a half."""
+_SQUARES = np.stack([0.5 * (1.0 - _NODES) ** 2, 0.5 + _NODES - _NODES**2, 0.5 * _NODES**2], axis=2)
+"""Factors of the coefficients of a quadratic B-spline in its values at the nodes."""
 AT_START = Front(np.zeros(1), np.empty((6, 0)), np.zeros(3), np.empty(0), np.empty(0))
 """The front of a trajectory that begins from rest."""
 
@@ -383,24 +395,17 @@ def at_once(slices: Slices[T]) -> T:
 
 def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: bool = False) -> Trajectory:
     """Return the trajectory behind a front of x, a cubic B-spline (N + 3,), and its profile (N + 2,)."""
-    c = profile / UNIT_S**2
-    # The time over half a segment is the integral of 1 / sqrt(b), by Gauss and Legendre.
-    b = c[:-2, None] * _FIRST + c[1:-1, None] * _MIDDLE + c[2:, None] * _LAST
-    lengths = ((1.0 / np.sqrt(b)).reshape(-1, 2, 8) @ _WEIGHTS).ravel()
+    windows = np.array([x[:-3], x[1:-2], x[2:-1], x[3:]])
+    rates = np.array([profile[:-2], profile[1:-1], profile[2:]]) / UNIT_S**2
+    # The time over half a segment is the integral of 1 / sqrt(b).
+    lengths = (_WEIGHTS @ (1.0 / np.sqrt(_SQUARES @ rates))).ravel(order="F")
     times = front.times[-1] + np.concatenate([[0.0], lengths.cumsum()])
-    # x, dx/dt and half of d2x/dt2 at the ends of halves; over theta first.
+    # x, dx/dt and half of d2x/dt2 at the ends of halves.
+    place, first, second = _halved(_PLACES @ windows)
+    b, slope = _halved(_RATES @ rates)
     states = np.empty((3, len(times)))
-    rising, bends = x[1:] - x[:-1], x[2:] - 2.0 * x[1:-1] + x[:-2]
-    states[0, ::2] = x[1:-1] + bends / 6.0
-    states[0, 1::2] = 0.5 * (x[1:-2] + x[2:-1]) + (bends[:-1] + bends[1:]) / 48.0
-    states[1, ::2] = 0.5 * (rising[1:] + rising[:-1])
-    states[1, 1::2] = 0.125 * (rising[:-2] + 6.0 * rising[1:-1] + rising[2:])
-    states[2, ::2], states[2, 1::2] = bends, 0.5 * (bends[:-1] + bends[1:])
-    b, slopes = np.empty((2, len(times)))
-    slopes[::2], slopes[1::2] = c[1:] - c[:-1], 0.5 * (c[2:] - c[:-2])
-    b[::2], b[1::2] = 0.5 * (c[1:] + c[:-1]), 0.125 * (c[:-2] + 6.0 * c[1:-1] + c[2:])
-    states[2] = 0.5 * (states[2] * b + 0.5 * states[1] * slopes)
-    states[1] *= np.sqrt(np.maximum(b, 0.0))
+    states[0, :-1], states[1, :-1] = place, first * np.sqrt(np.maximum(b, 0.0))
+    states[2, :-1] = 0.5 * (second * b + 0.5 * first * slope)
     states[:, -1] = path.end_x, 0.0, 0.0
     scales = np.array([np.ones_like(lengths), lengths, lengths * lengths])
     quintics = _HERMITE @ np.concatenate([states[:, :-1] * scales, states[:, 1:] * scales])
@@ -409,6 +414,11 @@ def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: boo
     found = Trajectory(path, all_times, quintics, x, profile, rough)
     found.front_s = float(front.times[-1])
     return found
+
+
+def _halved(values: Array) -> Array:
+    """Return values (k, 2 N) in order from those at N beginnings and N middles (2 k, N)."""
+    return values.reshape(-1, 2, values.shape[1]).swapaxes(1, 2).reshape(len(values) // 2, -1)
 
 
 def _rest_to_rest(path: BlendedPath) -> Trajectory:
