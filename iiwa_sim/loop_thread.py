@@ -36,12 +36,12 @@ class LoopThread:
 
     @property
     def current(self) -> bool:
-        """Whether the caller runs in this thread."""
+        """Return True if the caller runs in this thread."""
         return threading.current_thread() is self._thread
 
     @property
     def elsewhere(self) -> bool:
-        """Whether this process was forked from the one with the thread, which has no copy here."""
+        """Return True if this process was forked from the one with the thread, which has no copy here."""
         return os.getpid() != self._process
 
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:

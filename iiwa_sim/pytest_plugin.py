@@ -47,7 +47,7 @@ REPORT_S = 10.0
 
 
 class _Robot(NamedTuple):
-    """What a report shows of a robot."""
+    """Contents of a report on one robot."""
 
     name: str
     dialogue: Callable[[], str]
@@ -175,7 +175,7 @@ def _check_artifacts(folder: Path) -> None:
 
 
 def _artifact(request: pytest.FixtureRequest, name: str) -> Path | None:
-    """Where a robot is recorded in case a test fails, named as no other; None where that is not asked for."""
+    """Return a unique file for the recording of a test that may fail; None if none is asked for."""
     folder = request.config.getoption("--iiwa-artifacts")
     if folder is None:
         return None

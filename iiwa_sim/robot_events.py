@@ -1,4 +1,4 @@
-"""What happens to the robot between commands: told to the log, to recordings and in the dialogue."""
+"""Events of the robot between commands, for the log, recordings and the dialogue."""
 
 import logging
 from collections.abc import Sequence

@@ -38,7 +38,7 @@ _IN_TOML = {
     "array": "an array",
     "object": "a table",
 }
-"""What msgspec calls the types, in the words of TOML."""
+"""Names of types in msgspec's messages, in the words of TOML."""
 _TYPE = re.compile(rf"\b({'|'.join(_IN_TOML)})\b")
 _PART = re.compile(r"(\w+)|\[(\d+)\]")
 

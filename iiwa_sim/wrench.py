@@ -12,7 +12,7 @@ NO_WRENCH: Wrench = (0.0,) * 6
 
 
 class Touch(NamedTuple):
-    """What surfaces do to the robot: N, and Nm about the TCP, along the axes of the base."""
+    """Wrench of surfaces on the robot: N, and Nm about the TCP, along the axes of the base."""
 
     force: Vector
     torque: Vector

@@ -1,4 +1,4 @@
-"""What stands there, as data for who looks at it from outside: the arm, and what is round it."""
+"""Arm and cell as data for viewers: the arm, surfaces, parts and tool."""
 
 from typing import Any
 
@@ -43,7 +43,7 @@ class DescribedCapsule(msgspec.Struct, frozen=True):
 
 
 class DescribedCell(msgspec.Struct, frozen=True):
-    """What is round the arm, with the keys and units of a cell.toml."""
+    """The surroundings of the arm, with the keys and units of a cell.toml."""
 
     contact_radius_mm: float
     """Radius of the sphere round the TCP that touches surfaces."""
@@ -53,7 +53,7 @@ class DescribedCell(msgspec.Struct, frozen=True):
     surfaces: tuple[dict[str, object], ...]
     """The surfaces as they stand now: `shape` is plane, box, sphere or cylinder."""
     parts: tuple[dict[str, object], ...]
-    """What the parts that are there look like: `name`, `shape`, its lengths. A state tells where they are."""
+    """Shapes of the parts: `name`, `shape`, its lengths. A state has their places."""
     jaw_mm: tuple[float, ...]
     """Size of each jaw of the gripper, along x y z of the TCP; empty without a gripper."""
     tool_capsules: tuple[DescribedCapsule, ...]
@@ -74,7 +74,7 @@ class DescribedMove(msgspec.Struct, frozen=True):
 
 
 class DescribedMoves(msgspec.Struct, frozen=True):
-    """What runs and what waits."""
+    """Moves that run and wait."""
 
     count: int
     """The number of all moves that run and wait."""
@@ -98,7 +98,7 @@ def described_robot(controller: Controller) -> DescribedRobot:
 
 
 def described_cell(controller: Controller) -> DescribedCell:
-    """What is round it, as it is now."""
+    """Return the present surroundings."""
     world, io, tool = controller.load.world, controller.io, controller.tool
     return DescribedCell(
         contact_radius_mm=1e3 * world.radius_m,

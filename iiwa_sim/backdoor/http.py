@@ -62,7 +62,7 @@ class Call(NamedTuple):
     takes: dict[str, str]
     """Each parameter in words."""
     reads: bool
-    """Whether it only reads."""
+    """True if it only reads."""
     summary: str
 
 
@@ -83,7 +83,7 @@ CALLS = {
     for name, method in vars(Backdoor).items()
     if inspect.isfunction(method) and not name.startswith("_")
 }
-"""All calls, by name."""
+"""Calls by name."""
 
 
 class NotUnderstood(Exception):

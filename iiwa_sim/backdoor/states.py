@@ -19,7 +19,7 @@ START = "start"
 
 
 class State(NamedTuple):
-    """What is saved: all that outlasts a stop, except time, errors and random numbers."""
+    """Saved state: everything that outlasts a stop, except time, errors and random numbers."""
 
     joints: Joints
     tool_in_flange: Transform
@@ -31,9 +31,9 @@ class State(NamedTuple):
     surfaces: tuple[Surface, ...]
     tool_load: ToolLoad
     handled: HandlingState | None
-    """None without a gripper."""
+    """State of the gripper and the parts, if there are any."""
     felt: ContactState
-    """What it touches, and what that remembers of it."""
+    """Contacts, with their friction and entry sides."""
 
 
 class States:

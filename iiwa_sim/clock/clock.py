@@ -87,7 +87,7 @@ class _Errand:
     ticks: int
     until_stopped: bool
     done: asyncio.Future[bool]
-    """Whether the robot has stopped."""
+    """True if the robot has stopped."""
     made: int = 0
 
     def go_on(self, robot: Stepped, step: Callable[[], None], now_ns: Callable[[], int], end_ns: int) -> bool:
@@ -180,7 +180,7 @@ class Clock:
 
     @property
     def in_haste(self) -> bool:
-        """Whether the ticks that are made follow no real time: nobody sees that one of them takes longer."""
+        """Return True if ticks do not follow real time: nobody sees that one of them takes longer."""
         return bool(self._errands) or self._pace.ticks_in_haste or not self._pace.speed
 
     @property

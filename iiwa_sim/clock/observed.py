@@ -5,7 +5,7 @@ from typing import Protocol
 
 
 class Stepped(Protocol):
-    """What the clock drives."""
+    """The robot as a clock drives it."""
 
     def step(self) -> None:
         """One tick."""
@@ -16,15 +16,15 @@ class Stepped(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether the robot moves, or a move waits."""
+        """Return True if the robot moves, or a move waits."""
 
     @property
     def under_way(self) -> bool:
-        """Whether it moves, and not so that only a command can end that."""
+        """Return True if it moves in a way that ends without a command."""
 
     @property
     def resting(self) -> bool:
-        """Whether ticks change nothing that `skip` does not, and nobody sees them."""
+        """Return True if ticks change nothing that `skip` does not, and nobody sees them."""
 
     def skip(self, ticks: int) -> None:
         """Make up for `ticks` ticks at once; only while it is `resting`."""
@@ -41,15 +41,15 @@ class TickObserver(Protocol):
 
     @property
     def watching(self) -> bool:
-        """Whether it has to see each tick, also of a robot at rest."""
+        """Return True if it has to see each tick, also of a robot at rest."""
 
     @property
     def has_commands(self) -> bool:
-        """Whether it will make the robot move in the next ticks."""
+        """Return True if it will make the robot move in the next ticks."""
 
 
 class ObservedRobot:
-    """What a clock drives in place of the robot itself."""
+    """Robot and observers, which a clock drives together."""
 
     def __init__(self, robot: Stepped, watchers: Sequence[TickObserver]) -> None:
         self._robot = robot

@@ -75,7 +75,7 @@ class StatusStream(Server["Reader"]):
 
     @property
     def watching(self) -> bool:
-        """Whether there are readers, who are sent lines in time."""
+        """Return True if there are readers, who are sent lines in time."""
         return bool(self.connections)
 
     @property

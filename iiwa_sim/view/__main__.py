@@ -22,13 +22,13 @@ from iiwa_sim.wording import Unusable
 
 
 class Task(msgspec.Struct, frozen=True, kw_only=True):
-    """What the page is to be."""
+    """Settings of the page."""
 
     listening: int
     """The descriptor of a socket that listens."""
     places: list[Place]
     token: str | None = None
-    """What browsers have to tell."""
+    """Token that browsers have to give; None without one."""
     log_level: str = log.DEFAULT_LEVEL
     log_json: bool = False
 
