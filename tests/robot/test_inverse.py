@@ -1,4 +1,4 @@
-"""The six-axis arm's closed form: every branch closes, and is calm where some meet."""
+"""The closed form of both kinds of arm: every branch closes, and is calm where branches meet."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
 from tests.robot.arms import (
+    BUILT_IN,
+    IIWAS,
     SIX_AXES,
     Arm,
     arm_named,
@@ -26,14 +28,16 @@ from tests.robot.arms import (
 )
 
 CLOSED = 1e-9  # m and rad
-STRETCHED = math.atan2(35.0, 420.0)  # A3 where the wrist is farthest from A2
+A2, A4, A6 = 1, 3, 5
+ZEROS = [zeros for size in (1, 2, 3) for zeros in itertools.combinations((A2, A4, A6), size)]
+STRETCHED = math.atan2(35.0, 420.0)  # A3 of the six-axis arm where the wrist is farthest from A2
 UPPER_ARM, FOREARM = 0.455, math.hypot(0.42, 0.035)
 SEED = [0.3, -0.9, 0.5, -0.6, 0.7, 0.8]
 
 
-@pytest.fixture
-def arm() -> Arm:
-    return arm_named(SIX_AXES)
+@pytest.fixture(params=BUILT_IN)
+def arm(request: pytest.FixtureRequest) -> Arm:
+    return arm_named(request.param)
 
 
 def on_the_axis_of_a1(q: list[float]) -> list[float]:
@@ -45,7 +49,12 @@ def on_the_axis_of_a1(q: list[float]) -> list[float]:
 
 
 def singular_poses(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
-    """Joint positions of every singular family and of all that meet."""
+    """Joint positions of every singular family, and of all that meet."""
+    families = _of_an_iiwa if arm.inverse.redundancy_range else _of_six_axes
+    return families(arm, rng, count)
+
+
+def _of_six_axes(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
     families: dict[str, Callable[[list[float]], list[float]]] = {
         "stretched": lambda q: [*q[:2], STRETCHED, *q[3:]],
         "on the axis of A1": on_the_axis_of_a1,
@@ -57,6 +66,34 @@ def singular_poses(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[t
                 for name in names:
                     q = families[name](q)
                 yield " and ".join(names), q
+
+
+def _of_an_iiwa(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
+    """A2, A4 and A6 at zero alone and together, with any A3, with A3 = 0 and with A3 = +-90 deg, where both
+    solutions for A2 are one; and the wrist point on the axis of A1.
+    """
+    for zeros in ZEROS:
+        for a3 in (None, 0.0, math.pi / 2, -math.pi / 2):
+            for q in arm.anywhere(rng, count).tolist():
+                for joint in zeros:
+                    q[joint] = 0.0
+                if a3 is not None:
+                    q[2] = a3
+                yield f"{[f'A{joint + 1}' for joint in zeros]} = 0, A3 = {a3}", q
+    d3, d5 = forearms(arm)
+    for a6 in (None, 0.0):
+        for q in arm.anywhere(rng, count).tolist():
+            q[2] = 0.0
+            q[A2] = math.atan2(d5 * math.sin(q[A4]), d3 + d5 * math.cos(q[A4]))
+            if a6 is not None:
+                q[A6] = a6
+            yield f"wrist point on the axis of A1, A6 = {a6}", q
+
+
+def forearms(arm: Arm) -> tuple[float, float]:
+    """Upper arm and forearm (m) from the joints' origins."""
+    points = arm.model.arm.points
+    return float(points[A4][2] - points[A2][2]), float(points[A6][2] - points[A4][2])
 
 
 def assert_closes(arm: Arm, flange: Transform, joints: Sequence[float] | None, context: object = "") -> None:
@@ -77,12 +114,13 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     wanted, reached = [], []
     for q in arm.anywhere(rng, 400).tolist():
         flange = model.flange(q)
-        branches = dict(inverse.branches(flange, 0.0, q))
+        branches = dict(inverse.branches(flange, inverse.redundancy(q), q))
         assert same_but_for_turns(branches[inverse.status(q)], q, 1e-6)
-        assert {status ^ 2 for status in branches} == set(branches)  # the elbow and the wrist have two
-        assert {status ^ 4 for status in branches} == set(branches)
+        for bit in (1, 2, 4) if inverse.redundancy_range else (2, 4):  # six axes may not reach overhead
+            assert {status ^ bit for status in branches} == set(branches)
         for status, joints in branches.items():
             assert inverse.status(joints) == status
+            assert inverse.redundancy(joints) == inverse.redundancy(q)
             wanted.append(flange)
             reached.append(model.flange(joints))
     assert distance(reached, wanted) <= CLOSED
@@ -92,14 +130,13 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
     rng = np.random.default_rng(21)
-    for family, q in singular_poses(arm, rng, 10):
+    for family, q in singular_poses(arm, rng, 5):
         flange = arm.model.flange(q)
         statuses = arm.inverse.merging_statuses(q)
         assert arm.inverse.status(q) == statuses[0]
-        assert len(statuses) == 2 ** len(family.split(" and "))
         for status in statuses:
             for seed in (q, arm.anywhere(rng, 1)[0].tolist()):
-                joints = arm.inverse.joints(flange, 0.0, status, seed)
+                joints = arm.inverse.joints(flange, arm.inverse.redundancy(q), status, seed)
                 assert_closes(arm, flange, joints, (family, q, status, seed))
                 assert joints is not None
                 assert status in arm.inverse.merging_statuses(joints), (family, q, status, seed)
@@ -108,16 +145,17 @@ def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_other_branches_at_singular_poses_close(arm: Arm) -> None:
     rng = np.random.default_rng(22)
-    for family, q in singular_poses(arm, rng, 10):
-        flange = arm.model.flange(q)
-        for status, joints in arm.inverse.branches(flange, 0.0, arm.anywhere(rng, 1)[0].tolist()):
+    for family, q in singular_poses(arm, rng, 5):
+        flange, seed = arm.model.flange(q), arm.anywhere(rng, 1)[0].tolist()
+        for status, joints in arm.inverse.branches(flange, arm.inverse.redundancy(q), seed):
             assert_closes(arm, flange, joints, (family, q, status))
 
 
 def test_singular_poses_give_the_seed_back(arm: Arm) -> None:
     rng = np.random.default_rng(23)
-    for family, q in singular_poses(arm, rng, 10):
-        joints = arm.inverse.joints(arm.model.flange(q), 0.0, arm.inverse.status(q), q)
+    for family, q in singular_poses(arm, rng, 5):
+        flange = arm.model.flange(q)
+        joints = arm.inverse.joints(flange, arm.inverse.redundancy(q), arm.inverse.status(q), q)
         assert same_but_for_turns(joints, q, 1e-9), family
 
 
@@ -125,23 +163,101 @@ def test_singular_poses_give_the_seed_back(arm: Arm) -> None:
 def test_next_to_singular_poses_joints_move_in_proportion(arm: Arm, size: float) -> None:
     """Joints moved by a tiny step: the way back from the singular pose changes none by much more."""
     rng = np.random.default_rng(24)
-    for family, q in singular_poses(arm, rng, 10):
-        if not well_away_from_the_rest(q):
+    for family, q in singular_poses(arm, rng, 5):
+        if any(1e-12 < abs(value) < 0.1 for value in arm.inverse.distances(q)):
             continue
-        moved = (q + size * rng.uniform(-1.0, 1.0, 6)).tolist()
+        moved = (q + size * rng.uniform(-1.0, 1.0, len(q))).tolist()
         flange = arm.model.flange(moved)
-        joints = arm.inverse.joints(flange, 0.0, arm.inverse.status(moved), q)
+        joints = arm.inverse.joints(flange, arm.inverse.redundancy(moved), arm.inverse.status(moved), q)
         assert_closes(arm, flange, joints, (family, q))
         assert same_but_for_turns(joints, q, 30.0 * size), (family, q)
 
 
-def well_away_from_the_rest(q: Sequence[float]) -> bool:
-    """Each of the bend of A3, A5 and the wrist point's distance from A1 either singular or far from it."""
-    x = 0.025 + UPPER_ARM * math.cos(q[1]) + FOREARM * math.cos(q[1] + q[2] - STRETCHED)
-    return all(abs(value) < 1e-12 or abs(value) > 0.1 for value in (x, q[2] - STRETCHED, q[4]))
+@given(st.sampled_from(BUILT_IN), st.floats(-math.pi, math.pi), st.integers(0, 7), st.floats(1e-6, 2.0))
+def test_out_of_reach_is_none(name: str, redundancy: float, status: int, beyond_m: float) -> None:
+    arm = arm_named(name)
+    joints, up = ([0.0, 1.0, *[0.0] * 5], 0.5 * math.pi - 1.0)
+    if name == SIX_AXES:
+        joints, up = [0.0, -1.0, STRETCHED, 0.0, 0.5, 0.0], 1.0
+    stretched = arm.model.flange(joints)
+    further = np.add(stretched.translation, (math.cos(up) * beyond_m, 0.0, math.sin(up) * beyond_m))
+    away = Transform(stretched.rotation, tuple(further.tolist()))
+    assert arm.inverse.joints(away, redundancy, status, joints) is None
+    assert arm.inverse.branches(away, redundancy, joints) == []
 
 
-def test_free_joints_keep_the_position_of_the_seed(arm: Arm) -> None:
+def test_a_batch_is_the_closed_form(arm: Arm) -> None:
+    rng = np.random.default_rng(25)
+    joints = [*arm.anywhere(rng, 100).tolist(), *(q for _, q in singular_poses(arm, rng, 2))]
+    assert_batches_are_single_poses(arm, joints, rng)
+
+
+@given(st.sampled_from(BUILT_IN), st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7))
+def test_status_bits_say_where_the_wrist_is(name: str, q: list[float]) -> None:
+    """Bit 0 from the wrist point itself: the flange pulled back by its length, seen from A1."""
+    arm, six = arm_named(name), name == SIX_AXES
+    q = q[: arm.model.joint_count]
+    rotation, (x, y, _) = arm.model.flange(q)
+    rx, ry, hand = (rotation[2], rotation[5], 0.08 if six else 0.126)
+    wrist_x = math.cos(q[0]) * (x - hand * rx) + (-1.0 if six else 1.0) * math.sin(q[0]) * (y - hand * ry)
+    status = arm.inverse.status(q)
+    if abs(wrist_x) > 1e-12:
+        assert bool(status & 1) == (wrist_x < 0)
+    assert bool(status & 2) == (q[2] >= STRETCHED if six else q[3] < 0)
+    assert bool(status & 4) == (q[4] > 0 if six else q[5] <= 0)
+
+
+@pytest.mark.parametrize("name", IIWAS)
+def test_free_joints_keep_the_position_of_the_seed(name: str) -> None:
+    arm = arm_named(name)
+    inverse, model = arm.inverse, arm.model
+    seed = [0.3, 0.4, 0.5, -0.6, 0.7, 0.8, 0.9]
+    aligned = model.flange([0.1, 1.5, 0.5, 1.2, 0.4, 0.0, 0.3])
+    joints = inverse.joints(aligned, 0.5, 0, seed)
+    assert joints == pytest.approx([0.1, 1.5, 0.5, 1.2, 0.7, 0.0, 0.0], abs=1e-9)
+    straight_up = model.flange([0.0] * 7)
+    joints = inverse.joints(straight_up, 0.5, 0, seed)
+    assert joints == pytest.approx([0.3, 0.0, 0.5, 0.0, 0.7, 0.0, -1.5], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", IIWAS)
+def test_rounding_of_the_pose_moves_no_free_joint(name: str) -> None:
+    """The arm upright, the hand anywhere: the wrist point is on the axis of A1 but for the last bits."""
+    arm = arm_named(name)
+    seed = [0.3, 0.4, 0.5, -0.6, 0.7, 0.8, 0.9]
+    for q in arm.anywhere(np.random.default_rng(26), 20).tolist():
+        flange = arm.model.flange([q[0], 0.0, q[2], 0.0, *q[4:]])
+        for a3, status in itertools.product((0.0, 0.5), range(8)):
+            joints = arm.inverse.joints(flange, a3, status, seed)
+            assert_closes(arm, flange, joints)
+            assert joints is not None
+            assert joints[:4] == pytest.approx((0.3, 0.0, a3, 0.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", IIWAS)
+def test_a_nearly_aligned_wrist_keeps_a5_and_still_closes(name: str) -> None:
+    arm = arm_named(name)
+    q = [0.1, 1.5, 0.5, 1.2, 0.4, 3e-10, 0.3]
+    flange = arm.model.flange(q)
+    seed = [*q[:4], -2.0, *q[5:]]
+    for status in (0, 4):
+        joints = arm.inverse.joints(flange, 0.5, status, seed)
+        assert_closes(arm, flange, joints)
+        assert joints is not None
+        assert joints[4] == -2.0
+
+
+def test_status_and_redundancy() -> None:
+    inverse = arm_named(IIWAS[0]).inverse
+    assert inverse.status([0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0]) == 2
+    assert inverse.status([0.0, -0.5, 0.0, 1.0, 0.0, -0.5, 0.0]) == 1 | 4
+    assert inverse.status([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]) == 4
+    assert inverse.redundancy([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]) == 0.3
+    assert inverse.redundancy_range == pytest.approx((-math.radians(170), math.radians(170)))
+
+
+def test_free_joints_of_six_axes_keep_the_position_of_the_seed() -> None:
+    arm = arm_named(SIX_AXES)
     aligned = arm.model.flange([0.1, -1.2, 1.5, 0.4, 0.0, 0.3])
     joints = arm.inverse.joints(aligned, 0.0, 2, SEED)
     assert joints == pytest.approx([0.1, -1.2, 1.5, -0.6, 0.0, 1.3], abs=1e-9)
@@ -151,26 +267,11 @@ def test_free_joints_keep_the_position_of_the_seed(arm: Arm) -> None:
     assert joints[:3] == pytest.approx([0.3, *above[1:3]], abs=1e-9)
 
 
-def test_a_free_joint_beyond_half_a_turn_comes_from_the_seed_as_the_angle_it_is(arm: Arm) -> None:
+def test_a_free_joint_beyond_half_a_turn_comes_from_the_seed_as_the_angle_it_is() -> None:
+    arm = arm_named(SIX_AXES)
     seed = [0.1, -1.2, 1.5, math.radians(184.0), 0.0, math.radians(-340.0)]
     joints = arm.inverse.joints(arm.model.flange(seed), 0.0, 2, seed)
     assert joints == pytest.approx([*seed[:3], math.radians(-176.0), 0.0, math.radians(20.0)], abs=1e-9)
-
-
-@given(st.integers(0, 7), st.floats(1e-6, 2.0))
-def test_out_of_reach_is_none(status: int, beyond_m: float) -> None:
-    arm = arm_named(SIX_AXES)
-    stretched = arm.model.flange([0.0, -1.0, STRETCHED, 0.0, 0.5, 0.0])
-    upwards = (math.cos(1.0) * beyond_m, 0.0, math.sin(1.0) * beyond_m)
-    away = Transform(stretched.rotation, tuple(np.add(stretched.translation, upwards).tolist()))
-    assert arm.inverse.joints(away, 0.0, status, [0.0] * 6) is None
-    assert arm.inverse.branches(away, 0.0, [0.0] * 6) == []
-
-
-def test_a_batch_is_the_closed_form(arm: Arm) -> None:
-    rng = np.random.default_rng(25)
-    joints = [*arm.anywhere(rng, 100).tolist(), *(q for _, q in singular_poses(arm, rng, 5))]
-    assert_batches_are_single_poses(arm, joints, rng)
 
 
 @pytest.mark.parametrize(
@@ -189,27 +290,16 @@ def test_status_is_what_kuka_means_by_it(joints_deg: tuple[int, ...], status: in
     assert arm_named(SIX_AXES).inverse.status([math.radians(value) for value in joints_deg]) == status
 
 
-def test_there_is_no_redundancy(arm: Arm) -> None:
+def test_there_is_no_redundancy() -> None:
+    arm = arm_named(SIX_AXES)
     assert arm.inverse.redundancy_range is None
     assert arm.inverse.redundancy(SEED) == 0.0
     flange = arm.model.flange(SEED)
     assert arm.inverse.joints(flange, 1.0, 6, SEED) == arm.inverse.joints(flange, 0.0, 6, SEED)
 
 
-@given(st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6))
-def test_status_bits_say_where_the_wrist_is(q: list[float]) -> None:
-    """Bit 0 from the wrist point itself: the flange pulled back by its length, seen from A1."""
+def test_turning_points() -> None:
     arm = arm_named(SIX_AXES)
-    (_, _, rx, _, _, ry, _, _, _), (x, y, _) = arm.model.flange(q)
-    wrist_x = math.cos(q[0]) * (x - 0.08 * rx) - math.sin(q[0]) * (y - 0.08 * ry)
-    status = arm.inverse.status(q)
-    if abs(wrist_x) > 1e-12:
-        assert bool(status & 1) == (wrist_x < 0)
-    assert bool(status & 2) == (q[2] >= STRETCHED)
-    assert bool(status & 4) == (q[4] > 0)
-
-
-def test_turning_points(arm: Arm) -> None:
     above = on_the_axis_of_a1([0.1, 0.0, 1.5, 0.4, 0.5, 0.2])
     assert arm.inverse.turning_point(above) == "the wrist is on the axis of A1"
     assert arm.inverse.turning_point([0.0, -1.0, STRETCHED, 0.0, 0.5, 0.0]) == "the arm is stretched"
