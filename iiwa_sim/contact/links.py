@@ -28,7 +28,8 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import Gaps
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.capsules import Capsule, capsules_of
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.model import Model, arm_model
 
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
@@ -99,8 +100,8 @@ class _Body(NamedTuple):
     capsules: tuple[int, ...]
     hull: int
     """Number of the capsule around all of them."""
-    share: float
-    is_own: bool
+    share: float = 1.0
+    is_own: bool = True
 
 
 class _Group(NamedTuple):
@@ -117,8 +118,8 @@ class _Group(NamedTuple):
 class Links:
     """The links of one arm. `step` finds what acts on them, in ticks that `gaps` do not free from it."""
 
-    def __init__(self, model: Model, tool: Sequence[Worn] = ()) -> None:
-        """Take an arm with the capsules of its tool, among no surfaces."""
+    def __init__(self, model: Model, tool: Sequence[Worn] = (), *, folds: bool = True) -> None:
+        """Take an arm with the capsules of its tool, among no surfaces; `folds` lets links touch."""
         self._model, self._arm = model, model.arm.pin_model
         self.gaps = Gaps([1.01 * velocity for velocity in model.description.velocity])
         """They tell when nothing can touch."""
@@ -140,43 +141,23 @@ class Links:
         """Torques of links on links (Nm)."""
         self.colliding: tuple[str, str] | None = None
         """The names of two links that are in each other, the deepest."""
-        self._folding: list[_Group] = []
+        self._folding = _folding(model.description, self._tool) if folds else ()
         self._wear()
-        self._go_to(np.array(model.description.home))
-        for a, inner in enumerate(self._bodies):
-            for outer in self._bodies[a + 1 :]:
-                if outer.joint - inner.joint >= LEAST_JOINTS_BETWEEN:
-                    pairs = [(c, d) for c in inner.capsules for d in outer.capsules]
-                    apart = tuple(pair for pair in pairs if self._distance(*pair) > 0.0)
-                    if apart:
-                        hulls = inner.hull, outer.hull
-                        self._folding.append(_Group(outer, None, hulls, apart, inner.joint))
-        self._group()
 
     # What there is
 
     def _wear(self) -> None:
         """Take the capsules of the arm, its tool and its jaws."""
-        own, worn, model = capsules_of(self._model.description), (*self._tool, *self._jaws), self._arm
-        data = model.createData()
-        pin.forwardKinematics(model, data, np.zeros(model.nq))
+        worn, model = (*self._tool, *self._jaws), self._arm
+        capsules, places, bodies, across, spans = _own_bodies(self._model.description)
         self._flange = model.frames[self._model.arm.flange].placement
-        self._capsules = [*own, *(each.capsule for each in worn)]
-        self._joint = [each.joints for each in own] + [model.nq] * len(worn)
-        self._places = [data.oMi[each.joints].actInv(_se3(each.pose)) for each in own]
-        self._places += [self._flange * _se3(each.capsule.pose) for each in worn]
-        self._bodies: list[_Body] = []
-        for link in dict.fromkeys(each.link for each in own):
-            numbers = tuple(n for n, each in enumerate(own) if each.link == link)
-            joint = own[numbers[0]].joints
-            hull = numbers[0] if len(numbers) == 1 else len(self._capsules)
-            if len(numbers) > 1:
-                self._capsules.append(_hull([own[number] for number in numbers]))
-                self._joint.append(joint)
-                self._places.append(data.oMi[joint].actInv(_se3(self._capsules[-1].pose)))
-            self._bodies.append(_Body(link, joint, numbers, hull, 1.0, is_own=True))
-        for number, (capsule, share) in enumerate(worn, start=len(own)):
+        self._capsules, self._places, self._bodies = list(capsules), list(places), list(bodies)
+        self._joint = [each.joints for each in self._capsules]
+        for number, (capsule, share) in enumerate(worn, start=len(self._capsules)):
             self._bodies.append(_Body(capsule.link, model.nq, (number,), number, share, is_own=False))
+        self._capsules += [each.capsule for each in worn]
+        self._joint += [model.nq] * len(worn)
+        self._places += [self._flange * _se3(each.capsule.pose) for each in worn]
         self._solids: list[Any] = [_capsule(each.radius_m, each.length_m) for each in self._capsules]
         self._base = pin.GeometryModel()
         for number, (joint, place) in enumerate(zip(self._joint, self._places, strict=True)):
@@ -186,12 +167,9 @@ class Links:
         self._moving = sum(body.joint > 0 for body in self._bodies)
         for row, body in zip(self._reach, self._bodies, strict=True):
             reach = self._extent(body.hull) + MARGIN_M * (not body.is_own)
-            before = np.zeros(3)
-            for joint in range(body.joint, 0, -1):
-                across = np.cross(self._model.arm.local_axes[joint - 1], before)
-                row[joint - 1] = reach + float(np.linalg.norm(across))
-                reach += float(np.linalg.norm(before))
-                before = model.jointPlacements[joint].translation
+            for joint in range(body.joint - 1, -1, -1):
+                row[joint] = reach + (across[joint] if joint + 1 < body.joint else 0.0)
+                reach += spans[joint] if joint + 1 < body.joint else 0.0
         self._group()
 
     def _extent(self, number: int) -> float:
@@ -474,6 +452,46 @@ class Links:
             drag = _within((stiff * kept.drag - ahead) / (1.0 + stiff), friction * push)
         kept.drag = kept.drag + (FOLLOWS if moves else 1.0) * (drag - kept.drag)
         return pressing * normal + rubbing, push * normal + drag
+
+
+@lru_cache(maxsize=16)
+def _own_bodies(
+    description: RobotDescription,
+) -> tuple[list[Capsule], list[Any], list[_Body], list[float], list[float]]:
+    """Return the capsules of links and their hulls, places in the joints, bodies, and lengths of links.
+
+    The lengths (m) are from the axis of each joint, and from its origin, to the origin of the next joint.
+    """
+    own, arm = list(capsules_of(description)), arm_model(description)
+    capsules, bodies = list(own), []
+    for link in dict.fromkeys(each.link for each in own):
+        numbers = tuple(n for n, each in enumerate(own) if each.link == link)
+        hull = numbers[0] if len(numbers) == 1 else len(capsules)
+        if len(numbers) > 1:
+            capsules.append(_hull([own[number] for number in numbers]))
+        bodies.append(_Body(link, own[numbers[0]].joints, numbers, hull))
+    model, data = arm.pin_model, arm.pin_model.createData()
+    pin.forwardKinematics(model, data, np.zeros(model.nq))
+    places = [data.oMi[each.joints].actInv(_se3(each.pose)) for each in capsules]
+    steps = [place.translation for place in list(model.jointPlacements)[2:]]
+    axes = arm.local_axes[:-1]
+    across = [float(np.linalg.norm(np.cross(axis, step))) for axis, step in zip(axes, steps, strict=True)]
+    return capsules, places, bodies, across, [float(np.linalg.norm(step)) for step in steps]
+
+
+@lru_cache(maxsize=16)
+def _folding(description: RobotDescription, tool: tuple[Worn, ...]) -> tuple[_Group, ...]:
+    """Return the pairs of links, and the tool, that may meet: those that are apart with the arm at home."""
+    links, found = Links(Model(description), tool, folds=False), []
+    links._go_to(np.array(description.home))
+    for a, inner in enumerate(links._bodies):
+        for outer in links._bodies[a + 1 :]:
+            if outer.joint - inner.joint >= LEAST_JOINTS_BETWEEN:
+                pairs = [(c, d) for c in inner.capsules for d in outer.capsules]
+                apart = tuple(pair for pair in pairs if links._distance(*pair) > 0.0)
+                if apart:
+                    found.append(_Group(outer, None, (inner.hull, outer.hull), apart, inner.joint))
+    return tuple(found)
 
 
 def _hull(capsules: Sequence[Capsule]) -> Capsule:
