@@ -24,6 +24,7 @@ lint: .venv/test .venv/lint
 	$(BIN)/lint-imports
 	$(BIN)/python -m tools.requirements
 	$(BIN)/python tools/lines.py
+	$(BIN)/python tools/sentences.py
 
 docs: .venv/docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict $(ARGS)

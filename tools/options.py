@@ -41,7 +41,8 @@ END = """
 def page() -> str:
     """Return the text of the page."""
     text = HEAD.format(rule=ENVIRONMENT_RULE)
-    for title, options in groupby(OPTIONS.values(), lambda option: option.group):
+    shown = (option for option in OPTIONS.values() if option.group != "other options")
+    for title, options in groupby(shown, lambda option: option.group):
         text += GROUP.format(title=f"{title[0].upper()}{title[1:]}") + "".join(map(_row, options))
     return text + END + "".join(f"| `iiwa-sim {name}` | {what} |\n" for name, what in COMMANDS.items())
 
