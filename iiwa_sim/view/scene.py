@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from trimesh.visual.material import PBRMaterial
 
 from iiwa_sim.frames import (
-    IDENTITY,
     Frame,
     Rotation,
     Transform,
@@ -236,7 +235,7 @@ class Scene:
         self.cell = cell
         self._surfaces.set(cell["surfaces"])
         self._parts.set(cell.get("parts", ()))
-        self._tool_body.set([each for capsule in cell.get("tool_capsules", ()) for each in _capsule(capsule)])
+        self._tool_body.set(_capsules(cell.get("tool_capsules", ())))
         self._jaws.set(())
 
     def points(self, joints: Sequence[float]) -> NDArray[np.float64]:
@@ -382,32 +381,19 @@ def _paint(mesh: Any, colour: Sequence[float]) -> None:
     mesh.visual = trimesh.visual.TextureVisuals(material=material)  # type: ignore[no-untyped-call]
 
 
-def _capsule(capsule: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return a capsule of a tool as a cylinder with a ball at each end."""
-    start, end = np.array(capsule["start_mm"]), np.array(capsule["end_mm"])
-    length, radius, name = float(np.linalg.norm(end - start)), capsule["radius_mm"], f"{start}{end}"
-    zero = {"alpha": 0.0, "beta": 0.0, "gamma": 0.0}
-    balls = [
-        {"name": f"{name}{place}", "shape": "sphere", "radius_mm": radius, **_xyz(each), **zero}
-        for place, each in enumerate((start, end))
-    ]
-    if length == 0.0:
-        return balls
-    x, y, z = (end - start) / length
-    frame = Frame.from_transform(Transform(with_z_along((x, y, z)), IDENTITY.translation))
-    turn = {"alpha": frame.alpha, "beta": frame.beta, "gamma": frame.gamma}
-    return [
-        {
-            "name": name,
-            "shape": "cylinder",
-            "radius_mm": radius,
-            "length_mm": length,
-            **_xyz(0.5 * (start + end)),
-            **turn,
-        },
-        *balls,
-    ]
-
-
-def _xyz(point: NDArray[np.float64]) -> dict[str, float]:
-    return dict(zip(("x_mm", "y_mm", "z_mm"), point.tolist(), strict=True))
+def _capsules(capsules: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the capsules of a tool as one body, a mesh in mm."""
+    if not capsules:
+        return []
+    solids: list[Any] = []
+    for each in capsules:
+        start, end = np.array(each["start_mm"]), np.array(each["end_mm"])
+        length = float(np.linalg.norm(end - start))
+        solid: Any = trimesh.creation.capsule(length, each["radius_mm"], count=(16, 16))
+        x, y, z = (end - start) / length if length else (0.0, 0.0, 1.0)
+        solid.apply_translation(-solid.bounds.mean(axis=0))
+        solids.append(
+            solid.apply_transform(_matrix(Transform(with_z_along((x, y, z)), tuple(0.5 * (start + end)))))
+        )
+    whole: Any = trimesh.util.concatenate(solids)
+    return [{"name": "tool", "shape": "mesh", "corners_mm": whole.triangles.reshape(-1, 3)}]

@@ -96,9 +96,7 @@ def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
             )
 
         is_at(box("/parts/", 0.04, 0.04, 0.06)["name"], 0.6, 0.0, 0.06)
-        viewer.until(
-            lambda message: message["type"] == "CylinderMessage" and "/tool_body/" in message["name"]
-        )
+        viewer.until(lambda message: message["type"] == "MeshMessage" and "/tool_body/" in message["name"])
         box("/jaws/", 0.03, 0.012, 0.07)
         x_mm, y_mm, z_mm, *_ = simulator.state().tool_frame
         at = {"x_mm": x_mm, "y_mm": y_mm, "z_mm": z_mm - 1e3, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
