@@ -15,7 +15,7 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 
 _REMEDY = "PTP gets there"
-"""What a refusal of a line advises where only its end can be reached."""
+"""Advice for a rejected line whose end can be reached."""
 ROUNDING_RAD = 1e-9
 """How far (rad) beyond its limit a joint may seem to be by rounding that stands on it."""
 SAME_RAD = 1e-6

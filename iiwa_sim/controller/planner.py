@@ -1,4 +1,4 @@
-"""What a command asks for becomes a path and its limits, or the reason why there are none."""
+"""The planner turns a request into a path and its limits, or rejects it with a reason."""
 
 from collections.abc import Sequence
 from math import degrees, isfinite

@@ -1,10 +1,10 @@
 """Blends: the second of two moves sets out while the first one still goes to its target.
 
 With v from 0 to 1 the first move goes on to its target as s = 1 - before F(1 - v) while the second leaves it
-as s = after F(v); the joints are where the first is plus the way of the second. F grows with the third power
-of v up to v = rho, then with the second, up to F(1) = 1. So a blend is a parabola along which one velocity
-changes evenly into the other, except for rho at either end, where the acceleration builds up. As
-F(v) + F(1 - v) <= 1, the sum of two straight ways stays in any ball around the target that holds their ends.
+as s = after F(v); the displacement of the second is added to the joints of the first. F grows with the third
+power of v up to v = rho, then with the second, up to F(1) = 1. So a blend is a parabola along which one
+velocity changes evenly into the other, except for rho at either end, where the acceleration builds up. As
+F(v) + F(1 - v) <= 1, the sum of two straight moves stays in any ball around the target that holds their ends.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ _INSIDE = np.arange(1, 8) / 8.0  # v at which a blend is checked
 _ROUNDING = 1.000000001
 SHARES = (1.0, 0.7, 0.4, 0.2)
 """Parts of what the zone allows, until the robot stays in it and within its position limits."""
-SHORTEST_WAY_RAD = 1e-6
-"""Least way of the joints on either side of a blend; with less the robot stops at the target."""
+SHORTEST_RAD = 1e-6
+"""Least distance of the joints on either side of a blend; with less the robot stops at the target."""
 SHORTEST_S = 0.004
 """A sharp blend that takes less on one side is a stop: so much is all that could be gained."""
 SHORTEST_PART = 0.05
@@ -80,7 +80,7 @@ class Zone:
         """The radius is a distance of the TCP (m), or of the farthest joint (rad) without a TCP."""
         self.radius = radius
         self.of_tcp = tcp is not None
-        """Whether it is the TCP whose distance counts."""
+        """True if the distance is that of the TCP."""
         self._centre = np.array(centre)
         self._tcp = tcp
 
@@ -140,7 +140,7 @@ def sphere(radius_m: float, target: Joints, tcp: Tcp) -> Zone:
 
 
 def joint_ball(part: float, start: Joints, target: Joints) -> Zone:
-    """Return all places where no joint is farther from the target than a part of the move's largest way."""
+    """Return all places where no joint is farther from the target than a part of the largest distance."""
     return Zone(part * max([abs(b - a) for a, b in zip(start, target, strict=True)]), target, None)
 
 
@@ -150,7 +150,7 @@ class _Side:
     def __init__(self, move: Move, *, at_end: bool) -> None:
         self.slope = move.path.derivatives(np.array([1.0 if at_end else 0.0]))[1, 0]  # dq/ds (n,)
         rates = list(map(abs, self.slope.tolist()))
-        self.way = max(rates)
+        self.rate = max(rates)
         # Units of s per s, and so on.
         self.speed, self.acceleration, self.jerk = (
             1.0 / (max(map(truediv, rates, limit.tolist())) or 1e-300) for limit in move.limits
@@ -195,7 +195,7 @@ def blend(first: Move, second: Move, lowest: Array, highest: Array) -> Blend | N
     before = zone.part_inside(first.path, at_end=True)
     after = zone.part_inside(second.path, at_end=False)
     ending, leaving = _Side(first, at_end=True), _Side(second, at_end=False)
-    if ending.way == 0.0 or leaving.way == 0.0:
+    if ending.rate == 0.0 or leaving.rate == 0.0:
         return None
     start = second.path.derivatives(np.zeros(1))[0, 0]
     # The turn of the joints, each counted by its acceleration.
@@ -217,7 +217,7 @@ def blend(first: Move, second: Move, lowest: Array, highest: Array) -> Blend | N
 
 def _rho(ending: _Side, leaving: _Side, cosine: float, before: float, after: float) -> float:
     """Return the rho that suits a blend between parts of two moves; 0 if these are too small for one."""
-    if min(before * ending.way, after * leaving.way) < SHORTEST_WAY_RAD:
+    if min(before * ending.rate, after * leaving.rate) < SHORTEST_RAD:
         return 0.0
     before_s, after_s = ending.time_s(before), leaving.time_s(after)
     if min(before_s, after_s) < SHORTEST_PART * max(before_s, after_s):

@@ -83,7 +83,7 @@ class Courses:
         return None
 
     def _is_good(self, trajectory: Trajectory, target: Joints) -> bool:
-        """Whether a course ends at its target (rad), and passes no position limit."""
+        """Return whether a course ends at its target (rad), and passes no position limit."""
         ends = trajectory.at_time(trajectory.duration)[0]
         return all(
             abs(end - goal) <= EXACT_RAD

@@ -41,7 +41,7 @@ SMALLEST_STEP, PARTS = 1e-4, 4  # in s, and into how many a step is split
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
 FREE_AT_START, FREE_AT_END = 1e-5, 2e-8  # rad or m: so near to a singular pose a line starts or ends in it
 BESIDE = 1e-3  # in s: distance from a singular end at which joints are known
-LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start, which is made up for on the way
+LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start, which the line makes up for
 MEETING = 1e-9  # rad or m: so near to a singular pose a line passes through it
 GAP = 0.01  # in s, on either side of a singular pose
 CHECKED, LARGEST_OFF = (0.1, 0.3, 0.5, 0.7, 0.9), 1e-6  # places in a gap; m, or elements of a rotation
@@ -82,11 +82,11 @@ class TcpLine:
         cross = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
         sine = multiply(cross, start)
         versine = multiply(cross, sine)
-        way = [b - a for a, b in zip(start_tcp, target_tcp, strict=True)]
+        shift = [b - a for a, b in zip(start_tcp, target_tcp, strict=True)]
         self._terms = np.array(  # factors of 1, s, sine and 1 - cosine
             [
                 (*start, *start_flange.translation),
-                (*[0.0] * 9, *way),
+                (*[0.0] * 9, *shift),
                 *((*turned, *[-each for each in rotate(turned, tool)]) for turned in (sine, versine)),
             ]
         )
@@ -151,7 +151,7 @@ class _LineJoints:
     def at(self, s: float, status: int, seed: Sequence[float], aligned: float = ALIGNED_RAD) -> Joints | None:
         """Joint positions at s on a branch; None where that does not reach.
 
-        Where the axes of two joints are parallel to `aligned` (rad), one of them keeps its position in the
+        If the axes of two joints are parallel to `aligned` (rad), one of them keeps its position in the
         seed.
         """
         joints, results = self._solve(np.array([s]), np.array([status]), seed, aligned)

@@ -158,7 +158,7 @@ class LookAhead:
         return self._setting_out
 
     def _in_time(self, found: Trajectory) -> bool:
-        """Whether the front of a trajectory is still ahead, so that it can replace the one under way."""
+        """Return whether the front of a trajectory is still ahead, so it can replace the present one."""
         return found.front_s > self._time.time_s
 
     def _next(self, trajectory: Trajectory, waiting: deque[Move]) -> Slices[Ahead | None] | None:
@@ -171,7 +171,7 @@ class LookAhead:
         return None
 
     def _may_go_on(self, trajectory: Trajectory, waiting: deque[Move]) -> bool:
-        """Whether a trajectory may be planned on into moves that wait."""
+        """Return whether a trajectory may be planned on into moves that wait."""
         if not waiting or waiting[0].number == self._rejected:
             return False
         return may_blend(trajectory.moves[-1], waiting[0])
@@ -279,12 +279,12 @@ def _at_least_s(trajectory: Trajectory) -> float:
 
 
 def _may_be_slower(gained_s: float, moves: Sequence[Move]) -> bool:
-    """Whether moves that take `gained_s` together might take less with stops between: a cheap bound."""
+    """Return whether moves that take `gained_s` together might take less with stops: a cheap bound."""
     return gained_s > sum(map(alone_s, moves))
 
 
 def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
-    """Whether moves that take `gained_s` together would take less with stops between them."""
+    """Return whether moves that take `gained_s` together would take less with stops between them."""
     if not _may_be_slower(gained_s, moves):
         return False
     stopping_s = 0.0
@@ -297,7 +297,7 @@ def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
 
 
 def _are_short(waiting: deque[Move]) -> bool:
-    """Whether the first of two or more moves are short, and to be planned together before setting out."""
+    """Return whether the first of two or more moves are to be planned together before setting out."""
     if waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
         return False
     first_s = alone_s(waiting[0])
@@ -305,7 +305,7 @@ def _are_short(waiting: deque[Move]) -> bool:
 
 
 def _are_worth_it(waiting: Iterable[Move]) -> bool:
-    """Whether tiny moves are so many that there is something to gain, all together."""
+    """Return whether tiny moves are so many that there is something to gain, all together."""
     gain_s = 0.0
     for one, other in pairwise(islice(waiting, MOST_AT_FIRST)):
         one_s = alone_s(one)

@@ -22,7 +22,7 @@ class Outside(NamedTuple):
     joint: int
     """Index of the joint."""
     upwards: bool
-    """Whether it leaves through the upper limit."""
+    """True if it leaves through the upper limit."""
 
 
 def ptp(start: Joints, end: Joints) -> Polynomial:

@@ -96,10 +96,10 @@ def root(x: cython.double) -> cython.double:
     return scale * y
 
 
-@cython.ccall
+@cython.cfunc
 @cython.exceptval(check=False)
 def shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
-    """F(v), the shape of corners: a cubic up to rho, then a parabola; or its derivative of an order.
+    """F(v), the shape of blends: a cubic up to rho, then a parabola; or its derivative of an order.
 
     `height` is what makes F(1) = 1: 1 / (rho (3 - 3 rho + rho^2))."""
     if v < rho:
@@ -128,7 +128,7 @@ def blend_part(
     rho: cython.double,
     height: cython.double,
 ) -> cython.double:
-    """v (0 to 1) in a corner from first_x before its target to second_x behind it, at an x counted from the
+    """v (0 to 1) in a blend from first_x before its target to second_x behind it, at an x counted from the
     target."""
     low: cython.double = 0.0
     high: cython.double = 1.0
@@ -200,7 +200,7 @@ class Polynomial:
     joint_count: int = cython.declare(cython.Py_ssize_t, visibility="readonly")
     piece_count: int = cython.declare(cython.Py_ssize_t, visibility="readonly")
     straight: bool = cython.declare(cython.bint, visibility="readonly")
-    """Whether the joints go straight and evenly with s."""
+    """True if the joints go straight and evenly with s."""
     _borders: cython.double[::1]
     _offsets: cython.Py_ssize_t[::1]
     _padded: cython.double[:, ::1]  # coefficients, filled up to eight joints, or a multiple
@@ -857,7 +857,7 @@ class SpeedProfile:
 
     @property
     def finite(self) -> bool:
-        """Whether all derivatives of the path are numbers."""
+        """True if all derivatives of the path are numbers."""
         return bool(np.isfinite(np.asarray(self.factor).sum()))
 
     def sample(self, budget: cython.Py_ssize_t) -> bool:

@@ -40,7 +40,7 @@ AHEAD_SEGMENTS, MOST_KEPT = 2, 40
 LATE = 0.95
 """Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
 LITTLE_KEPT_S = 0.04
-"""So much is kept of x if a trajectory is to end sooner, and no profile was found with more of it."""
+"""Time in which x is kept if a trajectory is to end sooner, and no profile was found with more of it."""
 LEAST_BLEND = 0.1
 """If less than this part of a blend is left, it is too late for it."""
 AT_FIRST, LONG_S = 5, 4.0
@@ -132,7 +132,7 @@ class Trajectory:
         self.times = times
         self.end_s = float(times[-1])
         self.rough = rough
-        """Whether it was planned quickly, and may be made faster."""
+        """True if it was planned quickly, and may be made faster."""
         self.front_s = float(times[0])
         """Up to this time (s) its motion is that of the trajectory it was planned from."""
         self._quintics = quintics
@@ -425,30 +425,30 @@ def _rest_to_rest(path: BlendedPath) -> Trajectory:
     """Return the trajectory of one move along which x moves as one joint would; rough on a curved path."""
     move = path.moves[0]
     if move.path.straight:
-        ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
-        velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / ways).min(axis=1)).tolist()
+        distances = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
+        velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / distances).min(axis=1)).tolist()
     else:
         velocity, acceleration, jerk = _even_limits(path)
-    way = path.end_x
-    if not isfinite(velocity) or not isfinite(way):
+    distance = path.end_x
+    if not isfinite(velocity) or not isfinite(distance):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     building = min(acceleration / jerk, sqrt(velocity / jerk))
     even, cruise = max(velocity / (building * jerk) - building, 0.0), 0.0
-    if velocity * (2.0 * building + even) <= way:
-        cruise = way / velocity - (2.0 * building + even)
+    if velocity * (2.0 * building + even) <= distance:
+        cruise = distance / velocity - (2.0 * building + even)
     else:
         # It does not come to its velocity: what it comes to with full acceleration, or not even that.
         building = acceleration / jerk
-        even = 0.5 * (sqrt(building * building + 4.0 * way / acceleration) - 3.0 * building)
+        even = 0.5 * (sqrt(building * building + 4.0 * distance / acceleration) - 3.0 * building)
         if even < 0.0:
-            even, building = 0.0, (0.5 * way / jerk) ** (1.0 / 3.0)
+            even, building = 0.0, (0.5 * distance / jerk) ** (1.0 / 3.0)
     lengths = np.array([building, even, building, cruise, building, even, building])
     times = np.concatenate([[0.0], lengths.cumsum()])
     top, peak = building * jerk * (building + even), building * jerk
     # States at the knots of the first half; the second half mirrors it.
-    half = _quintic_states(jerk, building, even)
-    place = np.array([0.0, *half[0], 0.0, 0.0, 0.0, way])
-    place[4:7] = way - place[3:0:-1]
+    half = _rising_states(jerk, building, even)
+    place = np.array([0.0, *half[0], 0.0, 0.0, 0.0, distance])
+    place[4:7] = distance - place[3:0:-1]
     speed = np.array([0.0, half[1], top - half[1], top, top, top - half[1], half[1], 0.0])
     bend = np.array([0.0, peak, peak, 0.0, 0.0, -peak, -peak, 0.0])
     jerks = jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
@@ -472,7 +472,7 @@ def _even_limits(path: BlendedPath) -> tuple[float, float, float]:
     return float(speed), float(bend), CAUTION * float((jerk / (3.0 * first)).min())
 
 
-def _quintic_states(jerk: float, building: float, even: float) -> tuple[tuple[float, float, float], float]:
+def _rising_states(jerk: float, building: float, even: float) -> tuple[tuple[float, float, float], float]:
     """x at the knots of the first three phases, and the speed at the first of them."""
     speed = 0.5 * jerk * building**2
     first = jerk * building**3 / 6.0

@@ -21,7 +21,7 @@ class Waiting:
     """
 
     def __init__(self) -> None:
-        """None waits."""
+        """Begin without moves."""
         self.planned: deque[Move] = deque()
         self.again: deque[Move] = deque()
         """Behind those: to be planned again, as they may begin elsewhere."""
@@ -35,7 +35,7 @@ class Waiting:
 
     @property
     def any(self) -> bool:
-        """Whether one waits."""
+        """True if a move waits."""
         return bool(self.planned or self.again)
 
     @property
@@ -63,7 +63,7 @@ class Waiting:
         self.again.clear()
 
     def plan_all_again(self) -> None:
-        """What waits may begin elsewhere."""
+        """Plan all waiting moves again: they may begin elsewhere."""
         self.again.extendleft(reversed(self.planned))
         self.planned.clear()
 
@@ -90,7 +90,7 @@ class Waiting:
 
 
 def among(moves: Sequence[Move], number: int) -> bool:
-    """Whether one of these moves, in the order of their numbers, has this number."""
+    """Return whether one of these moves, in the order of their numbers, has this number."""
     k = bisect_left(moves, number, key=_number)
     return k < len(moves) and moves[k].number == number
 
