@@ -14,7 +14,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from math import inf
+from math import dist, inf
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -148,7 +148,7 @@ class Links:
 
     def _wear(self) -> None:
         """Take the capsules of the arm, its tool and its jaws."""
-        worn, model = (*self._tool, *self._jaws), self._arm
+        worn, model, self._jaws_off_m = (*self._tool, *self._jaws), self._arm, 0.0
         capsules, places, bodies, across, spans = _own_bodies(self._model.description)
         self._flange = model.frames[self._model.arm.flange].placement
         self._capsules, self._places, self._bodies = list(capsules), list(places), list(bodies)
@@ -216,15 +216,28 @@ class Links:
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """Have jaws at new places in the flange."""
         before, self._jaws = self._jaws, tuple(jaws)
-        moved, fits = 0.0, len(before) == len(jaws)
-        for body, (capsule, _) in zip(self._bodies[len(self._bodies) - len(before) :], jaws, strict=False):
-            place = self._flange * _se3(capsule.pose)
-            moved = max(moved, float(np.linalg.norm(place.translation - self._places[body.hull].translation)))
-            self._places[body.hull] = place
+        if len(before) != len(jaws):
+            self._wear()
+            return
+        moved = max(
+            max(dist(was.start, now.start), dist(was.end, now.end))
+            for (was, _), (now, _) in zip(before, jaws, strict=True)
+        )
+        self.gaps.approach(moved)
+        self._jaws_off_m += moved
+        if self._jaws_off_m > MARGIN_M:
+            self._place_jaws()
+
+    def _place_jaws(self) -> None:
+        """Put the jaws where they are by now: moving capsules costs more than most ticks."""
+        self._jaws_off_m, fits = 0.0, True
+        for body, (capsule, _) in zip(
+            self._bodies[len(self._bodies) - len(self._jaws) :], self._jaws, strict=True
+        ):
+            place = self._places[body.hull] = self._flange * _se3(capsule.pose)
             for scene in (self._base, self._scene):
                 scene.geometryObjects[body.hull].placement = place
             fits = fits and self._extent(body.hull) <= self._reach[self._bodies.index(body), -1]
-        self.gaps.approach(moved)
         if not fits:
             self._wear()
 
@@ -266,6 +279,8 @@ class Links:
 
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions; equal robots share the data."""
+        if self._jaws_off_m:
+            self._place_jaws()
         self._data = self._model.arm.data
         pin.computeJointJacobians(self._arm, self._data, position)
         pin.updateGeometryPlacements(self._arm, self._data, self._scene, self._found)
