@@ -24,3 +24,13 @@ def shortened(text: str, longest: int) -> str:
         return text
     kept = longest - len("...")
     return f"{text[: kept - kept // 2]}...{text[len(text) - kept // 2 :]}"
+
+
+def distinct(value: float, *limits: float) -> list[str]:
+    """Return a number and its limits as text, with as many digits (at least 7) as tell it from each limit."""
+    texts: list[str] = []
+    for digits in range(7, 18):
+        texts = [f"{each:.{digits}g}" for each in (value, *limits)]
+        if texts[0] not in texts[1:]:
+            break
+    return texts

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import distinct, harmless, shortened
 
 
 @given(st.text("a \n\r\x1b\u2028\u202e\udcff\u00e4"))
@@ -28,3 +28,14 @@ def test_shortened_text_keeps_both_ends(text: str, longest: int) -> None:
         assert len(short) == longest
         assert text.startswith(head)
         assert text.endswith(tail)
+
+
+@given(st.floats(-7, 7), st.floats(-7, 7))
+def test_a_number_is_told_from_its_limits(value: float, limit: float) -> None:
+    shown, at_limit = distinct(value, limit)
+    assert (float(shown) == float(at_limit)) == (value == limit)
+
+
+def test_digits_are_added_only_near_a_limit() -> None:
+    assert distinct(9, -2.967059728, 2.967059728) == ["9", "-2.96706", "2.96706"]
+    assert distinct(2.96705975, 2.967059728) == ["2.9670598", "2.9670597"]

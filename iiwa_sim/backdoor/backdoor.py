@@ -43,7 +43,7 @@ from iiwa_sim.protocols.faults import (
     WireFaults,
 )
 from iiwa_sim.server.listening import Acceptor
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import distinct, harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
@@ -475,7 +475,7 @@ class Backdoor:
         for key, value in msgspec.structs.asdict(fault).items():
             low, high = (1, float("inf")) if key == "byte" else (0.0, LONGEST_WAIT_S)
             if not low <= value <= high:
-                raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
+                raise Refused(EXECUTION, "{} {}: expected {} to {}".format(key, *distinct(value, low, high)))
         self._wire.set(fault, connection, replies)
 
     @acts
@@ -528,7 +528,8 @@ def _check_finite(values: Sequence[float]) -> None:
 def _check_pose(pose: Frame) -> None:
     for (key, (low, high, unit)), value in zip(POSE_RANGES.items(), pose, strict=True):
         if not low <= value <= high:
-            raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}{unit}")
+            shown, least, most = distinct(value, low, high)
+            raise Refused(EXECUTION, f"{key} {shown}: expected {least} to {most}{unit}")
 
 
 def _checked(code: int) -> int:

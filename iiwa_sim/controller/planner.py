@@ -20,6 +20,7 @@ from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Nearest, Unreachable, how_far
+from iiwa_sim.wording import distinct
 
 LEAST_SPEED_REL = 1e-6
 """Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
@@ -188,8 +189,9 @@ class Planner:
 
 def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:
     """Why a joint, told as `joint`, cannot be at q, outside of its limits (rad)."""
-    limits = f"{lowest:.7g} to {highest:.7g} rad ({degrees(lowest):g} to {degrees(highest):g} deg)"
-    return Refused(JOINT_LIMIT, f"{joint} at {q:.7g} rad is outside {limits}")
+    at, low, high = distinct(q, lowest, highest)
+    limits = f"{low} to {high} rad ({degrees(lowest):g} to {degrees(highest):g} deg)"
+    return Refused(JOINT_LIMIT, f"{joint} at {at} rad is outside {limits}")
 
 
 def _in_words(shift: RelativeTarget) -> str:

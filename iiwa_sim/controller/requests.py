@@ -17,6 +17,7 @@ from iiwa_sim.frames import (
     multiply,
     rotation_from_quaternion,
 )
+from iiwa_sim.wording import distinct
 
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
@@ -104,8 +105,9 @@ def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
     """
     length = hypot(*quaternion)
     if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
+        shown, *_ = distinct(length, 1.0 - QUATERNION_LENGTH_TOLERANCE, 1.0 + QUATERNION_LENGTH_TOLERANCE)
         expected = f"expected 1, within {QUATERNION_LENGTH_TOLERANCE:g}"
-        raise Refused(EXECUTION, f"a quaternion of length {length:g}: {expected}")
+        raise Refused(EXECUTION, f"a quaternion of length {shown}: {expected}")
     turned = Frame.from_transform(Transform(rotation_from_quaternion(quaternion), (0.0, 0.0, 0.0)))
     x_mm, y_mm, z_mm = position_mm
     return turned._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm)

@@ -11,6 +11,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.wording import distinct
 
 DIRECT_REACH_RAD = 0.087
 """A direct target is no farther from the present position on any axis. Published: the original's."""
@@ -52,10 +53,11 @@ class Targets:
         distances: Array = np.abs(np.subtract(target, present))
         farthest = int(distances.argmax())
         if mode is Mode.DIRECT and distances[farthest] > DIRECT_REACH_RAD + ROUNDING_RAD:
-            name, distance = self._names[farthest], distances[farthest]
+            name = self._names[farthest]
+            distance, reach = distinct(float(distances[farthest]), DIRECT_REACH_RAD)
             raise Refused(
                 TARGET_NOT_REACHABLE,
-                f"{name} is {distance:.7g} rad from the target: a direct move goes {DIRECT_REACH_RAD:g} rad "
+                f"{name} is {distance} rad from the target: a direct move goes {reach} rad "
                 "at most, a smart move anywhere",
             )
         if moving:

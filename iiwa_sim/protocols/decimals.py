@@ -21,8 +21,12 @@ class NotANumberError(ValueError):
     """A word is no finite number; the message quotes it and tells what was expected."""
 
 
+class BeyondRangeError(NotANumberError):
+    """A word is a number, but too large for a float."""
+
+
 def parse_decimal(word: bytes) -> float:
-    """The finite number that `word` stands for; raises NotANumberError."""
+    """Return the number that `word` stands for. Raises NotANumberError, and BeyondRangeError for 1e400."""
     if NOT_DECIMAL.search(word):
         raise NotANumberError(f"{quoted(word)}: expected a number")
     try:
@@ -30,7 +34,7 @@ def parse_decimal(word: bytes) -> float:
     except ValueError:
         raise NotANumberError(f"{quoted(word)}: expected a number") from None
     if not math.isfinite(value):
-        raise NotANumberError(f"{quoted(word)}: expected a finite number")
+        raise BeyondRangeError(f"{quoted(word)} is beyond the range of numbers, 1.8e308")
     return value
 
 

@@ -17,6 +17,7 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.arm_kernel import clip, turn_rows
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.wording import distinct
 
 OUT_OF_REACH = 3021
 """The arm is too short for the target or cannot fold that far, whatever its redundancy."""
@@ -89,8 +90,8 @@ class Nearest:
         limits = inverse.redundancy_range
         kept = inverse.redundancy(present) if redundancy is None else redundancy
         if redundancy is not None and limits is not None and not limits[0] <= redundancy <= limits[1]:
-            allowed = f"{limits[0]:.7g} to {limits[1]:.7g} rad"
-            raise Unreachable(JOINT_LIMIT, f"the redundancy of {kept:.7g} rad is outside {allowed}")
+            at, low, high = distinct(redundancy, *limits)
+            raise Unreachable(JOINT_LIMIT, f"the redundancy of {at} rad is outside {low} to {high} rad")
         searched = None if redundancy is not None else limits
         found = inverse.nearest(flange, kept, own, present)
         if found is not None:
