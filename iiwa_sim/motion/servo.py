@@ -69,10 +69,6 @@ class Servo:
         self.asks_again = course is None
         executor.rest, self._limits = target, limits
 
-    def stop(self) -> None:
-        """Forget the target."""
-        self.asks_again = False
-
     def step(self) -> None:
         """Ask again for what was not found; to be called before each tick.
 
@@ -88,7 +84,7 @@ class Servo:
 
 
 class Pursuit:
-    """Moves of a robot that yields, each of which replaces the one before without a stop between.
+    """Moves of a compliant robot, each of which replaces the one before without a stop between.
 
     The servo takes over from the queue with the position, velocity and acceleration there are, and heads for
     one point of the path after the other, each a little ahead of where the robot is. Moves that come in a
