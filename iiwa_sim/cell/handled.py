@@ -1,4 +1,4 @@
-"""What a robot works with, as cell.toml has it. The reference for users is docs/cells.md."""
+"""Gripper and parts of cell.toml. The reference for users is docs/cells.md."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
     cup_radius_mm: float = 10.0
 
     def gripper(self) -> tuple[Jaws | Cup, Wiring]:
-        """What a controller takes."""
+        """Return the gripper for the controller, in SI units."""
         wired = (self.open_output, self.open_input, self.closed_input, self.holds_input)
         wiring = Wiring(self.close_output, *(NOTHING if number is None else number for number in wired))
         if self.stroke_mm is None or self.speed_mm_per_s is None:

@@ -1,4 +1,4 @@
-"""What the tables of cell.toml share that describe a body at a place: surfaces and parts."""
+"""Keys that surfaces and parts of cell.toml share: name, pose, friction, stiffness."""
 
 from __future__ import annotations
 

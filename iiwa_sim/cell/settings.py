@@ -74,7 +74,7 @@ class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What the robot watches besides the torques on its joints."""
+    """Limits of protective stops besides the joint torques."""
 
     collision_force_n: float | None = None
     collision_torque_nm: float | None = None
@@ -83,7 +83,7 @@ class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     box_max_mm: tuple[float, float, float] | None = None
 
     def safety(self) -> Safety:
-        """What a controller takes."""
+        """Return the limits for the controller, in SI units."""
         speed_mm, low_mm, high_mm = self.tcp_speed_mm_per_s, self.box_min_mm, self.box_max_mm
         return Safety(
             self.collision_force_n,
@@ -105,7 +105,7 @@ class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is fixed to the flange: how heavy it is, and where."""
+    """Tool at the flange: mass, centre of mass, inertia and shape."""
 
     mass_kg: float
     centre_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -113,7 +113,7 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
     capsules_mm: tuple[tuple[float, float, float, float, float, float, float], ...] = ()
 
     def tool(self) -> Tool:
-        """What a controller takes."""
+        """Return the tool for the controller, in SI units."""
         capsules = tuple(map(Capsule.of_tool, self.capsules_mm))
         return Tool(ToolLoad(self.mass_kg, metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
@@ -135,7 +135,7 @@ class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     safety: SafetySettings = SafetySettings()
 
     def surfaces(self) -> dict[str, AnySurface]:
-        """All surfaces, each with its key in the file."""
+        """Return the surfaces, each with its key in the file."""
         return {
             f"{kind}[{index}]": surface
             for kind in ("plane", "box", "sphere", "cylinder")

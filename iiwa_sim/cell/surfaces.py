@@ -28,7 +28,7 @@ class PlaneSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape
     """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
 
     def shape(self) -> Plane:
-        """What is felt, without pose and material."""
+        """Return the shape (m), without pose and material."""
         return Plane()
 
 
@@ -39,7 +39,7 @@ class BoxSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shape",
     surface_velocity_mm_per_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def shape(self) -> Box:
-        """What is felt, without pose and material."""
+        """Return the shape (m), without pose and material."""
         return box(self.size_mm)
 
 
@@ -49,7 +49,7 @@ class SphereSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="shap
     radius_mm: float
 
     def shape(self) -> Sphere:
-        """What is felt, without pose and material."""
+        """Return the shape (m), without pose and material."""
         return sphere(self.radius_mm)
 
 
@@ -60,7 +60,7 @@ class CylinderSettings(SurfaceSettings, frozen=True, kw_only=True, tag_field="sh
     length_mm: float
 
     def shape(self) -> Cylinder:
-        """What is felt, without pose and material."""
+        """Return the shape (m), without pose and material."""
         return cylinder(self.radius_mm, self.length_mm)
 
 

@@ -1,4 +1,4 @@
-"""Whether an iiwa-sim that runs as another process answers in all its protocols.
+"""Health check: ask an iiwa-sim in another process in all its protocols.
 
 A container is checked every few seconds, so this imports the standard library and the options only.
 """

@@ -37,7 +37,7 @@ def check_library() -> None:
 
 
 def page_url(listening: socket.socket) -> str:
-    """What to open in a browser on this machine."""
+    """Return the address for a browser on this machine."""
     host, port = listening.getsockname()[:2]
     return f"http://{host_and_port(reached_at(host), port)}/"
 

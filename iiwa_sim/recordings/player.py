@@ -1,4 +1,4 @@
-"""Where a recording is being shown: it plays, stands still, and goes where somebody puts it."""
+"""Position in a recording that is shown: it plays, pauses and jumps."""
 
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Times of the robot in a second of the viewer."""

@@ -40,7 +40,7 @@ _SLACK_S = 1e-6  # of times told in seconds; a tick takes a thousand times that
 
 
 class Head(NamedTuple):
-    """What a recording says of itself."""
+    """Metadata of a recording."""
 
     metadata: dict[str, str]
     attachments: dict[str, bytes]
@@ -130,7 +130,7 @@ class Recorded:
             raise RecordingFault(f"{path}: {EXPECTED}")
 
     def messages(self, topics: Collection[str] = (STATE, DIALOGUE, EVENTS)) -> Iterator[Read]:
-        """All messages of these topics, as they were recorded."""
+        """Yield the messages of these topics in their recorded order."""
         names: dict[int, str] = {}
         for record in self._records():
             if isinstance(record, McapMessage):
@@ -150,11 +150,11 @@ class Recorded:
             yield state
 
     def dialogue(self) -> Iterator[Spoken]:
-        """What was said. Raises RecordingFault for a message that is no line of a dialogue."""
+        """Yield the dialogue. Raises RecordingFault for a message that is no line of a dialogue."""
         return self._decoded(DIALOGUE, Spoken)
 
     def events(self) -> Iterator[Happened]:
-        """What happened. Raises RecordingFault for a message that is no event."""
+        """Yield the events. Raises RecordingFault for a message that is no event."""
         return self._decoded(EVENTS, Happened)
 
     def said_and_happened(self) -> Iterator[Spoken | Happened]:

@@ -229,7 +229,7 @@ class Recorder:
 
     @property
     def watching(self) -> bool:
-        """Whether it has to see each tick, also of a robot at rest."""
+        """True if the recorder has to see each tick, also of a robot at rest."""
         return self._watch is not None
 
     @property
@@ -319,7 +319,7 @@ class Recorder:
         self._block.append(Message(topic, self._encode(content), log_ns, real_ns))
 
     def _hasten(self) -> None:
-        """Where ticks do not follow real time, the next one may never come: hand over what there is."""
+        """Write the buffered states if ticks do not follow real time: the next tick may never come."""
         if self._in_haste():
             self._hand_over()
 

@@ -245,7 +245,7 @@ def _plain(schema: Schema, shared: Schema) -> Schema:
 
 
 def channels() -> list[Channel]:
-    """All channels, in the order in which they are registered."""
+    """Return the channels in the order of their registration."""
     return [
         Channel(STATE, "iiwa_sim.State", state_schema()),
         Channel(DIALOGUE, "iiwa_sim.Dialogue", _DIALOGUE),

@@ -1,4 +1,4 @@
-"""What happens to a robot, as events: found by looking at its readings, and by what it is told."""
+"""Events of a robot, found in its readings and in calls of listeners."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -18,7 +18,7 @@ TOOL = "tool"
 
 
 class Capsule(NamedTuple):
-    """All that is no farther than `radius_m` from a piece of a straight line."""
+    """Capsule: every point within `radius_m` of a line segment."""
 
     link: str
     """Name of the link in the URDF that it is part of."""
@@ -38,12 +38,12 @@ class Capsule(NamedTuple):
 
     @property
     def length_m(self) -> float:
-        """Of its line; 0 for a ball."""
+        """Length of the segment (m); 0 for a sphere."""
         return dist(self.start, self.end)
 
     @property
     def pose(self) -> Transform:
-        """Where the middle of its line is, with z along that, in the frame in which its ends are told."""
+        """Pose of the centre, with z along the segment, in the frame of the ends."""
         (ax, ay, az), (bx, by, bz), length = self.start, self.end, self.length_m
         middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
         if length == 0.0:

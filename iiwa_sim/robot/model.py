@@ -152,7 +152,7 @@ class ArmModel:
 
     @cached_property
     def links(self) -> tuple[Link, ...]:
-        """All links; each after its parent."""
+        """Return the links, each after its parent."""
         model = self.pin_model
         frames = list(model.frames)
         bodies = [index for index, frame in enumerate(frames) if frame.type == pin.FrameType.BODY]

@@ -191,7 +191,7 @@ class Nearest:
 
 
 def how_far(beyond_m: float) -> str:
-    """What to say of a pose that is so far beyond reach, see `Inverse.beyond_reach`; empty within it."""
+    """Return the words for a distance beyond reach, as of `Inverse.beyond_reach`; empty within reach."""
     if beyond_m > 0.0:
         return f": farther than the arm reaches by {1e3 * beyond_m:.4g} mm"
     if beyond_m < 0.0:

@@ -41,7 +41,7 @@ class Lines:
         self._table = load_table("iiwa")
 
     def header(self, title: str) -> str:
-        """What stands above the lines, with its line ends; `title` is the first line, a comment."""
+        """Return the head of a transcript with its line ends; `title` is the first line, a comment."""
         header = f"# {title}\n# [simulated real] time in s\n"
         if self._protocols_there != (DEFAULT_PROTOCOL,):
             header += f"protocol {','.join(self._protocols_there)}\n"

@@ -74,7 +74,7 @@ class WorldState(NamedTuple):
 
 
 class World:
-    """All bodies of a cell: its surfaces and parts, the arm and the gripper of its robot."""
+    """Bodies of a cell: surfaces, parts, the arm and its gripper."""
 
     def __init__(
         self,
@@ -163,7 +163,7 @@ class World:
 
     @property
     def contacts(self) -> tuple[LinkContact, ...]:
-        """Where links, tool and jaws touch parts: for each pair the deepest place, and the sum of forces."""
+        """Return contacts of links, tool and jaws with parts: deepest point and summed force of each pair."""
         if self._contacts is None:
             data, touching, force = self._data, self._built.touching, np.zeros(6)
             found: dict[tuple[str, str], tuple[float, Any, Any]] = {}
