@@ -22,7 +22,7 @@ HALVINGS = 40
 
 
 class AccelerationUnit(Enum):
-    """What the values of a cap mean."""
+    """Unit of the values of an acceleration cap."""
 
     RELATIVE = "relative"
     """Shares of the robot's joint acceleration limits, above 0 and up to 1."""

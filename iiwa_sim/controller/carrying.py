@@ -1,4 +1,4 @@
-"""What the arm carries at its flange, and what the controller believes that it does.
+"""True load at the flange, and the tool load that the controller assumes.
 
 The controller subtracts from the torques on the joints what its tool load makes of weight and acceleration.
 So of what is really there only the difference to that is a load from outside, at every pose and in every
@@ -27,7 +27,7 @@ Inertia = tuple[float, float, float, float, float, float]
 
 
 class ToolLoad(NamedTuple):
-    """What a controller believes that its arm carries."""
+    """Load that the controller assumes at the flange."""
 
     mass_kg: float
     centre: Vector
@@ -43,7 +43,7 @@ NO_LOAD = ToolLoad(0.0, (0.0, 0.0, 0.0))
 
 
 class Tool(NamedTuple):
-    """What is fixed to a flange."""
+    """Tool at the flange: load, inertia and shape."""
 
     load: ToolLoad
     inertia: Inertia
@@ -59,7 +59,7 @@ class Carrying:
     """The tool of one arm, which the controller believes to be there at first, as it is."""
 
     def __init__(self, tool: Tool | None, load: ExternalWrench) -> None:
-        """None is no tool. The difference is told to `load`."""
+        """Start with a tool, or with no load for None; `load` gets the difference."""
         self._load = load
         self._inertia = (0.0,) * 6 if tool is None else tool.inertia
         self._tool = NO_LOAD if tool is None else tool.load
@@ -67,7 +67,7 @@ class Carrying:
         self.believed = NO_LOAD if tool is None else tool.load
 
     def believe(self, believed: ToolLoad, joints: Joints) -> None:
-        """What the controller takes to be there: with the inertia of the tool, and what is more than the tool
+        """Set the assumed load: with the inertia of the tool, and what is more than the tool
         as a mass in the one place where it makes the centre what it is, if that is near.
 
         The robot is at `joints` (rad). Raises `Refused` for numbers out of range.

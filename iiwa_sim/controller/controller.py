@@ -253,7 +253,7 @@ class Controller:
 
     @property
     def resting(self) -> bool:
-        """Whether ticks change nothing but their number and the noise, until something is asked for.
+        """True if ticks change nothing but their number and the noise, until something is asked for.
 
         A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
         motion, in which the velocity becomes 0.
@@ -349,13 +349,13 @@ class Controller:
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
+        """True if anything moves, is being stopped, or waits, also for an override above 0."""
         return self.motions.moving
 
     @property
     def under_way(self) -> bool:
-        """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
-        nor in a gravity hold; or whether its gripper does."""
+        """True if the robot moves, and will stop without another command: not in a pause by an override of 0,
+        nor in a gravity hold. Also True if its gripper moves."""
         handling = self.handling
         return bool(self.motions.ends_by_itself or (handling is not None and handling.under_way))
 
@@ -411,7 +411,7 @@ class Controller:
     # Moves
 
     def is_pending(self, move: int) -> bool:
-        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
+        """Return True if a move of this number runs or waits, and has been neither stopped nor replaced."""
         return self.motions.is_pending(move)
 
     @property

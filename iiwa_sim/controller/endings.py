@@ -52,13 +52,13 @@ class Endings:
         wants to hear of, adds it."""
 
     def after_tick(self) -> None:
-        """What a tick has ended came to its target; moves end in the order of their numbers."""
+        """End the moves that came to their target in a tick; moves end in the order of their numbers."""
         while self.pending and not self._is_pending(self.pending[0].number):
             self._tell(self.pending.popleft(), SUCCESS, "")
 
     @contextmanager
     def because(self, code: int, reason: str, *, discards: bool = False) -> Iterator[None]:
-        """What is ended in this context has ended for this reason; `discards` where all is ended at once."""
+        """Give moves that end in this context this reason; `discards` where all is ended at once."""
         self.after_tick()
         yield
         ended: list[PendingMove] = []

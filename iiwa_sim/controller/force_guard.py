@@ -39,7 +39,7 @@ class Contact(NamedTuple):
 
 
 class ForceGuard(NamedTuple):
-    """What the forces may not do while a move is under way."""
+    """Thresholds of force changes for a running move."""
 
     move: int
     thresholds: Thresholds
@@ -47,7 +47,7 @@ class ForceGuard(NamedTuple):
     """Wrench at the command."""
 
     def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
-        """What ends the move, if a force does: of several the one that is farthest beyond its threshold."""
+        """Return the force that ends the move, or None; of several the farthest beyond its threshold."""
         offset, thresholds = self.offset, self.thresholds
         beyond = []
         for n in range(3):

@@ -56,7 +56,7 @@ class PartState(msgspec.Struct, frozen=True):
 
 
 class HandlingSetup(NamedTuple):
-    """What a robot works with, at the beginning."""
+    """Gripper and parts at the start."""
 
     gripper: Jaws | Cup | None
     """None where there are parts only."""
@@ -66,7 +66,7 @@ class HandlingSetup(NamedTuple):
 
 
 class HandlingState(NamedTuple):
-    """What a named state keeps of it."""
+    """Gripper and parts in a named state."""
 
     opening_m: float
     driven: int
@@ -150,7 +150,7 @@ class Handling:
 
     @property
     def settled(self) -> bool:
-        """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
+        """True if ticks change nothing, as long as the robot stays where it is and outputs as they are."""
         gripper, world, driven = self.gripper, self.world, self._driven()
         if (
             gripper is not None
@@ -162,12 +162,12 @@ class Handling:
 
     @property
     def under_way(self) -> bool:
-        """Whether jaws or parts move by themselves, or may after surfaces have."""
+        """True if jaws or parts move by themselves, or may after surfaces have."""
         return not self.settled and not (self.world is not None and self.world.compliance)
 
     @property
     def holds(self) -> bool:
-        """Whether a part is held."""
+        """True if a part is held."""
         return self.world is not None and self.world.held >= 0
 
     def step(
@@ -231,7 +231,7 @@ class Handling:
 
     @property
     def parts(self) -> tuple[PartState, ...]:
-        """All parts, in the order in which the cell names them."""
+        """Return the parts in the order of the cell."""
         world = self.world
         if world is not None and world.changes != self._parts_at:
             self._parts_at = world.changes

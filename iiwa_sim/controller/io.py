@@ -40,16 +40,16 @@ class Io:
         return self.outputs[_place("output", number, self.output_names)]
 
     def set_output(self, number: int, on: bool) -> None:
-        """What a driver may switch; raises `Refused` where there is none of this number."""
+        """Switch an output. Raises `Refused` for an unknown number."""
         self.outputs = _switched(self.outputs, _place("output", number, self.output_names), on)
 
     def refuse_input(self, number: int) -> None:
-        """What a driver may not switch; raises `Refused`, whatever the number."""
+        """Reject a driver that sets an input: raises `Refused` for any number."""
         name = self.input_names[_place("input", number, self.input_names)]
         raise Refused(NOT_AN_OUTPUT, f"'{name}' is an input: what is wired to it sets it, no driver can")
 
     def wire(self, number: int, on: bool) -> None:
-        """What is wired to an input switches; raises `Refused` where there is none of this number."""
+        """Switch an input from outside. Raises `Refused` for an unknown number."""
         self.inputs = _switched(self.inputs, _place("input", number, self.input_names), on)
 
 

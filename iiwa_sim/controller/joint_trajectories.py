@@ -42,7 +42,7 @@ PREEMPTED = "preempted by a newer trajectory"
 
 
 class TrajectoryPoint(NamedTuple):
-    """Where joints shall be, in the order of the joints' names."""
+    """Point of a trajectory, in the order of the joints' names."""
 
     time_s: float
     """Since the beginning of the trajectory."""
@@ -115,7 +115,7 @@ TrajectoryEnded = Callable[[TrajectoryEnd], None]
 
 
 class Progress(NamedTuple):
-    """Where a trajectory stands in a tick. Joints are in the robot's order: rad, rad/s, rad/s^2."""
+    """Progress of a trajectory in a tick. Joints are in the robot's order: rad, rad/s, rad/s^2."""
 
     number: int
     time_s: float
@@ -137,7 +137,7 @@ class _Active(NamedTuple):
 
     @property
     def compares_path(self) -> bool:
-        """Whether it says how near the robot has to be along the way."""
+        """True if it says how near the robot has to be along the way."""
         return min(*self.path.position, *self.path.velocity) < inf
 
 
@@ -317,7 +317,7 @@ def tolerances_of(
 
 
 def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
-    """Where each of the robot's joints, `names`, is among those of a message. Raises `Refused`."""
+    """Return the places of the robot's joints, `names`, in a message. Raises `Refused`."""
     if not joints:
         raise Refused(EXECUTION, "joint_names is empty")
     for name in joints:

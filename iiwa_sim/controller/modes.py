@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 
 class Mode(Enum):
-    """What the robot is busy with: the values are the words on the wire."""
+    """Mode of the robot; the values are the words on the wire."""
 
     UNKNOWN = "unknown"
     NORMAL = "normal"
@@ -24,7 +24,7 @@ class Mode(Enum):
 
 
 class Event(Enum):
-    """What may change the mode. A refused command is no event: it changes nothing."""
+    """Event that may change the mode. A rejected command is no event."""
 
     NORMAL_MOVE = "normal move"
     IMPEDANCE_MOVE = "impedance move"
@@ -36,7 +36,7 @@ class Event(Enum):
 
 
 class Transition(NamedTuple):
-    """What an event does."""
+    """Effect of an event."""
 
     mode: Mode
     """The mode from now on."""

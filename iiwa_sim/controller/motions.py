@@ -58,7 +58,7 @@ class Motions:
     """
 
     def __init__(self, executor: Executor, servo: Servo, impedance: Impedance) -> None:
-        """All at rest in the same place."""
+        """Start with all motions at rest in the same place."""
         self.joints = executor.joints
         """Joint positions (rad)."""
         self.tracking = False
@@ -74,7 +74,7 @@ class Motions:
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits."""
+        """True if anything moves, is being stopped, or waits."""
         return (
             self._executor.trajectory is not None
             or self._nominal_moves
@@ -84,17 +84,17 @@ class Motions:
 
     @property
     def _nominal_moves(self) -> bool:
-        """Whether the nominal motion is not at rest, or has yet to begin."""
+        """True if the nominal motion is not at rest, or has yet to begin."""
         return self._executor.moving or self._servo.asks_again or self._pursuit.waits
 
     @property
     def ends_by_itself(self) -> bool:
-        """Whether anything moves and stops without a command: not in a pause, nor in a hold or before one."""
+        """True if anything moves and stops without a command: not in a pause, nor in a hold or before one."""
         return self.moving and not (self._executor.time.pausing or self.holding)
 
     @property
     def settled(self) -> bool:
-        """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
+        """True if ticks change nothing until something is asked for: a robot that yields is never sure."""
         return not self.moving and not self._impedance.compliant
 
     @property
@@ -104,12 +104,12 @@ class Motions:
 
     @property
     def tcp_contact(self) -> Reached | None:
-        """Where the TCP has come to in the last tick, and what it touches there, if that is known."""
+        """TCP after the last tick and its contact there, if that is known."""
         return self._impedance.tcp_contact
 
     @property
     def coming(self) -> Joints | None:
-        """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
+        """Joints after the next tick (rad) without a new request; None while the robot is compliant."""
         return None if self._impedance.active else self._executor.coming
 
     @property
@@ -123,7 +123,7 @@ class Motions:
 
     @property
     def pausing(self) -> bool:
-        """Whether what moves has come to a standstill by an override of 0."""
+        """True if what moves has come to a standstill by an override of 0."""
         return self.moving and self._executor.time.pausing
 
     @property
@@ -135,7 +135,7 @@ class Motions:
 
     @property
     def holding(self) -> bool:
-        """Whether a gravity hold is on, or begins when the robot is at rest."""
+        """True if a gravity hold is on, or begins when the robot is at rest."""
         return self._impedance.holding or (self._next is not None and self._next.planned is None)
 
     @property
@@ -152,12 +152,12 @@ class Motions:
 
     @property
     def rest(self) -> Joints:
-        """Where the next normal move begins (rad): where all that waits ends, or a stop."""
+        """Start of the next normal move (rad): the end of the queue, or of a stop."""
         return self._executor.rest
 
     @property
     def compliant_start(self) -> Joints:
-        """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
+        """Start of the next stiffness move (rad): the nominal motion, or the end of a stop."""
         executor, impedance = self._executor, self._impedance
         if not impedance.compliant:
             return executor.rest
@@ -166,14 +166,14 @@ class Motions:
         return executor.rest_after_stop() if executor.stopping else executor.joints
 
     def rest_after_stop(self) -> Joints:
-        """Where the robot would come to rest if it were stopped now (rad)."""
+        """Place of rest after a stop now (rad)."""
         if self._impedance.off_plan:
             return self._impedance.rest_after_stop()
         return self._executor.rest_after_stop()
 
     @property
     def present(self) -> Joints:
-        """Where the next servo target sets out from, as far as is known now (rad)."""
+        """Start of the next servo target, if it is known (rad)."""
         return self.joints if self._following else self.rest_after_stop()
 
     @property
@@ -197,7 +197,7 @@ class Motions:
 
     @property
     def goal(self) -> Joints:
-        """Where what moves now ends: a move, a target, a stop (rad); of a hold, where it keeps the joints.
+        """End of the running move, target or stop (rad); of a hold, the joints that it keeps.
 
         Where nothing has begun to move, that of what begins next, or where the robot is.
         """
@@ -224,7 +224,7 @@ class Motions:
         return [_planned(move) for move in self._executor.moves]
 
     def is_pending(self, number: int) -> bool:
-        """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
+        """Return True if a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
             return self._next is not None or self._impedance.holding or self._nominal_moves
         return not self._impedance.compliant and self._executor.is_pending(number)

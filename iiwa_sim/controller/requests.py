@@ -43,7 +43,7 @@ class Kind(Enum):
 
     @property
     def is_servo(self) -> bool:
-        """Whether such a move takes the place of the one before."""
+        """True if such a move takes the place of the one before."""
         return self in (Kind.SMART, Kind.DIRECT)
 
 

@@ -60,7 +60,7 @@ class ErrorState(msgspec.Struct, frozen=True):
 
 
 class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
-    """Where a command gets the same, the field has that command's name, units and order."""
+    """State in one tick. A field that a command gets, too, has its name, units and order."""
 
     time_s: float
     """Simulated, since the start."""

@@ -1,4 +1,4 @@
-"""What each command of protocol/iiwa.toml calls on the controller, and the reply made of that.
+"""Session of the text protocol: calls the controller for each command of protocol/iiwa.toml, and replies.
 
 Parameters come in the table's order and units. Frames on the wire are what `Frame` holds: mm and rad,
 intrinsic Z-Y-X.

@@ -1,4 +1,4 @@
-"""What each command of protocol/krc4.toml calls on the controller, and what the reply holds.
+"""Session of KRC4 messages: calls the controller for each command of protocol/krc4.toml, and replies.
 
 Frames on the wire are in mm and degrees, joint positions in degrees.
 """
@@ -94,7 +94,7 @@ def _get_io(session: "Krc4Session", message: Message) -> Answer:
 
 
 def _is_output(io: Io, number: int) -> bool:
-    """Whether a number is that of an output; numbers above are inputs. Raises `Refused`."""
+    """Return True if a number is that of an output; numbers above are inputs. Raises `Refused`."""
     outputs, inputs = len(io.output_names), len(io.input_names)
     if not 1 <= number <= outputs + inputs:
         raise Refused(NUMBER_OUT_OF_RANGE, f"no IO {number}: there are 1 to {outputs + inputs}")

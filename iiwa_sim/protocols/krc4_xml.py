@@ -323,7 +323,7 @@ _VALUE = re.compile(r"[!-\[\]-z|~]*")  # printable ASCII without blanks, backsla
 
 
 def is_short(line: str) -> bool:
-    """Whether a line is in the short form."""
+    """Return True if a line is in the short form."""
     return _BEGINS.match(line) is not None
 
 

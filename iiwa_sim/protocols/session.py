@@ -29,7 +29,7 @@ class Pending(Protocol):
     """Something that a reply waits for, such as an asyncio.Future."""
 
     def done(self) -> bool:
-        """Whether it has happened."""
+        """Return True if it has happened."""
 
     def add_done_callback(self, callback: Callable[[Any], object], /) -> None:
         """Register a function to be called when it has happened."""
@@ -44,15 +44,15 @@ class Session(Protocol):
 
     @property
     def closing(self) -> bool:
-        """Whether the session ends: the shell sends the replies there are, then closes."""
+        """True if the session ends: the shell sends the replies there are, then closes."""
 
     @property
     def pending(self) -> Pending | None:
-        """What the next reply waits for; until it is done there is nothing to answer."""
+        """Event for which the next reply waits, or None."""
 
     @property
     def awaits(self) -> bool:
-        """Whether the newest move is the client's own, and it waits for its end: it asks again and again."""
+        """True if the newest move is the client's own, and it waits for its end: it asks again and again."""
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
@@ -71,7 +71,7 @@ class ProtocolLog(Protocol):
     """Lines are passed as printable ASCII, with other characters escaped."""
 
     def wants_commands(self) -> bool:
-        """Whether `command` is wanted; asked once for each batch of lines."""
+        """Return True if `command` is wanted; asked once for each batch of lines."""
 
     def command(self, session: str, line: str, reply: str) -> None:
         """A line was carried out and answered."""

@@ -84,14 +84,14 @@ class AppendixA:
 
     @property
     def has_commands(self) -> bool:
-        """Whether a coming tick will send a command or publish a result."""
+        """True if a coming tick will send a command or publish a result."""
         if self._begun:
             return self._begun[0].result is not None or self._failed
         return bool(self._waiting) and self._is_ready
 
     @property
     def is_idle(self) -> bool:
-        """Whether every command has its result, and no tick has anything to do."""
+        """True if every command has its result, and no tick has anything to do."""
         return not (self._begun or self._waiting or self._failed)
 
     @property

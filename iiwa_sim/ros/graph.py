@@ -30,12 +30,12 @@ class Topic:
 
     @property
     def recurs(self) -> bool:
-        """Whether a message may be left out, since the next one says it anew."""
+        """True if a message may be left out, since the next one says it anew."""
         return self.rate_hz > 0
 
     @property
     def is_latched(self) -> bool:
-        """Whether every subscriber gets one message, at once."""
+        """True if every subscriber gets one message, at once."""
         return self.content is not None and not self.recurs
 
     def publish(self, message: Message) -> None:
@@ -83,7 +83,7 @@ class Graph:
 
     @property
     def watching(self) -> bool:
-        """Whether a tick may publish something that somebody hears."""
+        """True if a tick may publish something that somebody hears."""
         return any(topic.listeners and topic.recurs for topic in self.published.values())
 
     def listen(self, name: str, listener: Listener) -> Callable[[], None]:

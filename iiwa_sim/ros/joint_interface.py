@@ -1,4 +1,4 @@
-"""What ROS 2 users expect of an arm: joint states, transforms, a clock, and joint trajectories.
+"""Interface for ROS 2: joint states, transforms, a clock, and joint trajectories.
 
 Codes and statuses of goals are those of joint_trajectory_controller; MoveIt judges by the status.
 """
@@ -100,7 +100,7 @@ class JointInterface:
 
     @property
     def watching(self) -> bool:
-        """Whether a tick may tell somebody feedback."""
+        """True if a tick may tell somebody feedback."""
         return bool(self._feedback)
 
     def send_goal(

@@ -35,7 +35,7 @@ STAMP = "iiwa-sim-interfaces"
 
 
 def default_folder() -> Path:
-    """Where `iiwa-sim ros2-env` makes the environment, and `--ros2` looks for it."""
+    """Return the folder of the environment that `iiwa-sim ros2-env` makes."""
     cache = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     return Path(cache) / "iiwa-sim" / "ros2"
 

@@ -93,12 +93,12 @@ class RosSide:
 
     @property
     def watching(self) -> bool:
-        """Whether somebody hears a topic, or a command waits: each tick is wanted then."""
+        """True if somebody hears a topic, or a command waits: each tick is wanted then."""
         return not self._appendix_a.is_idle or self._graph.watching or self._joints.watching
 
     @property
     def has_commands(self) -> bool:
-        """Whether a coming tick will send a command to the robot or report the end of one."""
+        """True if a coming tick will send a command to the robot or report the end of one."""
         return self._appendix_a.has_commands
 
     @property

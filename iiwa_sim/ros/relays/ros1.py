@@ -68,7 +68,7 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
 
 
 class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
-    """What the node has at its master."""
+    """Topics and services of the node at its master."""
 
     def __init__(self, pipe: Pipe, config: dict[str, Any]) -> None:
         super().__init__()

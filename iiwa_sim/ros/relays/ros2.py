@@ -92,7 +92,7 @@ class _Goal:
 
 
 class Relay:
-    """What the node has on the graph of ROS 2."""
+    """Topics, services and the action of the node."""
 
     def __init__(self, pipe: Pipe, node: Any, config: Message) -> None:
         self._pipe = pipe
