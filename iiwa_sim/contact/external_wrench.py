@@ -7,7 +7,7 @@ In free space there are none, and all readings are exactly 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isfinite
 from operator import add as add_numbers
 from typing import Any, NamedTuple
@@ -39,12 +39,29 @@ class ContactState(NamedTuple):
 
 
 class Pushes:
-    """The forces that a compliant robot gives way to, besides surfaces at the TCP."""
+    """The forces that a compliant robot gives way to, besides surfaces at the TCP; found when it asks."""
 
-    tcp_push: Wrench = NO_WRENCH
-    """At the TCP, along its axes: the applied wrench, parts, and the weight of an unknown payload."""
-    joint_push: Torques
-    """On each joint (Nm): the applied torque, surfaces and parts on links, and links on links."""
+    def __init__(self, find: Callable[[], tuple[Wrench, Torques]]) -> None:
+        self._find = find
+        self._found: tuple[Wrench, Torques] | None = None
+
+    def forget(self) -> None:
+        """Find them anew, since a contribution has changed."""
+        self._found = None
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """Push at the TCP, along its axes: applied wrench, parts, and weight of an unknown payload."""
+        if self._found is None:
+            self._found = self._find()
+        return self._found[0]
+
+    @property
+    def joint_push(self) -> Torques:
+        """Torques (Nm) on the joints: the applied ones, surfaces and parts on links, and links on links."""
+        if self._found is None:
+            self._found = self._find()
+        return self._found[1]
 
 
 class ExternalWrench:
@@ -80,15 +97,13 @@ class ExternalWrench:
         """Reports the contacts of links with parts; None without parts."""
         self.judged = False
         """Whether limits have been compared with it since something was set."""
-        self.pushes = Pushes()
-        """They are found anew when one of them changes: motions ask for them in each tick."""
+        self.pushes = Pushes(self._find_pushes)
         self.wrenches: dict[str, Wrench] = {}
         """The contributions at the TCP, along its axes, but for zeros."""
         self.torques: dict[str, Torques] = {}
         """The contributions on the joints (Nm), but for zeros."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: Torques = (0.0,) * model.joint_count
-        self.pushes.joint_push = self._joint_push
         self._parts_push: Wrench = NO_WRENCH
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
@@ -124,7 +139,7 @@ class ExternalWrench:
         else:
             contributions[name] = value
 
-    def _find_pushes(self) -> None:
+    def _find_pushes(self) -> tuple[Wrench, Torques]:
         tcp = self._wrench if self._parts_push is NO_WRENCH else add(self._wrench, self._parts_push)
         if self._motion is not None:
             tcp = add(tcp, self._motion.weight(self._at_tcp))
@@ -132,7 +147,7 @@ class ExternalWrench:
         for more in (self._links.yielding, self._links.folded, self.torques.get("parts")):
             if more is not None:
                 joints = tuple(map(add_numbers, joints, more))
-        self.pushes.tcp_push, self.pushes.joint_push = tcp, joints
+        return tcp, joints
 
     # What is set from outside
 
@@ -149,7 +164,7 @@ class ExternalWrench:
         _check("wrench", wrench, len(NO_WRENCH))
         self._wrench, self.judged = wrench, False
         self._set(self.wrenches, "applied", wrench)
-        self._find_pushes()
+        self.pushes.forget()
 
     @property
     def joint_push(self) -> Torques:
@@ -164,7 +179,7 @@ class ExternalWrench:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push, self.judged = torques, False
         self._set(self.torques, "applied", torques)
-        self._find_pushes()
+        self.pushes.forget()
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """Carry a payload besides the one that the controller knows, with the arm at joint positions (rad).
@@ -180,7 +195,7 @@ class ExternalWrench:
                 self._motion = TcpMotion(self._tcp.pose(joints))
             self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
-        self._find_pushes()
+        self.pushes.forget()
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
         """Take what parts do to the TCP, along its axes, and to the joints (Nm).
@@ -190,7 +205,7 @@ class ExternalWrench:
         self._set(self.wrenches, "parts", wrench)
         self._set(self.torques, "parts", torques)
         self._parts_push, self.judged = push, False
-        self._find_pushes()
+        self.pushes.forget()
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """Have the jaws of a gripper there, in the flange."""
@@ -255,7 +270,7 @@ class ExternalWrench:
         if self._motion is not None and not (self._motion.still and joints == self._joints):
             self._motion.step(self.tcp(joints), tick_s, coming)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
-            self._find_pushes()
+            self.pushes.forget()
         before, self._joints, world, links = self._joints, joints, self.world, self._links
         changes: int = world.changes
         if world.empty:
@@ -291,7 +306,7 @@ class ExternalWrench:
             back = transpose(rotation)
             wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))
         self._set(self.wrenches, "tool", wrench)
-        self._find_pushes()
+        self.pushes.forget()
 
     def _part_links(self) -> None:
         """Have no contact of links; surfaces that they are in push them only after they have been out."""
@@ -317,7 +332,7 @@ class ExternalWrench:
         self.wrenches.update(felt.wrenches)
         self.torques.update(felt.torques)
         self._settled, self.judged = NEVER, False
-        self._find_pushes()
+        self.pushes.forget()
 
     # Readings
 
