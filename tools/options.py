@@ -14,17 +14,13 @@ PAGE = Path(__file__).parent.parent / "docs" / "options.md"
 BACKDOOR = PAGE.with_name("backdoor.md")
 HEAD = """# Options
 
-`python -m tools.options` writes this page.
-
-{rule} An empty variable counts as not set.
+`python -m tools.options` writes this page. {rule} An empty variable counts as not set.
 
 A key of a [fleet file](howto.md#run-many-robots) is the option's name with `_` for `-`. The column *keyword*
 names the argument of `Simulator`, of `Settings` and of the marker `iiwa`. The whole process has one value of
 an option without a keyword.
 """
-GROUP = """
-## {title}
-
+TABLE = """
 | option | keyword | value | default | |
 |---|---|---|---|---|
 """
@@ -40,10 +36,10 @@ END = """
 
 def page() -> str:
     """Return the text of the page."""
-    text = HEAD.format(rule=ENVIRONMENT_RULE)
+    text = HEAD.format(rule=ENVIRONMENT_RULE) + TABLE
     shown = (option for option in OPTIONS.values() if option.group != "other options")
     for title, options in groupby(shown, lambda option: option.group):
-        text += GROUP.format(title=f"{title[0].upper()}{title[1:]}") + "".join(map(_row, options))
+        text += f"| **{title[0].upper()}{title[1:]}** | | | | |\n" + "".join(map(_row, options))
     return text + END + "".join(f"| `iiwa-sim {name}` | {what} |\n" for name, what in COMMANDS.items())
 
 
