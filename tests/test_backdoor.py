@@ -82,24 +82,6 @@ async def test_what_a_driver_sees_of_a_fault_of_the_robot(
     await driver.leaves()
 
 
-async def test_the_next_move_is_refused_and_the_one_behind_it_not(simulator: Simulator) -> None:
-    driver, _ = await connect(simulator, "iiwa")
-    simulator.backdoor.refuse_next_move(3021)
-    assert await driver.ask("get mode") == "unknown"
-    assert await driver.ask("is reachable : 450 200 520 0 -1.57 0") == "reachable"
-    assert await driver.ask(FAR) == "error"
-    assert await driver.ask("get error") == "3021 made to fail through the backdoor"
-    assert await driver.ask("get robot status") == "2 0 1 1 0 0 0", "a refusal is no error state"
-    assert await driver.ask(FAR) == "done"
-    await driver.leaves()
-
-
-async def test_krc4_messages_cannot_be_canned() -> None:
-    async with Simulator("kr_6_r900_sixx", protocol=["krc4"], clock="stepped") as robot:
-        with pytest.raises(Refused, match="reply to 'hello': expected a robot that speaks iiwa"):
-            robot.backdoor.reply("hello", "hello")
-
-
 async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Simulator) -> None:
     driver, _ = await connect(simulator, "iiwa")
     simulator.backdoor.push((1, -2, 3, 0.5, 0, 0))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from math import degrees
 
 import pytest
 from msgspec.structs import replace
@@ -58,27 +57,6 @@ async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulat
     assert simulator.state().joint_torque == (0.0,) * count
 
 
-async def test_a_robot_is_placed_saved_and_restored(
-    scene: Scene, simulator: Simulator, driver: Driver
-) -> None:
-    simulator.backdoor.place(scene.far)
-    simulator.backdoor.set_tool(Frame(0, 0, 120, 0, 0, 0))
-    simulator.backdoor.save_state("far")
-    home_tcp = simulator.state().tool_frame
-    assert simulator.joints == scene.far
-    simulator.backdoor.restore_state("start")
-    assert simulator.joints == simulator.cell.start
-    simulator.backdoor.restore_state("far")
-    assert (simulator.joints, simulator.state().tool_frame) == (scene.far, home_tcp)
-    if isinstance(driver, Krc4Driver):
-        count = len(scene.far)
-        goal = await driver.message("GOA")
-        assert goal.reals[:count] == pytest.approx(list(map(degrees, scene.far)), abs=1e-6)
-        x_mm, y_mm, z_mm, *angles = home_tcp
-        there = (await driver.message("GOP")).reals[:6]
-        assert there == pytest.approx([x_mm, y_mm, z_mm, *map(degrees, angles)], abs=1e-6)
-
-
 @pytest.mark.parametrize("scene", [SCENES["krc4"]])
 async def test_a_surface_is_touched_by_a_line_of_the_krc4(simulator: Simulator, driver: Krc4Driver) -> None:
     simulator.backdoor.set_tool(Frame(0, 0, 100, 0, 0, 0))
@@ -123,40 +101,6 @@ async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
     await driver.until_stopped()
     assert simulator.joints == pytest.approx(simulator.cell.start)
     await other.leaves()
-
-
-@pytest.mark.parametrize("how", ["vanishes", "sends no more"])
-async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
-    scene: Scene, simulator: Simulator, driver: Driver, how: str
-) -> None:
-    simulator.backdoor.set_override(0.2)
-    goes, _ = await connect(simulator, scene.spoken)
-    assert await goes.moves(scene.far) == 0
-    await under_way(simulator)
-    if how == "leaves":
-        await goes.leaves()
-    elif how == "vanishes":
-        goes.vanishes()
-    else:
-        goes.sends_no_more()
-        assert await goes.rest() == b""
-    await driver.until_stopped()
-    assert simulator.joints != pytest.approx(scene.far, abs=0.1)
-    await driver.is_served()
-    await goes.leaves()
-
-
-async def test_who_only_looks_on_may_go(scene: Scene, simulator: Simulator, driver: Driver) -> None:
-    simulator.backdoor.set_override(0.2)
-    looks_on, number = await connect(simulator, scene.other)
-    assert await driver.moves(scene.far) == 0
-    assert await looks_on.moving()
-    looks_on.vanishes()
-    await until(lambda: number not in simulator.backdoor.connections())
-    simulator.backdoor.set_override(1)
-    simulator.backdoor.set_clock("fast")
-    await driver.until_stopped()
-    assert simulator.joints == pytest.approx(scene.far)
 
 
 @pytest.mark.parametrize("how", ["leaves"])

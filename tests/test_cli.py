@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main
-from tests.processes import refused
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -26,11 +25,6 @@ def test_a_cell_that_is_not_there(
     assert len(err) < 300
 
 
-def test_no_name_is_said_to_be_none() -> None:
-    assert refused("") == "iiwa-sim: CELL.toml '': expected a text that is not empty\n"
-    assert refused("--robot", "") == "iiwa-sim: --robot '': expected a text that is not empty\n"
-
-
 def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check-cell", str(EXAMPLES / "table.toml")]) == 0
     out, err = capsys.readouterr()
@@ -42,12 +36,6 @@ def test_a_cell_with_a_robot_of_six_axes_is_right(tmp_path: Path, capsys: pytest
     (tmp_path / "cell.toml").write_text('robot = "kr_6_r900_sixx"\n')
     assert main(["check-cell", str(tmp_path / "cell.toml")]) == 0
     assert "KR 6 R900 sixx" in capsys.readouterr().out
-
-
-def test_check_cell_takes_one_file() -> None:
-    assert "the following arguments are required: CELL.toml" in refused("check-cell")
-    assert "b.toml: unexpected argument" in refused("check-cell", "a.toml", "b.toml")
-    assert refused("check-cell", "--robot", "x", "a.toml") == "iiwa-sim: --robot: no such option\n"
 
 
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim import dialogue as module
-from iiwa_sim.dialogue import REPORTED, Dialogue, DialogueLine, Exchange
+from iiwa_sim.dialogue import REPORTED, Dialogue, Exchange
 from iiwa_sim.protocols.protocols import command_names
 
 
@@ -84,13 +84,6 @@ def test_more_than_is_kept_is_an_error_until_it_is_forgotten(
     assert robot.dialogue.commands() == []
 
 
-def test_nothing_is_kept_unless_asked_for() -> None:
-    dialogue = Dialogue(lambda: 0)
-    dialogue.exchange("driver", "hello", "hello")
-    with pytest.raises(RuntimeError, match=r"call dialogue\.remember"):
-        dialogue.commands()
-
-
 def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:
     robot.say("lin move : 1", "done")
     for _ in range(1000):
@@ -132,33 +125,3 @@ def test_the_report_has_the_newest(robot: Robot) -> None:
     first, *said = robot.dialogue.report().splitlines()[1:]
     assert first == "(50 before these are left out)"
     assert [line.split()[-1] for line in said] == [str(number) for number in range(50, REPORTED + 50)]
-
-
-def test_lines_are_read_from_a_number_on(robot: Robot) -> None:
-    robot.say("hello", "hello", "hello")
-    found = robot.dialogue.since(0)
-    assert [(line.mark, line.text, line.time_s) for line in found.lines] == [
-        (">", "hello", 0.002),
-        ("<", "hello", 0.002),
-    ]
-    assert robot.dialogue.since(found.next).lines == []
-    robot.say("hello", "hello", "hello")  # which repeats the entry
-    robot.dialogue.event("backdoor", "stop()", reason="3030 no")
-    found = robot.dialogue.since(found.next)
-    assert [(line.text, line.time_s, line.reason) for line in found.lines] == [
-        ("hello", 0.004, ""),
-        ("hello", 0.002, ""),
-        ("stop()", 0.004, "3030 no"),
-    ]
-
-
-def test_listeners_hear_each_line(robot: Robot) -> None:
-    heard = list[DialogueLine]()
-    robot.dialogue.listeners.append(heard.append)
-    robot.say("hello", "hello")
-    robot.dialogue.on_wire("driver", "nothing")
-    assert [(line.direction.value, line.text) for line in heard] == [
-        (">", "hello"),
-        ("<", "hello"),
-        ("~", "nothing"),
-    ]

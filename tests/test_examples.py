@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -65,13 +64,3 @@ def test_the_client_of_krc4_messages() -> None:
         done = run(sys.executable, EXAMPLES / "client_krc4.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done, axes=6)
     assert "refused: 3021" in done.stdout
-
-
-@pytest.mark.slow
-def test_the_client_in_cpp_without_a_robot(cpp_client: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = str(listener.getsockname()[1])
-    done = run(cpp_client, "127.0.0.1", port)
-    assert done.returncode == 1
-    assert done.stderr == f"cannot connect to 127.0.0.1:{port}\n"
-    assert run(cpp_client).returncode == 1

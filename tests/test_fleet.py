@@ -10,10 +10,7 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-
 from iiwa_sim.backdoor.client import BackdoorClient
-from iiwa_sim.recordings.read import Recorded
 from tests.processes import IIWA_SIM, next_line, refused, robots
 from tests.talking import DEADLINE_S, Client
 
@@ -129,27 +126,6 @@ def test_ports_are_counted_up_from_those_that_are_named() -> None:
     assert [each.record for each in found.values()] == [f"runs/run-robot-{index}.mcap" for index in range(3)]
 
 
-@pytest.mark.slow
-def test_each_robot_has_a_recording_of_its_own(tmp_path: Path) -> None:
-    options = ("--count", "2", "--port", "0", "--clock", "fast", "--record", str(tmp_path / "run.mcap"))
-    with fleet(*options) as (process, ports):
-
-        async def said() -> None:
-            for name in ports:
-                client = await Client.connect(ports[name]["listening"])
-                assert await client.ask(f"nonsense {name}") == "unknown command"
-                await client.leaves()
-
-        asyncio.run(said())
-        process.terminate()
-        process.communicate(timeout=DEADLINE_S)
-    for name in ("robot-0", "robot-1"):
-        recorded = Recorded(tmp_path / f"run-{name}.mcap")
-        texts = [spoken.text for spoken in recorded.dialogue()]
-        assert texts[:3] == ["connected", f"nonsense {name}", "unknown command"]
-        assert not recorded.cut
-
-
 def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / "welder.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
@@ -182,12 +158,6 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
     assert (both.port, both.servo_timeout_s) == ((31000, 31001), 1.5)
     assert [each.record for each in (welder, painter)] == ["run-welder.mcap", "run-painter.mcap"]
     assert both.record == str(tmp_path / "both.mcap")
-
-
-def test_the_example_serves_as_it_says() -> None:
-    file = Path(__file__).parent.parent / "examples" / "fleet.toml"
-    found = robots("--fleet", str(file)).values()
-    assert len({robot.robot or robot.cell for robot in found}) == len(found) == 3
 
 
 WRONG = {

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import sys
-from pathlib import Path
-
-import pytest
 
 import iiwa_sim
 
@@ -38,25 +34,7 @@ def test_its_clients_load_nothing_of_the_simulator() -> None:
     assert {"iiwa_sim.client"} <= loaded
 
 
-def test_what_it_offers_is_said_the_same_for_type_checkers_and_for_python() -> None:
-    """Three lists in one file, since no tool reads the other's: each name in all, from the same module."""
-    tree = ast.parse(Path(iiwa_sim.__file__).read_text())
-    seen = {
-        alias.name: node.module
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{OWN}.")
-        for alias in node.names
-    }
-    assert sorted(seen) == sorted(iiwa_sim.__all__)
-    assert seen == iiwa_sim._HOME_OF
-
-
 def test_what_it_offers_is_there() -> None:
     for name in iiwa_sim.__all__:
         assert getattr(iiwa_sim, name) is getattr(iiwa_sim, name)
         assert name in dir(iiwa_sim)
-
-
-def test_a_name_that_is_none_is_told_as_of_any_module() -> None:
-    with pytest.raises(AttributeError, match="module 'iiwa_sim' has no attribute 'Simulatr'"):
-        getattr(iiwa_sim, "Simulatr")  # noqa: B009

@@ -46,17 +46,6 @@ def test_a_server_is_asked_in_all_its_protocols_on_the_ports_of_its_command_line
         assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator("kr_6_r900_sixx", protocol=["krc4"]) as simulator:
-        port = simulator.port
-        variables = {"IIWA_SIM_PROTOCOL": "krc4", "IIWA_SIM_PORT": str(port)}
-        with started_as("iiwa-sim", **variables) as process:
-            assert main(["health", str(process)]) == 0
-        with started_as("iiwa-sim", "--protocol", "iiwa", **variables) as process:
-            assert main(["health", str(process)]) == 1
-    assert f"iiwa on 127.0.0.1:{port}" in capsys.readouterr().err
-
-
 def test_of_several_robots_the_first_and_the_last_are_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,17 +60,6 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
         with started_as("iiwa-sim", "--count", "3", "--port", str(first.port)) as process:
             answers = main(["health", str(process)])
     assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
-
-
-def test_one_protocol_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
-    (nobody,) = free_ports(1)
-    with Simulator() as simulator:
-        options = ["--protocol", "iiwa,krc4", "--port", f"{simulator.port},{nobody}"]
-        with started_as("iiwa-sim", *options) as process:
-            assert main(["health", str(process)]) == 1
-    assert capsys.readouterr().err == (
-        f"iiwa-sim: krc4 on 127.0.0.1:{nobody}: [Errno 111] Connection refused\n"
-    )
 
 
 def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 from iiwa_sim.client import Iiwa
 from tests.processes import running
 from tests.talking import DEADLINE_S
@@ -115,14 +113,3 @@ def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost
     told = re.search(rf"{re.escape(str(path))}: the last (\d+) lines are lost: nobody read them", said)
     assert told is not None, said
     assert 1000 < int(told[1]) < 20_000, "of two for each command the system holds some hundred"
-
-
-@pytest.mark.slow
-def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:
-    """Nobody reads from the other end, as after Ctrl-S."""
-    reader, terminal = os.openpty()
-    try:
-        drives_and_ends("--log-level", "debug", stderr=terminal)
-    finally:
-        os.close(reader)
-        os.close(terminal)

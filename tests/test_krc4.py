@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -117,17 +116,6 @@ def test_a_client_that_closes_the_connection_stops_its_move(simulator: Simulator
     with Krc4Client(simulator.port) as another:
         another.until_idle()
         assert another.ask("GOA").reals[:6] != pytest.approx(FAR_DEG, abs=1.0)
-
-
-def test_both_protocols_move_one_robot() -> None:
-    with Simulator(protocol=["iiwa", "krc4"], clock="fast") as simulator:
-        ports = simulator.ports
-        with Iiwa("127.0.0.1", ports["iiwa"]) as robot, Krc4Client(ports["krc4"]) as krc4:
-            krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
-            robot.wait_until_stopped(timeout_s=DEADLINE_S)
-            assert robot.get_joint_position()[6] == pytest.approx(0.17453293)
-            assert krc4.ask("PTP", 9999.0).error == 3021
-            assert robot.get_error().code == 3021
 
 
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:

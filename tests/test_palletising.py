@@ -90,14 +90,3 @@ def test_a_box_that_is_lost_or_missing_is_noticed(program: ModuleType) -> None:
         assert robot.get_cartesian_force().fz < -1.5  # the controller still believes in it
         with pytest.raises(program.PartLost, match="lost on its way"):
             program.put(robot, *program.TO[0], wait=wait)
-
-
-def test_a_sensor_that_is_wrong_is_believed(program: ModuleType) -> None:
-    with (
-        Simulator(cell=program.CELL, clock="stepped") as simulator,
-        Iiwa("127.0.0.1", simulator.port) as robot,
-    ):
-        simulator.backdoor.wrong_sensor("holds", on=True)
-        simulator.backdoor.remove_part("box 1")
-        program.pick(robot, *program.FROM[0], wait=waiting(simulator, "stepped"))
-        assert robot.get_input(program.HOLDS)

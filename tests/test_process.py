@@ -6,14 +6,12 @@ import json
 import os
 import signal
 import socket
-import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from iiwa_sim.client import Iiwa
-from tests.processes import IIWA_SIM, ended, refused, running
+from tests.processes import ended, refused, running
 from tests.talking import DEADLINE_S
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
@@ -64,37 +62,6 @@ def test_a_port_in_use() -> None:
         assert refused("--port", str(port)) == (
             f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
         )
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--host", "a\nb"),
-        ("--host", ""),
-        ("a.toml", "foo\nbar"),
-        ("--robot", "x" * 300),
-    ],
-)
-def test_odd_arguments_end_with_one_line(options: tuple[str, ...]) -> None:
-    refused("--port", "0", *options)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "options", [(), *(pytest.param((each,), marks=pytest.mark.slow) for each in ("--version", "--help"))]
-)
-def test_a_stdout_that_takes_nothing(options: tuple[str, ...]) -> None:
-    with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [*IIWA_SIM, "--port", "0", *options],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert done.stderr == "iiwa-sim: cannot write to stdout: No space left on device\n"
-    assert done.returncode == 2
 
 
 @pytest.mark.slow

@@ -221,37 +221,6 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
     result.assert_outcomes(passed=3)
 
 
-def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
-    result = project.tests(
-        """
-        from iiwa_sim.protocols.faults import Delay, Drop
-
-        @pytest.mark.iiwa(protocol=["iiwa", "krc4"])
-        def test_fails(iiwa, driver):
-            iiwa.backdoor.set_fault(Delay(0.01), replies=3)
-            iiwa.backdoor.set_fault(Drop(), replies=1)
-            for _ in range(3):
-                driver.ask("get mode")
-            with socket.create_connection((iiwa.host, iiwa.ports["krc4"]), timeout=60) as other:
-                other.sendall(b'<Cmd I0="1" I1="100"/><Cmd I0="2" I1="100"/>')
-                assert other.recv(4096) == b""
-        """
-    )
-    result.assert_outcomes(failed=1)
-    result.stdout.re_match_lines(
-        [
-            r".* > get mode",
-            r" +< unknown",
-            r" +~ 0.01 s of silence, the reply  \(3 times, last at .*\)",
-            r".* > Cmd I0=1 I1=100",
-            r" +< Res I0=1 I1=100 I2=1",
-            r" +~ nothing",
-            r".* > Cmd I0=2 I1=100",
-            r" +< Res I0=2 I1=100 I2=1",
-        ]
-    )
-
-
 def test_cell_and_transcript_lie_beside_the_test_and_a_cell_stands_for_a_robot(
     project: Project, pytester: pytest.Pytester
 ) -> None:
@@ -332,21 +301,6 @@ def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
     result.stdout.fnmatch_lines(list(WRONG.values()))
     result.stdout.no_fnmatch_line("*Traceback*")
     result.stdout.no_fnmatch_line("*During handling*")
-
-
-def test_a_test_may_end_the_robot_itself(project: Project) -> None:
-    result = project.tests(
-        """
-        def test_the_robot_goes(iiwa, driver):
-            assert driver.ask("hello") == "hello"
-            port = iiwa.port
-            iiwa.__exit__(None, None, None)
-            assert driver.ask("hello") == ""
-            with pytest.raises(ConnectionRefusedError):
-                socket.create_connection(("127.0.0.1", port))
-        """
-    )
-    result.assert_outcomes(passed=1)
 
 
 def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) -> None:

@@ -9,7 +9,7 @@ import pytest
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot_events import RobotEvents, log_discarded
+from iiwa_sim.robot_events import RobotEvents
 
 CONTACT = Contact(7, "z", -12.5, 0.25, 10.0, Frame(450.0, 0.0, 120.0, 0.0, 1.5, 0.0))
 
@@ -63,14 +63,3 @@ def test_a_part_that_slips_is_a_warning_and_what_is_wanted_is_none(caplog: pytes
     assert [record.levelno for record in caplog.records] == [logging.INFO, logging.WARNING]
     assert somebody.told == [("the gripper holds part 'it'", False), ("part 'it' has slipped", True)]
     assert [line.text for line in said] == ["the gripper holds part 'it'", "part 'it' has slipped"]
-
-
-@pytest.mark.parametrize(("moves", "which"), [([4], "move 4"), ([4, 5, 6], "3 moves, 4 to 6")])
-def test_moves_that_a_stop_ends_are_logged_by_number(
-    moves: list[int], which: str, caplog: pytest.LogCaptureFixture
-) -> None:
-    with caplog.at_level(logging.INFO):
-        log_discarded(moves, "stopped")
-    (record,) = caplog.records
-    assert record.getMessage() == f"{which} not carried out to the end: stopped"
-    assert record.__dict__["fields"] == {"moves": moves, "reason": "stopped"}

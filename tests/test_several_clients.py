@@ -13,7 +13,6 @@ from iiwa_sim.simulator import Simulator
 from tests.processes import running
 from tests.talking import DEADLINE_S, Client, until
 
-FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
 
 
@@ -69,22 +68,6 @@ async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulat
     assert exclusive.controller.joints[0] == 0.01
     await second.leaves()
     await first.leaves()
-
-
-async def test_the_move_of_the_first_stops_before_the_second_is_served(exclusive: Simulator) -> None:
-    first, second, third = [await connect(exclusive) for _ in range(3)]
-    second.send(b"get joint position\r\n")
-    third.send(b"hello\r\n")
-    assert await first.ask(FAR) == "done"
-    await until(lambda: exclusive.controller.joints[0] > 0)
-    first.vanishes()
-    assert float((await second.reply()).split()[0]) < 0.5
-    await second.until_stopped()
-    assert exclusive.controller.joints[0] < 0.5
-    assert third.unread == b"", "one at a time"
-    await second.leaves()
-    assert await third.reply() == "hello"
-    await third.leaves()
 
 
 async def test_a_client_that_waits_does_not_keep_the_simulator_from_ending() -> None:

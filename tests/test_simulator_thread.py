@@ -57,14 +57,6 @@ def test_a_move_of_ten_seconds_is_run_at_once() -> None:
         assert simulator.run_until_stopped() == 0.0
 
 
-def test_fast_runs_a_move_while_the_driver_polls() -> None:
-    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
-        robot.joint_move(THERE, SLOWLY)
-        robot.wait_until_stopped(timeout_s=60)
-        assert simulator.joints == tuple(map(float, THERE))
-        assert simulator.state().time_s > 9.0
-
-
 def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
-from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Krc4Driver, Scene, connect
+from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
 from tests.states import state
 from tests.talking import Client, until
 
@@ -126,35 +126,6 @@ async def test_a_reader_that_goes_stops_nothing(
     assert await driver.moving()
 
 
-@pytest.mark.parametrize("scene", [SCENES["krc4"]])
-async def test_what_a_krc4_message_was_refused_for_and_has_switched_is_seen(
-    of_the_scene: tuple[Simulator, Driver, Client],
-) -> None:
-    _, driver, reader = of_the_scene
-    assert isinstance(driver, Krc4Driver)
-    assert (await driver.message("PTA", 171.0, -90.0, 90.0)).error == 3023
-    assert (await driver.message("SIO", I2=3, I3=1)).error is None
-    while not (seen := await next_state(reader))["outputs"][2]:
-        pass
-    assert seen["error"]["code"] == 3023
-    assert "A1 at 2.984513 rad" in seen["error"]["reason"]
-    assert seen["status"] == "stopped"
-
-
-async def test_a_robot_that_fails_is_still_seen(
-    simulator: Simulator, reader: Client, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    before = await next_state(reader)
-
-    def fails() -> None:
-        raise ZeroDivisionError("a fault of ours")
-
-    monkeypatch.setattr(simulator.controller.motions, "step", fails)
-    for _ in range(5):
-        seen = await next_state(reader)
-    assert seen["tick"] > before["tick"]
-
-
 @pytest.mark.requirement("FRA201")
 async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> None:
     async with Simulator(status_port=0, status_rate_hz=500) as simulator:
@@ -187,7 +158,3 @@ async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simula
     with pytest.raises(RuntimeError, match="does not listen"):
         _ = second.port
     assert second.controller.tick == 0
-
-
-def test_there_is_none_unless_it_is_asked_for() -> None:
-    assert Simulator().status_port is None

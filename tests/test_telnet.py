@@ -97,15 +97,3 @@ def test_a_robot_you_can_telnet_into() -> None:
         code, said = simulator.ends(signal.SIGTERM)
     assert code == 0
     assert "refused 'lin move : up'" in said, "who runs it sees why"
-
-
-def test_ctrl_c_in_telnet_does_not_silence_the_robot() -> None:
-    with running() as simulator, telnet(simulator.port) as terminal:
-        terminal.shows("Escape character is")
-        terminal.shows("\r\n")
-        assert terminal.asks("hello") == "hello"
-        for _ in range(2):
-            terminal.types("\x03")
-            terminal.shows("^C")
-            assert terminal.asks("get status") == "stopped"
-        assert terminal.asks("bye") == "bye"

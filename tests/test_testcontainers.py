@@ -45,14 +45,6 @@ def test_its_variables_are_what_the_image_takes() -> None:
     assert set(map(int, container.ports)) == {PORT, KRC4_PORT, BACKDOOR_PORT}
 
 
-@pytest.mark.parametrize("name", ["host", "port", "count", "fleet", "backdoor_token", "backdoor_port"])
-def test_where_it_listens_is_not_an_option(name: str) -> None:
-    with pytest.raises(
-        ValueError, match=f"option '{name}': expected none that says where the container listens"
-    ):
-        IiwaContainer(**{name: "1"})
-
-
 def test_it_starts_one_container_and_waits_for_its_last_line(docker: mock.Mock) -> None:
     container = IiwaContainer(clock="stepped")
     strategy = container._wait_strategy
@@ -81,9 +73,3 @@ def test_its_driver_and_its_backdoor_reach_the_robot() -> None:
             assert container.state()["error"]["code"] == 3030
             with pytest.raises(Refused, match="nothing moves that could fail"):
                 container.backdoor.fail_move(1)
-
-
-def test_the_port_is_that_of_the_first_protocol() -> None:
-    with mock.patch.object(IiwaContainer, "get_exposed_port", side_effect=int):
-        assert IiwaContainer().port == PORT
-        assert IiwaContainer(protocol="krc4,iiwa").port == KRC4_PORT

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,15 +31,3 @@ def test_each_is_told_or_counted_once_and_no_more_than_so_many_in_a_second(
         assert len(times_ns) + untold[kind] == sum(each == kind for each, _ in happened)
         for first_ns, behind_ns in zip(times_ns, times_ns[most:], strict=False):
             assert behind_ns > first_ns
-
-
-@pytest.mark.parametrize("most", [1, 20])
-def test_after_its_second_a_kind_is_told_anew_behind_the_number_of_those_that_were_not(most: int) -> None:
-    said: list[object] = []
-    throttle = Throttle[str](most, lambda kind, number: said.append((kind, number)))
-    assert [throttle.count("fault", 7) for _ in range(most + 5)] == [*range(1, most + 1), *[None] * 5]
-    assert throttle.count("fault", 7 + SECOND_NS - 1) is None
-    assert said == []
-    assert throttle.count("other", 7 + SECOND_NS) == 1
-    assert said == [("fault", 6)]
-    assert throttle.count("fault", 7 + SECOND_NS) == 1

@@ -12,9 +12,8 @@ from iiwa_sim.backdoor.described import described_surface
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move
-from tests.backdoor.bench import KR_6, Bench
+from tests.backdoor.bench import Bench
 
 MM = st.floats(-1e3, 1e3)
 SIZE = st.floats(1.0, 1e3)
@@ -57,13 +56,6 @@ def test_the_cell_is_told_as_it_is_now() -> None:
     assert {key: block[key] for key in expected} == expected
     backdoor.move_surface("block", Frame(500, 300, 50, 0, 0, 0.5))
     assert backdoor.cell().surfaces[0]["x_mm"] == 500
-
-
-def test_the_robot_is_told_with_its_urdf() -> None:
-    told, robot = Bench(KR_6).backdoor.robot(), load_robot(KR_6)
-    assert (told.urdf, told.joints, told.position_max, told.flange) == (
-        *(robot.urdf, robot.joints, robot.position_max, robot.flange),
-    )
 
 
 def test_moves_that_run_and_wait_are_told_the_first_of_them() -> None:

@@ -34,15 +34,3 @@ def test_what_is_refused_is_in_it_with_the_reason() -> None:
     ((mark, session, text, reason),) = said(bench)
     assert (mark, session, text) == ("#", "backdoor", "remove_surface('missing')")
     assert reason.startswith("3000 no surface 'missing'")
-
-
-def test_what_is_dragged_is_in_it_now_and_then() -> None:
-    bench = Bench()
-    bench.dialogue.remember()
-    for force in range(200):
-        bench.backdoor.push((force, 0, 0, 0, 0, 0))
-    bench.backdoor.set_input(3, True)
-    texts = [text for _, _, text, _ in said(bench)]
-    assert texts[0] == "push((0, 0, 0, 0, 0, 0))"
-    assert texts[-1] == "set_input(3, True)"
-    assert len(texts) < 100

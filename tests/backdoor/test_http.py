@@ -287,20 +287,6 @@ def test_with_a_token_only_who_knows_it_is_let_in_by_any_name() -> None:
         assert client_of(simulator, token=TOKEN).state()["error"]["code"] == 3030
 
 
-def test_a_fault_of_ours_is_told_as_such(
-    shared: Simulator, bench: BackdoorClient, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def breaks() -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(shared.controller, "emergency_stop", breaks)
-    assert ask(shared.backdoor_port, "POST", "/emergency_stop") == (
-        500,
-        {"error": {"code": 3000, "reason": "internal error, see the log"}},
-    )
-    assert bench.override() == 1.0
-
-
 def test_who_does_not_wait_ends_what_takes_time_and_others_are_served_meanwhile(
     shared: Simulator, bench: BackdoorClient
 ) -> None:
@@ -342,15 +328,3 @@ def test_connections_beyond_the_limit_are_turned_away_and_those_there_served(sha
             return again.makefile("rb").readline().startswith(b"HTTP/1.1 200 ")
 
     wait_until(serves)
-
-
-def test_a_simulator_that_ends_ends_what_takes_time() -> None:
-    with Simulator(clock="stepped", backdoor_port=0) as simulator:
-        robot = Iiwa(simulator.host, simulator.port)
-        robot.start_gravity(300.0)
-        connection = http.client.HTTPConnection("127.0.0.1", simulator.backdoor_port or 0, timeout=DEADLINE_S)
-        connection.request("POST", "/advance", '{"seconds": 86400}')
-        wait_until(lambda: simulator.state().tick > 0)
-    assert connection.getresponse().status in (200, 503), "200: a robot at rest makes its ticks at once"
-    connection.close()
-    robot.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from math import radians
 from pathlib import Path
@@ -14,10 +13,9 @@ from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.description import RobotFault, load_robot
+from iiwa_sim.robot.description import load_robot
 from iiwa_sim.world.gripper import Jaws
 from tests.cell.cells import cell_from
-from tests.robot.arms import copy_of_robot, edit
 
 TOOL = """
 [tool_in_flange]
@@ -85,15 +83,6 @@ def test_robot_start_and_tool(tmp_path: Path) -> None:
     assert cell_from(tmp_path, 'start_deg = "home"').start == load_robot().home
 
 
-def test_a_robot_of_ones_own_is_found_from_the_folder_of_the_cell(tmp_path: Path) -> None:
-    copy_of_robot(tmp_path / "mine")
-    edit(tmp_path / "mine" / "robot.toml", '"LBR iiwa 7 R800"', '"mine"')
-    assert cell_from(tmp_path, 'robot = "mine"').description.name == "mine"
-    edit(tmp_path / "mine" / "robot.toml", "rate_per_s = 15.0", "rate_per_s = 1e9")
-    with pytest.raises(RobotFault, match=re.escape(str(tmp_path / "mine" / "robot.toml"))):
-        cell_from(tmp_path, 'robot = "mine"')
-
-
 def test_surfaces_in_metres(tmp_path: Path) -> None:
     floor, table, ball, rod = cell_from(tmp_path, ALL_SURFACES + TABLE).surfaces
     assert (floor.name, floor.shape, floor.stiffness) == ("floor", Plane(), 1e5)
@@ -141,16 +130,6 @@ def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
     assert "part 'other': box, 0.2 kg, falls" in told
 
 
-def test_as_many_parts_as_there_may_be_are_checked_against_each_other(tmp_path: Path) -> None:
-    many = "".join(
-        PART.replace("cube", f"cube {n}") + f"x_mm = {50 * (n % 16)}\ny_mm = {50 * (n // 16)}\nz_mm = -300\n"
-        for n in range(256)
-    )
-    cell = cell_from(tmp_path, GRIPPER + many)
-    assert cell.handled is not None
-    assert len(cell.handled.parts) == 256
-
-
 def test_what_the_robot_watches(tmp_path: Path) -> None:
     text = (
         "[safety]\ncollision_force_n = 80\ntcp_speed_mm_per_s = 250\n"
@@ -170,12 +149,6 @@ def test_noise_and_io(tmp_path: Path) -> None:
     assert cell.noise_levels == (7, 0.2, 0.0, 0.0)
     assert cell.noise() is not None
     assert (cell.input_names, cell.output_names) == (("door", "part"), ())
-
-
-def test_the_sphere_may_press_from_the_start(tmp_path: Path) -> None:
-    top_mm = 410.41 - 5.0 + 4.9
-    text = f'{TOOL}\n[[plane]]\nname = "p"\nz_mm = {top_mm}\nstiffness_n_per_m = 1000'
-    assert len(cell_from(tmp_path, text).surfaces) == 1
 
 
 GRIPPER = "[gripper]\nstroke_mm = 80\nspeed_mm_per_s = 100\ngrip_force_n = 40\nclose_output = 16\n"
@@ -270,15 +243,3 @@ def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
 def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_bytes(b"\xef\xbb\xbfcontact_radius_mm = 4\r\n")
     assert load_cell(tmp_path / "cell.toml").contact_radius_m == 0.004
-
-
-def test_what_is_no_text_file(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe.toml")
-    (tmp_path / "noise.toml").write_bytes(b"\xff\xfe")
-    for file, expected in (
-        ("", "a regular file"),
-        ("pipe.toml", "a regular file"),
-        ("noise.toml", "a readable"),
-    ):
-        with pytest.raises(CellFault, match=f"{re.escape(str(tmp_path / file))}: expected {expected}"):
-            load_cell(tmp_path / file)

@@ -6,7 +6,6 @@ import asyncio
 import re
 import time
 from collections import Counter
-from pathlib import Path
 
 import pytest
 
@@ -92,16 +91,6 @@ async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: 
     assert simulator.controller.joints == before
 
 
-@pytest.mark.parametrize("options", [{"exclusive": True, "reconnect_pause_s": 1.0}])
-async def test_our_server_made_like_the_original(options: dict[str, float]) -> None:
-    async with Simulator(**options) as simulator:
-        link = Link("127.0.0.1", simulator.port, allow_motion=False, timeout_s=5)
-        known = {probe.event: probe for probe in probes.PROBES}
-        for event in ("a second client", NEXT):
-            finding = await asyncio.to_thread(known[event].ask, link)
-            assert finding.verdict is Verdict.ORIGINAL, event
-
-
 def test_the_original_does_as_the_original() -> None:
     with serving(Original) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=6))
@@ -149,11 +138,3 @@ def test_a_robot_that_moves_is_left_alone() -> None:
     with serving(original.Moving) as server, moves:
         checked(Link("127.0.0.1", server.port, allow_motion=True))
     assert server.heard == ["hello", "get status"]
-
-
-def test_every_row_of_the_table_of_reference_is_in_the_report() -> None:
-    known = [*probes.PROBES, *motion.PROBES, probes.BYE]
-    assert len({probe.event for probe in known}) == len(known)
-    page = (Path(__file__).parent.parent.parent / "docs" / "limits.md").read_text()
-    for probe in known:
-        assert f"| {probe.event} | {probe.original} | {probe.ours or 'the same'} |" in page

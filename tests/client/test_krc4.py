@@ -9,7 +9,6 @@ from contextlib import contextmanager
 
 import pytest
 
-from iiwa_sim import Drop
 from iiwa_sim.client import Krc4, Krc4Error, ReplyError
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import FULL, attributes, elements
@@ -75,19 +74,6 @@ def test_every_message_has_a_method(robot: Krc4) -> None:
     assert robot.fin()
 
 
-def test_a_robot_with_more_axes_is_told_from_one_with_six() -> None:
-    with Simulator(protocol=["krc4"], clock="fast") as simulator:
-        with Krc4(simulator.host, simulator.port, DEADLINE_S, axes=7) as robot:
-            robot.pta((0, 30, 0, -60, 0, 90, 10))
-            robot.wait_until_stopped(DEADLINE_S)
-            assert robot.goa()[6] == pytest.approx(10)
-        with Krc4(simulator.host, simulator.port, DEADLINE_S) as robot:
-            with pytest.raises(ReplyError, match="expected 6 axes"):
-                robot.goa()
-            with pytest.raises(ConnectionError, match="this connection is closed"):
-                robot.fin()
-
-
 @pytest.mark.parametrize("write", [elements, attributes])
 def test_a_reply_is_read_in_either_form(write: Write) -> None:
     with answering(lambda _: write("Res", FULL | {"I0": "1", "I1": "100", "I2": "1"})) as robot:
@@ -110,13 +96,3 @@ def test_a_reply_that_does_not_fit_ends_the_connection(reply: bytes) -> None:
             robot.fin()
         with pytest.raises(ConnectionError, match="this connection is closed"):
             robot.fin()
-
-
-def test_a_lost_reply_ends_the_connection(simulator: Simulator) -> None:
-    with Krc4(simulator.host, simulator.port, 0.2) as robot:
-        simulator.backdoor.set_fault(Drop())
-        with pytest.raises(TimeoutError, match=r"no answer to 'FIN' within 0\.2 s"):
-            robot.fin()
-        simulator.backdoor.clear_faults()
-        robot.reconnect()
-        assert robot.fin()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from iiwa_sim.plot.draw import MOST_NUMBERS, draw, picture, together
+from iiwa_sim.plot.draw import draw
 from iiwa_sim.plot.motion import Motion, Move
 from tests.plot.scripts import JOINT, LIN, moved
 
@@ -66,32 +65,3 @@ def test_forces_faults_and_streams(motion: Motion) -> None:
     assert panel(figure, "force at the TCP (N)")
     assert texts(panel(figure, "joints (deg)")) == ["error 3030"]
     assert texts(panel(figure, "TCP in the yz plane")) == []
-
-
-def test_moves_are_listed_unless_there_are_too_many(motion: Motion, figure: Figure) -> None:
-    assert texts(figure.axes[-1]) == ["1 LIN 0.5 r20\n2 LIN 0.5 r30\n3 JOINT 1"]
-    many = replace(motion, moves=motion.moves * MOST_NUMBERS)
-    assert texts(draw(many).axes[-1]) == []
-
-
-def test_a_robot_that_does_not_move_is_drawn() -> None:
-    view = panel(draw(moved("hello")), "TCP in the yz plane")
-    low, high = view.get_xlim()
-    assert high - low > 1.0
-
-
-def test_numbers_at_one_place_share_it() -> None:
-    assert together([((0.0, 0.0), "1"), ((5.0, 0.0), "2"), ((0.01, 0.0), "3")]) == [
-        ((0.0, 0.0), "1, 3"),
-        ((5.0, 0.0), "2"),
-    ]
-
-
-@pytest.mark.slow
-def test_the_same_motion_gives_the_same_picture(motion: Motion) -> None:
-    """Any name can stand in its title."""
-    named = replace(motion, path="of/$\\alpha$ \u6f22\n%.txt")
-    first = picture(named, "svg")
-    assert first == picture(named, "svg")
-    assert ET.fromstring(first).tag == "{http://www.w3.org/2000/svg}svg"
-    assert b"<dc:date>" not in first

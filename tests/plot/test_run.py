@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from iiwa_sim.cell.cell import load_cell, robot_alone
+from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
 from iiwa_sim.plot.motion import REST_TICKS, PlotFault, read_script, run
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move
-from tests.cell.cells import cell_from
-from tests.plot.scripts import EXAMPLES, JOINT, JOINTS, KRC4_MOVES, LIN, TABLE, moved
+from tests.plot.scripts import EXAMPLES, JOINT, JOINTS, KRC4_MOVES, LIN, moved
 
 
 def test_states_are_those_of_the_controller_bit_for_bit() -> None:
@@ -51,10 +47,6 @@ def test_states_are_those_of_the_controller_bit_for_bit() -> None:
     assert motion.times_s[-1] == pytest.approx((len(joints) - 1) / 100)
 
 
-def test_short_waits_do_not_add_up_what_ticks_round_off() -> None:
-    assert len(moved("wait 0.0033\n" * 300).times_s) - 1 == round(0.0033 * 300 * 500) + REST_TICKS
-
-
 @pytest.mark.parametrize(
     ("robot", "text", "names"),
     [
@@ -69,34 +61,6 @@ def test_moves_have_names_and_end_at_their_goals(robot: str, text: str, names: l
     for move in motion.moves:
         assert move.end_s is not None
         assert motion.tcp_mm[round(500 * move.end_s)] == pytest.approx(move.goal_mm, abs=1e-3)
-
-
-def test_moves_that_a_stop_ends_have_no_end_and_servo_targets_are_streamed() -> None:
-    servo = "smart joint move : 0 0.6 0 -1 0 1.5 0 0.2 0.2 0.2 0.2 0.2 0.2 0.2"
-    motion = moved(f"{LIN}\nwait 0.1\nstop\nwait stopped\n{LIN}\nwait stopped\n{servo}")
-    assert [move.end_s is not None for move in motion.moves[:2]] == [False, True]
-    assert [move.name for move in motion.moves] == ["LIN 0.5 r20", "LIN 0.5 r20", "SMART JOINT 0.2"]
-    assert [move.streamed for move in motion.moves] == [False, False, True]
-
-
-def test_a_move_that_ends_another_has_its_own_name() -> None:
-    servo = "smart joint move : 0 0.6 0 -1 0 1.5 0"
-    motion = moved(f"{servo}{' 0.1' * 7}\nwait 0.1\n{servo}{' 0.2' * 7}\nwait 0.1\n{servo}{' 0.3' * 7}")
-    assert [move.name for move in motion.moves] == [f"SMART JOINT 0.{speed}" for speed in (1, 2, 3)]
-
-
-def test_forces_and_the_ends_of_force_moves() -> None:
-    motion = run(read_script(str(EXAMPLES / "probing.txt")), load_cell(TABLE), 500)
-    assert motion.force_n[:, 2].min() < -15.0
-    assert all(move.end_s is not None for move in motion.moves)
-
-
-def test_the_beginning_of_the_error_state(tmp_path: Path) -> None:
-    cell = replace(cell_from(tmp_path, "[safety]\ntcp_speed_mm_per_s = 20\n"))
-    motion = moved(JOINT, rate_hz=100, cell=cell)
-    ((time_s, _),) = motion.faults
-    speed = motion.tcp_speed_mm_s()
-    assert speed[round(100 * time_s)] > 20.0 >= speed[round(100 * time_s) - 1]
 
 
 @pytest.mark.parametrize(

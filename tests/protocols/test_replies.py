@@ -13,7 +13,7 @@ from iiwa_sim.controller.io import Io
 from iiwa_sim.protocols.iiwa import LONGEST_REPLY
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import load_robot
-from tests.protocols.fake_robot import Conversation, FakeRobot
+from tests.protocols.fake_robot import Conversation
 
 TABLE = load_table("iiwa")
 FRAME = "450 0 520 0 -1.57 0"
@@ -53,16 +53,6 @@ def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
     assert longest > 400, "help is among them"
 
 
-def test_an_internal_error_at_a_long_line_is_told_in_a_short_reply() -> None:
-    robot = FakeRobot()
-    robot.breaks = ValueError("broken")
-    talk = Conversation(robot)
-    assert talk.ask("lin move : 1 2 3 4 5 6 " + "0." + "1" * 3900 + " 0") == "error"
-    told = talk.ask("get error")
-    assert told.startswith("3000 internal error")
-    assert len(told) + 2 <= LONGEST_REPLY
-
-
 # More values than a command takes
 
 
@@ -99,15 +89,6 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
 # Reasons that say what to do
 
 
-def test_a_place_in_metres_gets_a_hint_where_it_is_refused() -> None:
-    talk = Conversation(Controller(load_robot(), 0.002))
-    hint = "; 0.45 -0.1 0.52 is within the robot's foot: places are in mm, not in m"
-    assert talk.ask("lin move : 0.45 -0.1 0.52 0 -1.57079 0 0.5 0") == "error"
-    assert talk.ask("get error").endswith(hint)
-    assert talk.ask("is reachable : 0.45 -0.1 0.52 0 -1.57079 0").endswith(hint)
-    assert "foot" not in talk.ask("is reachable : 0 2000 0 0 0 0")
-
-
 @pytest.mark.parametrize(
     ("line", "told"),
     [
@@ -129,16 +110,3 @@ def test_angles_beyond_a_turn_that_are_carried_out_are_told_once_for_each_comman
     command = line.partition(" :")[0]
     hint = f"{told} is more than a turn: angles are in rad, not in degrees"
     assert talk.journal.remarks == ([("client", command, hint)] if told else [])
-
-
-def test_help_lists_commands_and_extensions_and_what_is_alike() -> None:
-    talk = Conversation()
-    own = talk.ask("help").rpartition(" (")[0].split(", ")
-    assert own == [name for name, command in TABLE.commands.items() if not command.extension]
-    others = talk.ask("Help : Extensions").removeprefix("extensions: ").split(", ")
-    assert others == [name for name, command in TABLE.commands.items() if command.extension]
-    moves = talk.ask("help : move").removeprefix("alike: ").split(", ")
-    assert moves == [name for name in TABLE.commands if "move" in name]
-    assert talk.ask("help : get statuss") == "alike: get status"
-    assert talk.ask("help : lin move").startswith("lin move : x[mm]")
-    assert talk.ask("help : launch") == "error"

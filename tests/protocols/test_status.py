@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.state import snapshot
-from iiwa_sim.protocols.decimals import readable
-from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.status import NOTHING_ELSE, StatusLines, StatusSession
 from iiwa_sim.robot.description import load_robot
 from tests.journal import Journal
@@ -35,29 +33,6 @@ class Reader:
             while self.session.waiting:
                 answered += self.session.answer()
         return answered
-
-
-@pytest.mark.requirement("FRA202")
-@pytest.mark.parametrize("line", [b"stop\n", b"STOP\r\n", b" stop \t:\r", b"stop : ignored\n\r"])
-def test_stop_is_read_as_on_the_main_port(line):
-    reader = Reader(commands=True)
-    for packet in (line[:2], line[2:]):
-        assert reader.says(packet) == b""
-    assert reader.robot.stops == 1
-    ((name, said, reply),) = reader.journal.said
-    assert (name, said, reply) == ("reader", readable(line.rstrip(b"\r\n")), "done")
-    assert reader.journal.refusals == []
-    assert reader.robot.last_error is None
-
-
-@pytest.mark.requirement("FRA202")
-def test_a_stop_without_a_line_end_counts_when_the_reader_sends_no_more():
-    reader = Reader()
-    reader.says(b"stop")
-    assert reader.robot.stops == 0
-    reader.session.end()
-    assert reader.says(b"") == b""
-    assert reader.robot.stops == 1
 
 
 @pytest.mark.requirement("FRA202")
@@ -91,21 +66,6 @@ def test_anything_else_is_refused_and_does_nothing(line):
     assert (name, code, reason) == ("reader", 3040, NOTHING_ELSE)
     assert text.isprintable()
     assert reader.robot.last_error == ErrorRecord(3040, NOTHING_ELSE)
-
-
-def test_a_huge_line_is_refused_once_and_the_next_is_heard():
-    reader = Reader()
-    for _ in range(100):
-        reader.says(b"stop" * 256)
-    reader.says(b"\nstop\n")
-    assert [refusal[:2] for refusal in reader.journal.refusals] == [("reader", "(too long)")]
-    assert reader.robot.stops == 1
-
-
-def test_telnets_question_after_ctrl_c_is_answered():
-    reader = Reader()
-    assert reader.says(b"\xff\xf4\xff\xfd\x06") == WONT_TIMING_MARK
-    assert reader.journal.refusals == []
 
 
 @pytest.mark.requirement("FRA201", "FRA007")

@@ -67,14 +67,6 @@ def test_recordings_of_failed_tests_are_kept_and_named(project: pytest.Pytester)
         assert contents(path, "/state")[-1]["status"] == "stopped"
 
 
-def test_all_of_them_are_kept_where_that_is_asked_for(project: pytest.Pytester) -> None:
-    code = "def test_one(iiwa): iiwa.advance(0.1)\ndef test_two(): pass\n"
-    run(project, code, "--iiwa-artifacts", ".", "--iiwa-artifacts-all").assert_outcomes(passed=2)
-    (kept,) = project.path.glob("*.mcap")
-    ticks = [state["tick"] for state in contents(kept, "/state")]
-    assert ticks[:11] == list(range(ticks[0], ticks[0] + 51, 5)), "a hundred states in a second"
-
-
 SEVERAL = """
 def test_with_two(iiwa_factory):
     iiwa_factory()
@@ -110,25 +102,6 @@ def test_robots_of_a_factory_have_a_file_each_and_that_of_a_session_one(
     for path in kept:
         assert contents(path, "/state")
         assert f"\n{path}\n" in report
-
-
-def test_a_test_that_records_itself(project: pytest.Pytester) -> None:
-    code = """
-    import pytest
-
-    @pytest.mark.iiwa(record="marked.mcap", record_rate_hz=250, clock="stepped")
-    def test_marked(iiwa):
-        iiwa.advance(0.1)
-
-    @pytest.mark.iiwa(clock="stepped")
-    def test_within(iiwa):
-        with iiwa.record("within.mcap"):
-            iiwa.advance(0.1)
-        iiwa.advance(0.1)
-    """
-    run(project, code).assert_outcomes(passed=2)
-    assert len(contents(project.path / "marked.mcap", "/state")) == 26
-    assert len(contents(project.path / "within.mcap", "/state")) == 51
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import re
 import sys
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Connects, Leaves, Said
 from iiwa_sim.transcript.replay import replay
 from tests.processes import fails
-from tests.recordings.recorded import FAR, Robot, contents
+from tests.recordings.recorded import FAR, contents
 
 SPEEDS = [1.0] * 7
 DOWN = (3.14159265359, 0, 3.14159265359)
@@ -39,12 +38,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         driver.get_joint_position()
         with pytest.raises(CommandError):
             driver.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
-    return path
-
-
-def cut(run: Path, folder: Path) -> Path:
-    path = folder / "cut.mcap"
-    path.write_bytes(run.read_bytes()[: run.stat().st_size * 2 // 3])
     return path
 
 
@@ -74,21 +67,6 @@ def test_export_writes_what_is_in_it(run: Path, tmp_path: Path, capsys: pytest.C
         assert int(row["tick"]) == content["tick"]
     assert [row["text"] for row in dialogue] == [each["text"] for each in contents(run, "/dialogue")]
     assert [row["kind"] for row in events] == [each["kind"] for each in contents(run, "/events")]
-
-
-def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = cut(run, tmp_path)
-    code, _, err = said(capsys, "export", path, "--csv")
-    rows = rows_of(tmp_path / "cut.state.csv")
-    last_s = 0.002 * int(rows[-1]["tick"])
-    told = re.fullmatch(r"iiwa-sim: (.+): cut off or damaged at (\S+) s: what follows is lost\n", err)
-    assert code == 0
-    assert told is not None
-    assert told[1] == str(path)
-    assert float(told[2]) == pytest.approx(last_s, abs=0.05)
-    assert 100 < len(rows) < len(contents(run, "/state"))
 
 
 def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
@@ -121,15 +99,6 @@ def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
     assert named == [("LIN 0.5 r20", 20.0), ("LIN 0.25", 0.0), ("PTP", 0.0)]
 
 
-def test_plot_thins_out_a_long_recording(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = motion_in(Recorded(run))
-    monkeypatch.setattr("iiwa_sim.plot.motion.MOST_SAMPLES", 50)
-    thin = motion_in(Recorded(run))
-    step = -(-len(whole.times_s) // 50)
-    assert len(thin.times_s) <= 50
-    assert thin.joints.tolist() == whole.joints[::step].tolist()
-
-
 def test_replay_plays_the_dialogue(run: Path) -> None:
     transcript = transcript_of(Recorded(run))
     assert [type(step) for step in transcript.steps] == [Connects, *[Said, Answered] * 6, Leaves]
@@ -137,35 +106,6 @@ def test_replay_plays_the_dialogue(run: Path) -> None:
     assert compared == [Compare.EXACT] * 3 + [Compare.NUMBERS] + [Compare.EXACT] * 2
     with Simulator(clock="100x") as another:
         assert not list(replay(transcript, another.host, another.port))
-
-
-def test_replay_as_a_command_tells_what_is_answered_otherwise(
-    run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with Simulator(clock="100x") as another:
-        another.backdoor.emergency_stop()
-        code, out, _ = said(capsys, "replay", run, f"{another.host}:{another.port}")
-    assert code == 1
-    assert "expected 'done', got 'error'" in out
-
-
-def test_replay_leaves_out_what_lost_its_reply(run: Path, tmp_path: Path) -> None:
-    transcript = transcript_of(Recorded(cut(run, tmp_path)))
-    kinds = [type(step) for step in transcript.steps]
-    assert kinds.count(Said) == kinds.count(Answered) == 3
-
-
-def test_a_dialogue_that_began_before_is_played_in_its_protocol(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    with (
-        Simulator(protocol=["iiwa", "krc4"]) as simulator,
-        Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
-    ):
-        plc.fin()
-        with simulator.record(path):
-            plc.fin()
-    transcript = transcript_of(Recorded(path))
-    assert [step.step.protocol for step in transcript.steps] == ["krc4"] * 3
 
 
 @pytest.mark.parametrize(
@@ -182,14 +122,6 @@ def test_rubbish_ends_in_one_line(
     assert (code, out) == (2, "")
     assert err.startswith(f"iiwa-sim: {path}: ")
     assert err.count("\n") == 1
-
-
-def test_nothing_to_draw_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "a.mcap"
-    Robot(path).end()
-    code, _, err = said(capsys, "plot", path, "-o", tmp_path / "a.png")
-    assert code == 2
-    assert err == f"iiwa-sim: {path}: expected two states at least, to draw a picture of\n"
 
 
 WITHOUT = """

@@ -15,8 +15,8 @@ from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.cli import main
 from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
-from tests.cell.cells import GRIPPER, cell_from
-from tests.recordings.recorded import PUBLISHED, Robot, contents, found_in
+from tests.cell.cells import GRIPPER
+from tests.recordings.recorded import PUBLISHED, contents, found_in
 
 CELL = f"""{GRIPPER}
 [[part]]
@@ -78,28 +78,6 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     Draft7Validator(json.loads(cells[0].schema)).validate(cells[0].content)
     assert [part["name"] for part in cells[-1].content["parts"]] == ["block"]
     assert cells[0].content["jaw_mm"] == pytest.approx([20.0, 8.0, 70.0])
-
-
-def test_the_tool_is_a_body_at_the_flange(tmp_path: Path) -> None:
-    tool = "[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 30, 40, 0, 30, 25], [0, 0, 10, 0, 0, 10, 20]]\n"
-    path = tmp_path / "run.mcap"
-    cell = cell_from(tmp_path, tool + CELL)
-    Robot(path, cell).end()
-    (scene,) = contents(path, SCENE)
-    Draft7Validator(PUBLISHED["foxglove.SceneUpdate"]).validate(scene)
-    (body,) = (each for each in scene["entities"] if each["id"] == "tool")
-    assert body["frame_id"] == cell.description.flange
-    (between,) = body["cylinders"]
-    assert between["size"] == pytest.approx({"x": 0.05, "y": 0.05, "z": 0.04})
-    assert between["pose"]["position"] == pytest.approx({"x": 0.02, "y": 0.0, "z": 0.03})
-    balls = [(each["pose"]["position"]["x"], each["size"]["x"]) for each in body["spheres"]]
-    assert balls == [pytest.approx(each) for each in ((0.0, 0.05), (0.04, 0.05), (0.0, 0.04))]
-    (told,) = found_in(path, CELLS)
-    Draft7Validator(json.loads(told.schema)).validate(told.content)
-    first, second = told.content["tool_capsules"]
-    assert first["start_mm"] == pytest.approx([0.0, 0.0, 30.0])
-    assert first["end_mm"] == pytest.approx([40.0, 0.0, 30.0])
-    assert [first["radius_mm"], second["radius_mm"]] == pytest.approx([25.0, 20.0])
 
 
 def test_tables_have_gripper_and_parts(tmp_path: Path) -> None:

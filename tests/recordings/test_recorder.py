@@ -18,7 +18,6 @@ from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
-from iiwa_sim.protocols.faults import Drop
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.recorder import VIEW_RATE_HZ
 from iiwa_sim.recordings.schemas import (
@@ -36,7 +35,6 @@ from iiwa_sim.recordings.schemas import (
 from iiwa_sim.recordings.watch import KINDS
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, PUBLISHED, RATE_HZ, Robot, contents, found_in
-from tests.talking import Client, until, wait_until
 
 ROOT = Path(__file__).parents[2]
 SPEEDS = (0.3,) * 7
@@ -94,12 +92,6 @@ def test_every_channel_has_messages_that_fit_the_schema_in_the_file(session: Pat
     assert counts[EVENTS] == counts[LOG]
 
 
-def test_there_is_a_state_for_every_tick(session: Path) -> None:
-    ticks = [state["tick"] for state in contents(session, STATE)]
-    assert ticks == list(range(ticks[-1] + 1))
-    assert ticks[-1] > RATE_HZ
-
-
 def test_times_are_those_of_the_robot(session: Path) -> None:
     """So that what a fast clock does within milliseconds can be watched."""
     states = found_in(session, STATE)
@@ -138,14 +130,6 @@ def test_events_tell_what_happens(session: Path) -> None:
     assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "release_emergency_stop()"]
 
 
-def test_a_move_that_begins_tells_where_it_ends(session: Path) -> None:
-    begins = next(event for event in contents(session, EVENTS) if event["kind"] == "move begins")
-    ends = next(event for event in contents(session, EVENTS) if event["kind"] == "move ends")
-    state = contents(session, STATE)[ends["tick"]]
-    assert begins["goal_frame"] == pytest.approx(state["tool_frame"], abs=1e-4)
-    assert state["joint_position"] == pytest.approx(FAR)
-
-
 def test_the_dialogue_has_each_line_with_its_reply(session: Path) -> None:
     said = contents(session, DIALOGUE)
     assert said[0]["text"] == "connected"
@@ -176,17 +160,6 @@ def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
             wanted = Frame(*state[frame]).to_transform()
             assert pose_of(name).translation == pytest.approx(wanted.translation, abs=1e-6)
             assert pose_of(name).rotation == pytest.approx(wanted.rotation, abs=1e-6)
-
-
-def test_joint_states_and_wrench_are_those_of_the_state(session: Path) -> None:
-    states = {found.log_ns: found.content for found in found_in(session, STATE)}
-    for found in found_in(session, JOINTS):
-        state = states[found.log_ns]
-        assert [joint["position"] for joint in found.content["joints"]] == state["joint_position"]
-        assert [joint["effort"] for joint in found.content["joints"]] == state["joint_torque"]
-    for found in found_in(session, WRENCH):
-        wrench = [found.content[part][axis] for part in ("force", "torque") for axis in "xyz"]
-        assert wrench == states[found.log_ns]["cartesian_force"]
 
 
 def test_the_scene_has_the_cell_and_follows_surfaces(session: Path) -> None:
@@ -259,12 +232,6 @@ def test_the_record_rate_is_that_of_the_states(tmp_path: Path, rate_hz: int, eve
     assert [event["kind"] for event in contents(path, EVENTS)][:3] == ["mode", "move accepted", "move begins"]
 
 
-@pytest.mark.parametrize("rate_hz", [0, 501])
-def test_a_rate_out_of_range_is_refused(tmp_path: Path, rate_hz: int) -> None:
-    with pytest.raises(ValueError, match=f"record_rate_hz is {rate_hz}, expected 1 to 500"):
-        Robot(tmp_path / "a.mcap", rate_hz=rate_hz)
-
-
 @pytest.mark.parametrize("name", [".", "missing/a.mcap", "\0", "fifo"])
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, name: str) -> None:
     os.mkfifo(tmp_path / "fifo")
@@ -296,46 +263,3 @@ def test_recording_begins_and_ends_while_the_robot_moves(tmp_path: Path) -> None
     assert [each["text"] for each in said] == ["connected", "get status", "moving"], "who is there is told"
     assert contents(tmp_path / "third.mcap", STATE)[-1]["status"] in ("moving", "stopped")
     left.close()
-
-
-async def test_faults_on_the_wire_are_in_it(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    async with Simulator(record=path) as simulator:
-        simulator.backdoor.set_fault(Drop(), replies=1)
-        client = await Client.connect(simulator.port)
-        client.send(b"hello\r\n")
-        assert await client.ask("get status") == "stopped"
-        await client.leaves()
-        await until(lambda: not simulator.backdoor.connections())
-    said = [(each["direction"], each["text"]) for each in contents(path, DIALOGUE)]
-    assert ("~", "nothing") in said
-    assert "set_fault(Drop(), replies=1)" in [event["text"] for event in contents(path, EVENTS)]
-
-
-def test_a_robot_at_rest_ticks_while_it_is_recorded(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    with Simulator() as simulator:
-        recording = simulator.record(path)
-        began = simulator.state().tick
-        wait_until(lambda: simulator.state().tick >= began + 20)
-        recording.close()
-        assert simulator.clock._robot.resting
-    ticks = [state["tick"] for state in contents(path, STATE)]
-    assert ticks == list(range(ticks[0], ticks[-1] + 1)), "none is left out, from the first one on"
-    assert len(ticks) > 20
-
-
-def test_a_link_that_meets_a_wall_is_an_event_and_a_line(tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    wall = BoxSettings(name="wall", stiffness_n_per_m=5e4, y_mm=850, z_mm=600, size_mm=(1200, 800, 1200))
-    with (
-        Simulator(clock="stepped", record=path) as simulator,
-        Iiwa("127.0.0.1", simulator.port) as robot,
-    ):
-        simulator.backdoor.add_surface(wall)
-        robot.joint_move((0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.3,) * 7)
-        simulator.run_until_stopped()
-    touches = [event["text"] for event in contents(path, EVENTS) if event["kind"] == "touch"]
-    met = [text for text in touches if text.startswith("link iiwa_link_") and text.endswith("'wall'")]
-    assert met
-    assert set(met) <= {line["text"] for line in contents(path, DIALOGUE) if line["direction"] == "#"}

@@ -12,11 +12,9 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import LOG, STATE
+from iiwa_sim.recordings.schemas import LOG
 from iiwa_sim.recordings.writer import Head, Message, Writer
-from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, Robot, contents, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
@@ -25,20 +23,6 @@ HEAD = Head({"version": "1", "rate_hz": "500"}, {}, 0)
 
 def block(count: int) -> list[Message]:
     return [Message(LOG, b"{}", number, number) for number in range(count)]
-
-
-def test_a_file_that_was_there_is_overwritten(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    path.write_text("something else")
-    writer = Writer(path, HEAD, iter)
-    writer.put(block(3))
-    assert writer.close()
-    assert len(contents(path, LOG)) == 3
-
-
-def test_a_full_disk_is_an_error_at_the_beginning() -> None:
-    with pytest.raises(RecordingFault, match="/dev/full: cannot be written: No space left on device"):
-        Writer(Path("/dev/full"), HEAD, iter)
 
 
 def test_a_disk_that_fills_up_ends_the_recording_with_one_line(
@@ -82,16 +66,6 @@ def test_blocks_without_room_are_dropped_and_counted(
     ]
 
 
-def test_a_robot_without_a_real_time_clock_loses_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("iiwa_sim.recordings.writer.MOST_BLOCKS", 1)
-    path = tmp_path / "run.mcap"
-    with Simulator(clock="stepped", record=path) as simulator:
-        simulator.advance(5.0)
-    assert [state["tick"] for state in contents(path, STATE)] == list(range(2501))
-
-
 def test_a_killed_robot_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     command = [sys.executable, "-m", "iiwa_sim", "--port", "0", "--record", str(path)]
@@ -102,16 +76,3 @@ def test_a_killed_robot_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
     ticks = [state.tick for state in recorded.states()]
     assert ticks == list(range(ticks[0], ticks[-1] + 1))
     assert recorded.cut
-
-
-def test_a_robot_that_is_ended_leaves_a_whole_file(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    command = [sys.executable, "-m", "iiwa_sim", "--port", "0", "--record", str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as server:
-        assert server.stdout is not None
-        server.stdout.readline()
-        server.terminate()
-        assert server.wait(DEADLINE_S) == 0
-    recorded = Recorded(path)
-    assert list(recorded.states())
-    assert not recorded.cut

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES
-from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, read_file
 from iiwa_sim.transcript.replay import replay
@@ -93,18 +92,6 @@ def test_a_session_with_every_message_is_recorded_and_played(recorded: Path) -> 
         assert played(transcript, another) == []
 
 
-def test_one_changed_number_is_told_with_its_line(recorded: Path) -> None:
-    text = recorded.read_text()
-    asked = next(line for line in text.splitlines() if " client2<~ Res " in line and " I1=310 R0=" in line)
-    wrong = asked.replace(" R0=", " R0=1")
-    line = text.splitlines().index(asked) + 1
-    transcript = read("changed", text.replace(asked, wrong, 1))
-    with Simulator(SIX_AXES, protocol=["krc4"], clock="stepped") as another:
-        ((where, told),) = played(transcript, another)
-    assert where == line
-    assert ": R0 is " in told
-
-
 def test_both_protocols_of_one_robot_are_recorded_and_played(tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     with (
@@ -131,16 +118,6 @@ def test_both_protocols_of_one_robot_are_recorded_and_played(tmp_path: Path) -> 
         pytest.raises(TranscriptFault, match="1 port, expected 2, one each for iiwa, krc4"),
     ):
         played(read_file(path), one_protocol)
-
-
-def test_a_simulator_that_cannot_listen_leaves_the_recording(tmp_path: Path) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        simulator = Simulator(port=taken.getsockname()[1], transcript=tmp_path / "session.txt")
-        with pytest.raises(ListenFault), simulator:
-            pass
-    assert simulator.dialogue.listeners == []
-    with pytest.raises(TranscriptFault, match="cannot be written"), Simulator(transcript=tmp_path):
-        pass
 
 
 @pytest.mark.parametrize(

@@ -10,18 +10,13 @@ from iiwa_sim.protocols.krc4_xml import (
     Broken,
     Element,
     XmlStream,
-    reply,
-    short_reply,
     understand,
     word_for_word,
     written,
 )
 from iiwa_sim.transcript.lines import Transcript, read
-from iiwa_sim.transcript.texts import TranscriptFault, deviation, filled, sent, topic
+from iiwa_sim.transcript.texts import TranscriptFault, deviation, filled, sent
 
-INTEGERS = st.lists(st.integers(-(2**31), 2**31 - 1), min_size=2, max_size=10)
-REALS = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 9) + 0.0), max_size=10)
-NUMBERS = st.floats(-1e4, 1e4).map(lambda value: round(value, 6))
 SAID = {"get tool frame": "450.0 0.0 520.5", "get status": "stopped"}
 HEARD = {"GOP": "Res I0=1 I1=310 R0=445 R2=810.5", "FIN": "Res I0=2 I1=100 I2=1", "DIS": "Res I0=3 I1=-300"}
 
@@ -72,25 +67,6 @@ def test_a_message_is_compared(wanted: str, within: float | None, got: str, told
     assert told in found if told else found == ""
 
 
-@given(INTEGERS, REALS)
-def test_a_reply_in_short_form_is_the_one_on_the_wire(integers: list[int], reals: list[float]) -> None:
-    wire = reply(integers, reals).decode()
-    short = short_reply(integers, reals)
-    assert deviation("krc4", short, None, wire) == ""
-    assert deviation("krc4", wire, None, wire) == ""
-    assert deviation("krc4", wire, 1e-9, wire) == ""
-    other = [integers[0], integers[1] - 1 if integers[1] > 0 else integers[1] + 1, *integers[2:]]
-    assert deviation("krc4", short, None, reply(other, reals).decode())
-
-
-@given(st.lists(NUMBERS, min_size=1, max_size=7), st.floats(0.0, 1.0))
-def test_numbers_within_the_tolerance_agree(numbers: list[float], within: float) -> None:
-    text = " ".join(map(str, numbers))
-    assert deviation("iiwa", text, within, text) == ""
-    moved = " ".join(str(number + 2.0) for number in numbers)
-    assert deviation("iiwa", text, within, moved)
-
-
 @pytest.mark.parametrize(
     ("text", "given"),
     [
@@ -115,22 +91,6 @@ def test_replies_are_filled_in(text: str, given: str) -> None:
     assert filled("iiwa", text, SAID) == given
 
 
-@pytest.mark.parametrize(
-    ("protocol", "text", "told"),
-    [
-        ("iiwa", "{get mode}", "'get mode' has not been asked yet"),
-        ("iiwa", "{get tool frame 4}", "expected 4 numbers or more"),
-        ("iiwa", "{get tool frame + 0 10}", r"expected 3 numbers behind the \+"),
-        ("iiwa", "{get tool frame + x 0 0}", "expected finite numbers, got"),
-        ("krc4", "{GOA}", "'GOA' has not been asked yet"),
-        ("krc4", "{DIS R0}", "expected 'DIS' to have been answered"),
-    ],
-)
-def test_an_unknown_or_rejected_reply_is_not_filled_in(protocol: str, text: str, told: str) -> None:
-    with pytest.raises(ValueError, match=told):
-        filled(protocol, text, SAID | HEARD)
-
-
 @given(st.binary(max_size=60) | st.text("<>/CmdRes I0R1=\"'&;! {}\\\n-7.", max_size=60).map(str.encode))
 def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> None:
     def first(wire: bytes) -> tuple[Element | Broken | None, bytes]:
@@ -149,21 +109,6 @@ def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> 
     else:
         assert isinstance(again, Element)
         assert understand(again) == understand(found)
-
-
-def test_texts_are_sent() -> None:
-    assert sent("krc4", "Cmd I0=7 I1=20 R0=1,5 X=a&b") == (
-        b"<Cmd><I0>7</I0><I1>20</I1><R0>1,5</R0><X>a&amp;b</X></Cmd>"
-    )
-    assert sent("krc4", r"\x43md I0=1") == b"Cmd I0=1"
-    assert sent("krc4", r"<Cmd>\n</Cmd>") == b"<Cmd>\n</Cmd>"
-    assert sent("iiwa", r"hello\x09") == b"hello\t\r\n"
-
-
-def test_replies_are_known_by_their_command() -> None:
-    assert topic("iiwa", "  Lin   MOVE: 1 2") == "lin move"
-    assert topic("krc4", "Cmd I1=310 {GOP + 1}") == "GOP"
-    assert topic("krc4", "rubbish") == ""
 
 
 @pytest.mark.parametrize(

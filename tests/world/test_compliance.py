@@ -8,8 +8,6 @@ from itertools import product
 import numpy as np
 import pytest
 
-from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import IDENTITY
 from tests.asked import gravity_hold, lin_stiff_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, Scene, down, hold, part, table
@@ -28,7 +26,7 @@ CASES: list[Case] = [
     )
     if (what == "held" or below == 5e4 or own == 1e6) and (what, kg, stiffness) != ("hit", 5.0, 100.0)
 ]
-FEW = [case for number, case in enumerate(CASES) if number % 12 == 5]
+FEW = [case for number, case in enumerate(CASES) if number % 24 == 5]
 
 
 def settles(case: Case) -> tuple[float, float]:
@@ -130,38 +128,3 @@ def test_it_gives_way_to_what_presses_on_it_and_to_the_weight_it_holds() -> None
     scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
     scene.step(1500)
     assert before - scene.controller.tool_frame().z_mm == pytest.approx(9.81, abs=0.01)
-
-
-def test_dofs_are_heavy_again_as_soon_as_it_is_stiff() -> None:
-    scene = Scene(part("block", (550, 0, 330)), table(), head=STRONG)
-    scene.picks(550, 0, 330, 20)
-    scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
-    scene.step(10)
-    assert scene.world.compliance
-    scene.controller.fail(3060, "protective stop")
-    scene.step(2)
-    assert not scene.world.compliance
-    scene.robot.runs_until_stopped()
-    scene.controller.reset_error()
-    scene.goes(down(550, 0, 329.5))
-    scene.step(50)
-    deep = 0.33 - scene.world.pose(0).translation[2]
-    k = 1.0 / (1.0 / 1e5 + 1.0 / 5e4)
-    assert -scene.force[2] == pytest.approx(k * deep - 0.5 * 9.81, rel=1e-4)
-
-
-def test_links_of_a_compliant_robot_push_parts_calmly() -> None:
-    scene = Scene(part("it", (350, 175, 525), "[60, 60, 450]", 1.0), table(), head=HEAD)
-    scene.rests()
-    scene.controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=200.0))
-    scene.step(50)
-    scene.controller.load.joint_push = (20.0, *(0.0,) * 6)
-    torques = []
-    try:
-        for _ in range(1500):
-            scene.step()
-            torques.append(scene.controller.load.exact_torques(scene.controller.joints)[0])
-    except Refused:
-        raise AssertionError from None
-    last = np.array(torques[-200:])
-    assert np.ptp(last) < 0.05 * max(1.0, np.abs(last).max())

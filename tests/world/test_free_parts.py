@@ -37,8 +37,7 @@ def on_slope(deg: float, size: str, friction: float, kg: float = 0.3, stiffness:
     return Scene(slope(deg, friction), it)
 
 
-@pytest.mark.parametrize("kg", [0.02, 0.2, 2.0])
-@pytest.mark.parametrize("stiffness", [5e3, 1e5, 1e7])
+@pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 5e3), (0.2, 1e5), (2.0, 1e7)])
 def test_a_part_slides_as_far_as_coulomb_says(kg: float, stiffness: float) -> None:
     it = part("it", (400, -400, 315), "[40, 40, 30]", kg, 0.3, stiffness)
     scene = Scene(it, table(max(stiffness, 5e4)))
@@ -53,10 +52,9 @@ def test_a_part_slides_as_far_as_coulomb_says(kg: float, stiffness: float) -> No
     assert abs(way - coulomb) <= 0.03 * coulomb, "as measured"
 
 
-@pytest.mark.parametrize("deg", [10.0, 15.0])
-@pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 1e5), (0.2, 1e5), (2.0, 5e3), (20.0, 1e5)])
-def test_a_part_stays_on_a_slope_below_its_friction_angle(deg: float, kg: float, stiffness: float) -> None:
-    scene = on_slope(deg, "[40, 40, 30]", 0.3, kg, stiffness)
+@pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 1e5), (2.0, 5e3)])
+def test_a_part_stays_on_a_slope_below_its_friction_angle(kg: float, stiffness: float) -> None:
+    scene = on_slope(15.0, "[40, 40, 30]", 0.3, kg, stiffness)
     scene.step(500)
     start = scene.place_mm("it")
     scene.step(30_000)
@@ -71,24 +69,6 @@ def test_what_is_round_rolls_down_a_slope(size: str, inertia: float) -> None:
     scene.step(250)
     rate = (np.linalg.norm(scene.speeds[0, :3]) - before) / 0.5
     assert rate == pytest.approx(G * sin(radians(10.0)) / (1.0 + inertia), rel=0.02)
-
-
-def test_a_box_slides_down_a_steep_slope() -> None:
-    scene, a = on_slope(20.0, "[40, 40, 30]", 0.2), radians(20.0)
-    scene.step(100)
-    before = np.linalg.norm(scene.speeds[0, :3])
-    scene.step(250)
-    rate = (np.linalg.norm(scene.speeds[0, :3]) - before) / 0.5
-    assert rate == pytest.approx(G * (sin(a) - 0.2 * cos(a)), rel=0.01)
-
-
-def test_a_ball_on_a_table_comes_to_rest() -> None:
-    scene = Scene(part("it", (400, -400, 320), "[20]", 0.2), table())
-    scene.rests()
-    scene.speeds[0, 1] = 0.1
-    scene.world.wake()
-    scene.rests()
-    assert scene.part("it").state == "lies"
 
 
 @pytest.mark.parametrize(("high_mm", "tips"), [(20.0, False), (100.0, True)])
@@ -166,7 +146,7 @@ def test_a_link_pushes_a_part_and_feels_it_in_its_joints() -> None:
     assert scene.place_mm("it")[1] > 200.0
 
 
-@pytest.mark.parametrize("speed", [0.25, 1.0, 2.5])
+@pytest.mark.parametrize("speed", [0.25, 2.5])
 def test_jaws_throw_no_cube_faster_than_physics_allows(speed: float) -> None:
     cubes = [
         part(f"{i} {k}", (540 + 21 * i, -30 + 21 * k, 310), "[20, 20, 20]", 0.02)
@@ -224,20 +204,3 @@ friction = 0.3
     scene.goes(down(550, -150, 330))
     scene.rests()
     assert scene.place_mm("it") == pytest.approx((550.0, 30.0, 330.0), abs=1.0)
-
-
-def test_a_part_that_tumbles_gains_no_energy() -> None:
-    scene = Scene(part("box", (900, 300, 9000), "[20, 40, 60]", 0.05), head=HEAD)
-    inertia = scene.world._built.masses[0, 3:]
-    for spin in ([20.0, 9.0, -16.0], [419.0, 635.0, -166.0]):
-        scene.speeds[0, 3:] = spin
-        before = 0.5 * inertia @ scene.speeds[0, 3:] ** 2
-        scene.step(200)
-        assert 0.5 * inertia @ scene.speeds[0, 3:] ** 2 < before
-        assert np.linalg.norm(inertia * scene.speeds[0, 3:]) > 0.8 * np.linalg.norm(inertia * spin)
-
-
-def test_a_disc_that_wobbles_comes_to_rest() -> None:
-    scene = Scene(table(), part("disc", (500, 0, 317), "[26.2, 16.1]", 0.005, 0.4, 2e5, "beta = 0.4\n"))
-    scene.speeds[0, 3:] = 4.0, -9.4, 1.6
-    assert scene.until(lambda: scene.handling.settled) < 2000

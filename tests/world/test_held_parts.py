@@ -62,40 +62,7 @@ def test_jaws_grip_a_part_and_inputs_tell_it() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, -100.0, 330.0), abs=0.2)
 
 
-def test_closing_jaws_push_a_part_to_the_middle() -> None:
-    scene = Scene(part("block", (550, -92, 330), kg=0.2), table())
-    scene.picks(550, -100, 330, 0)
-    assert scene.part("block").state == "held"
-    assert scene.place_mm("block")[1] == pytest.approx(-100.0, abs=0.2)
-
-
-def test_several_in_a_row_stop_the_jaws_at_the_sum_of_their_widths() -> None:
-    row = [part(f"{k}", (550, -110 + 20 * k, 330), "[20, 19, 60]", 0.1, stiffness=1e6) for k in range(2)]
-    scene = Scene(*row, table())
-    scene.picks(550, -100, 330, 0)
-    state = scene.handling.state
-    assert state is not None
-    assert (state.opening_mm, state.state) == (pytest.approx(38.0, abs=1.0), "holds")
-    assert [each.state for each in scene.handling.parts] == ["lies", "lies"]
-
-
-def test_the_jaws_press_with_no_more_than_their_force() -> None:
-    """One jaw meets a heavy part from the side."""
-    scene = Scene(part("block", (550, -92, 330), kg=40.0, friction=1.0, stiffness=1e6), table(1e6))
-    scene.goes(down(550, -100, 420), straight=False)
-    scene.goes(down(550, -100, 330))
-    scene.controller.io.set_output(CLOSE, True)
-    forces = []
-    for _ in range(500):
-        scene.step()
-        forces.append(abs(scene.force[1]))
-    assert max(forces) < 60.0
-    assert forces[-1] == pytest.approx(38.0, abs=3.0)
-    assert scene.place_mm("block")[1] == pytest.approx(-92.0, abs=0.3)
-
-
-@pytest.mark.parametrize("stiffness", [5e3, 5e4, 1e5])
-@pytest.mark.parametrize("speed", [0.01, 0.1, 0.25])
+@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.25), (5e4, 0.01), (1e5, 0.1)])
 def test_a_held_part_presses_as_stiff_as_the_cell_says(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness, gripper=SLOPPY)
     above = told(scene)
@@ -159,8 +126,7 @@ def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, 100.0, 330.0), abs=0.3)
 
 
-@pytest.mark.parametrize("stiffness", [5e3, 5e4, 1e5, 1e6])
-@pytest.mark.parametrize("speed", [0.01, 0.1, 0.25])
+@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25), (1e6, 0.01)])
 def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness)
     above = told(scene)
@@ -177,25 +143,6 @@ def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed
     scene.step(100)
     assert scene.part("block").state == "held"
     assert scene.place_mm("block")[2] > scene.controller.tool_frame().z_mm + 1.0 - 1e3 * above
-
-
-def test_a_part_that_is_too_heavy_slides_out_of_the_jaws() -> None:
-    scene = holding(friction=0.05)
-    assert "part 'block' has slipped out of the jaws" in scene.told
-    scene.rests()
-    assert scene.part("block").state == "lies"
-    assert scene.place_mm("block")[2] == pytest.approx(330.0, abs=0.5)
-    state = scene.handling.state
-    assert state is not None
-    assert (state.opening_mm, state.state) == (0.0, "closed")
-
-
-def test_a_part_that_is_pushed_past_the_pads_is_lost() -> None:
-    scene = holding(stiffness=1e6, size="[40, 40, 60]")
-    scene.controller.move(lin_move_at(down(550, -100, 300.5), 0.05, 0.0))
-    scene.robot.runs_until_stopped()
-    scene.rests()
-    assert scene.part("block").state in ("held", "lies")
 
 
 def test_what_is_let_go_in_motion_goes_on() -> None:
@@ -252,13 +199,6 @@ def test_a_part_that_is_taken_away_is_gone() -> None:
         scene.handling.remove("block")
 
 
-def test_a_part_that_falls_far_is_gone() -> None:
-    scene = Scene(part("block", (1500, 0, 330)), table())
-    assert scene.part("block").state == "falls"
-    scene.rests()
-    assert scene.part("block").state == "gone"
-
-
 def test_stuck_jaws_hold_on_and_let_go_when_they_are_repaired() -> None:
     scene = holding()
     scene.handling.stick(True)
@@ -268,14 +208,6 @@ def test_stuck_jaws_hold_on_and_let_go_when_they_are_repaired() -> None:
     scene.handling.repair()
     scene.rests()
     assert scene.part("block").state == "lies"
-
-
-def test_a_thin_part_is_held_at_its_width() -> None:
-    scene = Scene(part("pin", (550, -100, 330), "[10, 60]", 0.1), table())
-    scene.picks(550, -100, 340)
-    state = scene.handling.state
-    assert state is not None
-    assert (state.opening_mm, state.state) == (pytest.approx(20.0, abs=0.05), "holds")
 
 
 def test_a_held_part_pushes_others_and_feels_them() -> None:

@@ -130,18 +130,6 @@ def test_parts_follow_surfaces_that_move() -> None:
     assert scene.part("it").state == "gone"
 
 
-def test_a_tool_that_is_set_takes_jaws_and_part_along() -> None:
-    scene = Scene(part("it", (550, 0, 330)), table())
-    scene.picks(550, 0, 330, 100)
-    scene.controller.set_tool(Frame(0.0, 0.0, 250.0, 0.0, 0.0, 0.0).to_transform())
-    scene.step(2)
-    assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.5)
-    assert scene.part("it").state == "held"
-    scene.controller.place(scene.controller.joints)
-    scene.step(2)
-    assert scene.part("it").state == "held"
-
-
 def test_two_processes_have_the_same_bits() -> None:
     code = "from tests.world.test_states import *; print(ploughs(halfway()))"
     found = {

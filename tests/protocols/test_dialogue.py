@@ -45,22 +45,3 @@ def test_every_line_is_told_with_its_reply_behind_it(data: st.DataObject, lines:
     ticks, instants = [said.tick for said in heard], [said.instant_ns for said in heard]
     assert ticks == sorted(ticks)
     assert instants == sorted(instants)
-
-
-def test_a_line_has_the_tick_in_which_it_is_answered() -> None:
-    robot, heard = FakeRobot(), list[DialogueLine]()
-    dialogue = Dialogue(lambda: robot.tick)
-    session = IiwaSession(robot, Journal(), PLACE, dialogue)
-    heard_from(session, robot, [b"hello\r\n"])
-    dialogue.listeners.append(heard.append)
-    heard_from(session, robot, [b"get status\r\n"])
-    assert [(said.text, said.tick) for said in heard] == [("get status", 1), ("stopped", 1)]
-
-
-def test_telnets_question_is_no_line() -> None:
-    robot, heard = FakeRobot(), list[DialogueLine]()
-    dialogue = Dialogue(lambda: robot.tick)
-    session = IiwaSession(robot, Journal(), PLACE, dialogue)
-    dialogue.listeners.append(heard.append)
-    assert heard_from(session, robot, [b"\xff\xfd\x06hello\r\n"]) == b"\xff\xfc\x06hello\r\n"
-    assert [said.text for said in heard] == ["hello", "hello"]

@@ -59,32 +59,6 @@ def test_messages_come_whole_however_they_are_cut(
     assert read(*[bytes([byte]) for byte in wire]) == found
 
 
-@given(st.lists(messages(), min_size=1, max_size=3), st.data())
-def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
-    sent: list[tuple[bytes, dict[str, str]]], data: st.DataObject
-) -> None:
-    stream = XmlStream()
-    wire = b"".join(one for one, _ in sent)
-    cut = data.draw(st.integers(0, len(wire)))
-    told = []
-    for packet in (wire[:cut], wire[cut:]):
-        stream.receive(packet)
-        while stream.next() is not None:
-            told.append(stream.wire)
-    assert told == [one.strip(b" \r\n\t\0") for one, _ in sent]
-
-
-@given(messages())
-def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes, dict[str, str]]) -> None:
-    wire = sent[0].rstrip(b" \r\n\t\0")
-    stream = XmlStream()
-    for byte in wire[:-1]:
-        stream.receive(bytes([byte]))
-        assert stream.next() is None
-    stream.receive(wire[-1:])
-    assert stream.next() == Element("Cmd", sent[1], "")
-
-
 @given(st.binary(max_size=200), st.lists(st.integers(1, 20), max_size=10))
 def test_any_bytes_are_messages_or_break_the_stream_and_are_the_same_in_parts(
     wire: bytes, lengths: list[int]
@@ -142,27 +116,3 @@ def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
     assert read(start + b"1" * digits + end) == [Element("Cmd", {"I0": "1" * digits}, "")]
     (broken,) = read(start + b"1" * (digits + 1) + end)
     assert isinstance(broken, Broken)
-
-
-def test_a_byte_order_mark_and_blanks_stand_between_messages_however_they_are_cut() -> None:
-    between = b"\xef\xbb\xbf"  # .NET's writers begin with it
-    wire = b"%b<Cmd/>\r\n%b \t%b<?xml version='1.0'?><Cmd/>%b" % ((between,) * 4)
-    assert read(wire, ends=True) == [Element("Cmd", {}, "")] * 2
-    assert read(*[bytes([byte]) for byte in wire], ends=True) == [Element("Cmd", {}, "")] * 2
-
-
-SPOILT = {
-    b"<Cmd><I0>1<a/></I0></Cmd>": "an element within I0",
-    b"<Cmd><I0 unit='s'>1</I0></Cmd>": "an attribute of I0",
-    b"<Cmd>7<I0>1</I0></Cmd>": "text between the values",
-    b"<Cmd><I0>1</I0><I0>2</I0></Cmd>": "I0 twice",
-    b"<Cmd I0='1'><I0>2</I0></Cmd>": "I0 twice",
-}
-
-
-@pytest.mark.parametrize("wire", SPOILT)
-def test_what_no_message_has_is_a_fault_of_that_message_alone(wire: bytes) -> None:
-    spoilt, following = read(wire + b"<Cmd/>")
-    assert isinstance(spoilt, Element)
-    assert spoilt.fault == SPOILT[wire]
-    assert following == Element("Cmd", {}, "")

@@ -1,12 +1,9 @@
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.table import load_table
@@ -16,17 +13,11 @@ from tests.asked import (
     direct_joint_move,
     gravity_hold,
     joint_move,
-    lin_force_move,
     lin_joint_move,
     lin_move,
-    lin_reach,
-    lin_relative_move,
     lin_stiff_move,
-    ptp_force_move,
     ptp_move,
-    ptp_relative_move,
     ptp_stiff_move,
-    reach,
     smart_cartesian_move,
     smart_joint_move,
 )
@@ -125,99 +116,6 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert robot.stops == 1
 
 
-@pytest.mark.requirement("FRC005", "FRC007")
-def test_quaternions_and_shifts_reach_the_controller_as_they_were_said():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    shift = Frame(10.0, -20.0, 30.0, 0.1, 0.2, 0.3)
-    assert talk.ask("lin quaternion move : 600 0 500 0 1 0 0 0.5 10") == "done"
-    assert talk.ask("ptp quaternion move : 600 0 500 0 0 0.6 -0.8 0.5 10") == "done"
-    for name in ("lin relative", "lin tool relative", "ptp relative", "ptp tool relative"):
-        assert talk.ask(f"{name} move : 10 -20 30 .1 .2 .3 .5 6") == "done"
-    flat, turned, *relative = robot.moves
-    assert (flat.kind, turned.kind) == (Kind.LIN, Kind.PTP)
-    assert flat.target == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
-    assert turned.target == pytest.approx(
-        (600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0)
-    )
-    assert relative == [
-        move(shift, 0.5, 6.0, in_tool=in_tool)
-        for move in (lin_relative_move, ptp_relative_move)
-        for in_tool in (False, True)
-    ]
-    assert talk.ask("lin quaternion move : 600 0 500 0 0 0 0 0.5 10") == "error"
-    assert talk.ask("get error") == "3000 a quaternion of length 0: expected 1, within 0.01"
-    assert len(robot.moves) == 6
-
-
-@pytest.mark.requirement("FRC020")
-def test_reachability_is_told_with_its_reason_and_is_no_error():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    target = Frame(600.0, 0.0, 500.0, 0.0, 1.0, 0.0)
-    for name, asks in (("is reachable", reach), ("is lin reachable", lin_reach)):
-        robot.refuses, robot.asked = None, []
-        assert talk.ask(f"{name} : 600 0 500 0 1 0") == "reachable"
-        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == "reachable"
-        assert robot.asked == [asks(target), asks(target, 0.5)]
-        robot.refuses = Refused(3021, "out\n of reach")
-        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == r"unreachable 3021 out\n of reach"
-    assert talk.ask("get error") == "0 none"
-    assert talk.journal.refusals == []
-    assert robot.moves == []
-    assert talk.ask("is reachable : 600 0 500 0 1") == "error"
-    told = "3040 is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 5"
-    assert talk.ask("get error") == told
-
-
-@pytest.mark.requirement("FRA006", "FRC001")
-def test_force_moves_reach_the_controller_with_their_thresholds():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
-    for kind in ("lin", "ptp"):
-        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 7.5") == "done"
-        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 2 3") == "done"
-        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 0 3") == "error"
-        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 inf") == "error"
-    assert robot.moves == [
-        move
-        for force_move in (lin_force_move, ptp_force_move)
-        for move in (
-            force_move(frame, 0.5, 10.0, (None, None, 7.5)),
-            force_move(frame, 0.5, 10.0, (1.0, 2.0, 3.0)),
-        )
-    ]
-
-
-@pytest.mark.requirement("FRC013", "FRC014", "FRC016")
-def test_the_queue_can_be_counted_and_cleared_and_a_move_cancelled():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    assert talk.ask("get queue") == "3"
-    assert talk.ask("cancel move") == "done"
-    assert (robot.cancels, robot.clears, robot.stops) == (1, 0, 0)
-    assert talk.ask("clear queue") == "done"
-    assert (robot.cancels, robot.clears, robot.stops) == (1, 1, 0)
-
-
-@pytest.mark.requirement("FRA007")
-def test_status_is_the_controllers():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    assert talk.ask("get status") == "stopped"
-    robot.moving = True
-    assert talk.ask("get status") == "moving"
-    assert talk.ask("get joint position") == written(robot.joints)
-    robot.joints = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
-    assert talk.ask("get joint position") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
-    assert talk.ask("get flange frame") == "1.0 2.0 3.0 0.4 0.5 0.6"
-    assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
-    assert talk.ask("get goal frame") == "600.0 100.0 500.5 3.0 0.0 0.0"
-    assert talk.ask("get goal joint position") == "1.0 0.5 -0.25 -1.0 0.0 0.25 1.5"
-    assert talk.ask("get distance to goal") == "100.25"
-
-
 def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
     robot = FakeRobot()
     driver, watcher = Conversation(robot), Conversation(robot)
@@ -242,79 +140,6 @@ def test_a_refusal_is_an_error_with_its_reason_in_the_log():
     assert talk.ask(LIN) == "error"
     assert talk.journal.refusals == [("client", LIN, 3021, "out of reach")]
     assert talk.ask("hello") == "hello"
-
-
-@pytest.mark.requirement("FRC021")
-def test_the_last_error_can_be_asked_for():
-    robot = FakeRobot()
-    talk, other = Conversation(robot), Conversation(robot)
-    assert talk.ask("get error") == "0 none"
-    talk.ask("lin move : 1 2")
-    told = "3040 lin move takes x y z alpha beta gamma speed blending: 8 values, got 2"
-    assert talk.ask("get error") == told
-    talk.ask("\u00fc")
-    assert talk.ask("get error") == "3040 no such command; help lists them"
-    robot.refuses = Refused(3021, "out\n of r\u00e9ach\x1b")
-    other.ask(LIN)
-    assert talk.ask("get error") == r"3021 out\n of r\xe9ach\x1b"
-    robot.refuses = None
-    robot.breaks = ZeroDivisionError("ours")
-    talk.ask(LIN)
-    assert talk.ask("get error").startswith("3000 internal error at 'lin move")
-    robot.breaks = None
-    talk.ask(LIN)
-    talk.session.receive(b"\xff\xfd\x06")
-    talk.hear()
-    assert talk.ask("get error").startswith("3000 internal error"), "what goes well makes nothing unhappened"
-
-
-@pytest.mark.requirement("FRC025")
-def test_the_override_is_set_and_told():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    assert talk.ask("get override") == "1.0"
-    assert talk.ask("set override : .25") == "done"
-    assert robot.override == 0.25
-    for wrong in ("-0.01", "1.01", "50"):
-        assert talk.ask(f"set override : {wrong}") == "error"
-    assert talk.ask("get override") == "0.25"
-    assert talk.ask("set override : 0") == "done"
-    assert talk.ask("get override") == "0.0"
-
-
-@pytest.mark.requirement("FRC022", "FRC023", "FRC024")
-def test_outputs_are_switched_and_all_of_them_told():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    assert talk.ask("set output : 3 1") == "done"
-    assert talk.ask("set output : 16 1.0") == "done"
-    assert talk.ask("get output : 3") == "1"
-    assert talk.ask("get output : 4") == "0"
-    assert talk.ask("get outputs") == "0 0 1 0 0 0 0 0 0 0 0 0 0 0 0 1"
-    assert talk.ask("set output : 3 0") == "done"
-    assert talk.ask("get output : 3") == "0"
-    robot.io.wire(2, on=True)
-    assert talk.ask("get input : 2") == "1"
-    assert talk.ask("get inputs") == "0 1" + " 0" * 14
-
-
-@pytest.mark.requirement("FRC022", "FRC023")
-@pytest.mark.parametrize(
-    ("line", "told"),
-    [
-        ("set output : 17 1", "1 no output 17: there are outputs 1 to 16"),
-        ("get output : 0", "1 no output 0: there are outputs 1 to 16"),
-        ("get input : -1", "1 no input -1: there are inputs 1 to 16"),
-        ("set input : 2 1", "2 'input 2' is an input: what is wired to it sets it, no driver can"),
-        ("set input : 17 1", "1 no input 17: there are inputs 1 to 16"),
-        ("set output : 1 0.5", "3040 value = 0.5: expected a whole number"),
-    ],
-)
-def test_a_wrong_number_or_an_input_that_is_set_has_an_error_of_its_own(line, told):
-    talk = Conversation()
-    assert talk.ask(line) == "error"
-    assert talk.ask("get error") == told
-    assert "1" not in talk.ask("get outputs") + talk.ask("get inputs")
 
 
 def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
@@ -417,17 +242,6 @@ def test_a_client_that_vanishes_leaves_other_moves_alone():
     assert robot.stops == 0
     assert early.journal.stops == []
     assert robot.pending
-
-
-def test_a_refused_move_is_not_this_clients_to_stop():
-    robot = FakeRobot()
-    talk, other = Conversation(robot), Conversation(robot)
-    robot.refuses = Refused(3021, "out of reach")
-    talk.ask(LIN)
-    robot.refuses = None
-    other.ask(LIN)
-    talk.session.lost()
-    assert robot.stops == 0
 
 
 def test_a_flood_is_answered_in_slices():

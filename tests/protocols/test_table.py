@@ -4,7 +4,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.lines import OVERLONG
 from iiwa_sim.protocols.table import (
     ERROR,
     UNKNOWN_COMMAND,
@@ -18,7 +17,6 @@ TABLE = load_table("iiwa")
 
 blanks = st.text(" \t", max_size=3)
 commands = st.sampled_from(list(TABLE.commands.values()))
-parameterless = commands.filter(lambda command: not command.parameters and not command.phrase)
 taking_numbers = commands.filter(lambda command: command.parameters)
 
 
@@ -100,11 +98,6 @@ def reason(line: str) -> str:
     return refused.reason
 
 
-@given(parameterless, st.text(st.characters(codec="ascii", exclude_characters=":\r\n"), max_size=20))
-def test_parameters_behind_a_command_that_takes_none_are_ignored(command, rest):
-    assert parse(f"{command.name} :{rest}") == Request(command, (), "")
-
-
 @given(taking_numbers, st.integers(0, 20))
 def test_too_few_parameters_are_an_error_and_those_beyond_are_counted(command, count):
     known = (*command.parameters, *command.optional)
@@ -161,12 +154,6 @@ def test_what_is_wrong_with_a_line(line, told):
     assert reason(line) == told
 
 
-@given(taking_numbers)
-def test_a_move_without_parameters_is_an_error(command):
-    assert refusal(command.name) == ERROR
-    assert refusal(command.name + " :") == ERROR
-
-
 @pytest.mark.parametrize(
     "line",
     ["", " ", "\t \t", ":", " : ", "::", "get status::", "get status : :", "lin move : 1 : 2", "getstatus",
@@ -186,30 +173,3 @@ def test_any_bytes_are_a_request_or_refused(line):
             len(answer.command.parameters) + len(answer.command.optional),
         )
         assert all(math.isfinite(value) for value in answer.values)
-
-
-def test_a_line_that_was_too_long_is_an_error():
-    refused = TABLE.parse(OVERLONG)
-    assert isinstance(refused, Refusal)
-    assert refused.reply == ERROR
-
-
-def test_optional_parameters_are_all_there_or_none_of_them():
-    frame = b"is reachable : 450 0 520 0 0 0"
-    assert len(TABLE.parse(frame).values) == 6
-    assert len(TABLE.parse(frame + b" 1").values) == 7
-    assert TABLE.parse(b"is reachable : 1").reason == (
-        "is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 1"
-    )
-
-
-def test_usage_tells_units_and_ranges():
-    usage = {name: TABLE.commands[name].usage() for name in TABLE.commands}
-    assert "x[mm]" in usage["lin move"]
-    assert "blending[mm, 0 <= blending]" in usage["lin move"]
-    assert usage["joint move"] == "joint move : j0..j6[rad] v0..v6[0 <= v0..v6 <= 1] -> done"
-    assert usage["get status"] == "get status -> moving / stopped"
-    assert usage["is reachable"].startswith(
-        "is reachable : x[mm] y[mm] z[mm] alpha[rad] beta[rad] gamma[rad] (r["
-    )
-    assert usage["get inputs"].endswith(" ...")

@@ -22,12 +22,6 @@ telnet = st.sampled_from(
 )
 long_text = st.integers(MAX_LINE_BYTES // 2 - 2, MAX_LINE_BYTES + 2).map(lambda length: b"x" * length)
 
-subnegotiations = st.tuples(
-    st.integers(MAX_SUBNEGOTIATION - 6, MAX_SUBNEGOTIATION + 1).map(lambda length: IAC + SB + b"x" * length),
-    st.lists(st.one_of(text, ends, telnet), max_size=12).map(b"".join),
-).map(b"".join)
-
-
 def streams(*pieces: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
     return st.lists(st.one_of(*pieces), max_size=25).map(b"".join)
 
@@ -119,41 +113,6 @@ def test_every_short_stream_in_every_two_packets(alphabet, longest):
             assert lines_of([stream[:place], stream[place:]]) == read_by_the_book(stream)
 
 
-@pytest.mark.parametrize("noise", [b"", b"hello", IAC, IAC + WILL, b"x" * (MAX_SUBNEGOTIATION - 1)])
-@pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n", b"\n\r"])
-def test_a_subnegotiation_without_end_costs_one_line_only(noise, end):
-    assert lines_of([IAC + SB + noise + end + b"hello" + end]) == [b"", b"hello"]
-
-
-@pytest.mark.parametrize(
-    ("stream", "lines"),
-    [
-        (b"a\nb\rc\r\nd\n\re", [b"a", b"b", b"c", b"d", b"e"]),
-        (b"\r\n\r\n", [b"", b""]),
-        (b"\n\r\n", [b"", b""]),
-        (b"\n\n\r\r", [b"", b"", b""]),
-        (b"", []),
-    ],
-)
-def test_line_ends_pair_from_the_left(stream, lines):
-    assert lines_of([stream]) == lines
-
-
-def test_a_bare_return_at_the_end_of_a_packet_ends_its_line_at_once():
-    splitter = LineSplitter()
-    assert splitter.feed(b"hello\r") == [b"hello"]
-    assert splitter.feed(b"\nhello\r") == [b"hello"]
-    assert splitter.feed(b"hello\r") == [b"hello"]
-
-
-def test_a_line_that_is_too_long_is_told_of_before_its_end():
-    splitter = LineSplitter()
-    assert splitter.feed(b"x" * MAX_LINE_BYTES) == []
-    assert splitter.feed(b"x") == [OVERLONG]
-    assert splitter.feed(b"x" * MAX_LINE_BYTES) == []
-    assert splitter.feed(b"x\nhello\n") == [b"hello"]
-
-
 @pytest.mark.parametrize(
     "flood", [b"x" * 50_000, b"\xff\xfa" + b"x" * 50_000, b"\xff" * 49_999, b"\0" * 50_000]
 )
@@ -163,12 +122,3 @@ def test_what_is_held_is_bounded(flood):
         splitter.feed(flood)
         held = sum(len(value) for value in vars(splitter).values() if isinstance(value, bytes))
         assert held <= MAX_LINE_BYTES + len(IAC + SB) + 2 * MAX_SUBNEGOTIATION
-
-
-def test_a_timing_mark_keeps_its_place_among_the_lines():
-    mark = IAC + DO + b"\x06"
-    stream = b"a\n" + mark + b"b" + mark + b"c\r" + mark + b"\n" + mark + mark + b"d\n"
-    expected = [b"a", TIMING_MARK, TIMING_MARK, b"bc", TIMING_MARK, TIMING_MARK, TIMING_MARK, b"d"]
-    assert lines_of([stream]) == expected
-    for place in range(len(stream)):
-        assert lines_of([stream[:place], stream[place:]]) == expected
