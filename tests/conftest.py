@@ -35,7 +35,7 @@ providers._get_local_constants = Constants  # type: ignore[assignment]
 gc.disable()
 atexit.register(gc.unfreeze)  # what a library finds at the end of the process it would call leaked
 
-collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
+collect_ignore = ["examples"]  # a project of its own: test_examples.py runs it
 
 
 def pytest_collection_finish() -> None:

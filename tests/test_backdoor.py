@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import socket
 from collections.abc import AsyncIterator, Callable
 
 import pytest
@@ -24,19 +23,6 @@ async def simulator() -> AsyncIterator[Simulator]:
     """One with a backdoor."""
     async with Simulator(backdoor_port=0) as simulator:
         yield simulator
-
-
-@pytest.mark.parametrize("accept", [True, False])
-async def test_a_simulator_that_ends_while_it_refuses(accept: bool) -> None:
-    async with Simulator() as simulator:
-        port = simulator.port
-        simulator.backdoor.refuse_connections()
-        if accept:
-            simulator.backdoor.accept_connections()
-    with pytest.raises(ConnectionRefusedError):
-        await Client.connect(port)
-    with socket.create_server(("127.0.0.1", port)):
-        pass  # the port is free
 
 
 @pytest.mark.requirement("FRC021", "FRC026")

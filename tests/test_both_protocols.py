@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 
 import pytest
-from msgspec.structs import replace
 
-from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.frames import Frame
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Krc4Driver, Scene, connect
 from tests.talking import until
@@ -57,31 +54,6 @@ async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulat
     assert simulator.state().joint_torque == (0.0,) * count
 
 
-@pytest.mark.parametrize("scene", [SCENES["krc4"]])
-async def test_a_surface_is_touched_by_a_line_of_the_krc4(simulator: Simulator, driver: Krc4Driver) -> None:
-    simulator.backdoor.set_tool(Frame(0, 0, 100, 0, 0, 0))
-    simulator.backdoor.set_clock("fast")
-    start = await driver.message("GOP")
-    x_mm, y_mm, z_mm, *turned = start.reals[:6]
-    top_mm = z_mm - 30.0
-    table = BoxSettings(
-        name="table", x_mm=x_mm, y_mm=y_mm, z_mm=top_mm - 20, size_mm=(400, 400, 40), stiffness_n_per_m=20000
-    )
-    simulator.backdoor.add_surface(table)
-    assert (await driver.message("LIN", x_mm, y_mm, top_mm - 1.0, *turned)).error is None
-    await driver.until_stopped()
-    seen = simulator.state()
-    assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
-    assert any(seen.joint_torque)
-    simulator.backdoor.move_surface("table", Frame(x_mm, y_mm, top_mm - 19, 0, 0, 0))
-    tick = simulator.controller.tick
-    await until(lambda: simulator.controller.tick > tick)
-    seen = simulator.state()
-    assert max(map(abs, seen.cartesian_force)) == pytest.approx(40.0, rel=1e-3), "it pushes on"
-    with pytest.raises(Refused, match="the TCP would be "):
-        simulator.backdoor.add_surface(replace(table, name="other"))
-
-
 @pytest.mark.parametrize("scene", [SCENES["krc4 beside iiwa"]])
 async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
     scene: Scene, simulator: Simulator, driver: Krc4Driver
@@ -103,8 +75,7 @@ async def test_a_servo_mode_of_one_protocol_and_its_timeout_concern_the_other(
     await other.leaves()
 
 
-@pytest.mark.parametrize("how", ["leaves"])
-async def test_exclusive_means_one_after_the_other_of_all_protocols(scene: Scene, how: str) -> None:
+async def test_exclusive_means_one_after_the_other_of_all_protocols(scene: Scene) -> None:
     async with scene.simulator(exclusive=True) as simulator:
         first, _ = await connect(simulator, scene.spoken)
         second, _ = await connect(simulator, scene.other)
@@ -116,10 +87,7 @@ async def test_exclusive_means_one_after_the_other_of_all_protocols(scene: Scene
         assert await first.moves(scene.far) == 0
         await under_way(simulator)
         assert second.unread == third.unread == b""
-        if how == "leaves":
-            await first.leaves()
-        else:
-            first.vanishes()
+        await first.leaves()
         await until(lambda: second.unread != b"")
         await second.whole_reply()  # whether the robot still brakes is up to the machine
         await second.whole_reply()

@@ -32,12 +32,6 @@ def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) 
     assert "box 'table': 20000 N/m, 107.41 mm away\n" in out
 
 
-def test_a_cell_with_a_robot_of_six_axes_is_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "cell.toml").write_text('robot = "kr_6_r900_sixx"\n')
-    assert main(["check-cell", str(tmp_path / "cell.toml")]) == 0
-    assert "KR 6 R900 sixx" in capsys.readouterr().out
-
-
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert re.fullmatch(r"iiwa-sim \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)

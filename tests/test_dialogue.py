@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim import dialogue as module
-from iiwa_sim.dialogue import REPORTED, Dialogue, Exchange
+from iiwa_sim.dialogue import Dialogue, Exchange
 from iiwa_sim.protocols.protocols import command_names
 
 
@@ -117,11 +117,3 @@ def test_the_report_shows_wire_faults_below_their_replies(robot: Robot) -> None:
         "       < moving",
         "other ~ no answer",
     ]
-
-
-def test_the_report_has_the_newest(robot: Robot) -> None:
-    for number in range(REPORTED + 50):
-        robot.dialogue.event("robot", f"event {number}")
-    first, *said = robot.dialogue.report().splitlines()[1:]
-    assert first == "(50 before these are left out)"
-    assert [line.split()[-1] for line in said] == [str(number) for number in range(50, REPORTED + 50)]

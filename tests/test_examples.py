@@ -64,3 +64,11 @@ def test_the_client_of_krc4_messages() -> None:
         done = run(sys.executable, EXAMPLES / "client_krc4.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done, axes=6)
     assert "refused: 3021" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "tests"), [("driver_project", 3), ("krc4_driver_project", 5)])
+def test_a_drivers_project_has_the_fixture(name: str, tests: int) -> None:
+    alone = ("-W", "error", "-p", "no:asyncio", "-p", "no:cacheprovider")
+    done = ended([sys.executable, "-m", "pytest", *alone], cwd=Path(__file__).parent / "examples" / name)
+    assert f"{tests} passed" in done.stdout, done.stdout + done.stderr

@@ -114,18 +114,6 @@ def test_one_log_tells_which_robot() -> None:
     assert process.returncode == 0
 
 
-def test_ports_are_counted_up_from_those_that_are_named() -> None:
-    options = ["--count", "3", "--protocol", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
-    options += ["--backdoor-port", "0", "--transcript", "said.txt", "--record", "runs/run.mcap"]
-    found = robots(*options)
-    assert list(found) == [f"robot-{index}" for index in range(3)]
-    assert [each.port for each in found.values()] == [(31000, 32000), (31001, 32001), (31002, 32002)]
-    assert [each.status_port for each in found.values()] == [33000, 33001, 33002]
-    assert {each.backdoor_port for each in found.values()} == {0}
-    assert [each.transcript for each in found.values()] == [f"said-robot-{index}.txt" for index in range(3)]
-    assert [each.record for each in found.values()] == [f"runs/run-robot-{index}.mcap" for index in range(3)]
-
-
 def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / "welder.toml").write_text('robot = "lbr_iiwa_14_r820"\n')

@@ -5,8 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 
-import iiwa_sim
-
 HEAVY = ("numpy", "pinocchio", "ruckig", "matplotlib", "iiwa_sim.simulator", "iiwa_sim.controller")
 OWN = "iiwa_sim"
 
@@ -32,9 +30,3 @@ def test_its_clients_load_nothing_of_the_simulator() -> None:
     loaded = loaded_by("from iiwa_sim import Iiwa, Krc4, CommandError")
     assert not loaded & set(HEAVY)
     assert {"iiwa_sim.client"} <= loaded
-
-
-def test_what_it_offers_is_there() -> None:
-    for name in iiwa_sim.__all__:
-        assert getattr(iiwa_sim, name) is getattr(iiwa_sim, name)
-        assert name in dir(iiwa_sim)

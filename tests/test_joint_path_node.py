@@ -10,15 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.simulator import Simulator
 from tests.protocols.fake_robot import Conversation
-from tests.ros_robot import command
 from tests.samples import some
 from tests.stepped import SteppedRobot, assert_within_limits
 from tests.talking import Client
-from tests.test_rosbridge import client_of
 
 IIWA = load_robot("lbr_iiwa_7_r800")
 PERIOD_S = 0.02
@@ -111,26 +108,3 @@ async def test_the_node_moves_the_robot_through_the_socket() -> None:
         await simulator.clock.run_until_stopped(10.0)
         assert simulator.controller.joints == tuple(PATH[-1])
         await driver.leaves()
-
-
-@pytest.mark.requirement("FRA104", "FRC004")
-async def test_the_node_moves_the_robot_by_rosbridge() -> None:
-    node, results = Node(PATH), []
-    async with Simulator(clock="stepped", rosbridge_port=0) as simulator, client_of(simulator) as ros:
-        await ros.says("subscribe", topic="/command_result")
-        for k in range(500):
-            if asked := node.next(k * PERIOD_S, simulator.controller.joints):
-                direct = command(k, "DIRECT", "JOINTS", asked[0], velocity=asked[1])
-                msg = {"commands": [direct], "replace_previous_commands": True}
-                await ros.says("publish", topic="/command_list", msg=msg)
-                assert (await ros.calls("/rosapi/nodes"))["result"] is True
-            await simulator.clock.advance(PERIOD_S)
-            if node.done:
-                break
-        await simulator.clock.run_until_stopped(10.0)
-        await simulator.clock.advance(PERIOD_S)
-        assert simulator.controller.joints == pytest.approx(PATH[-1], abs=1e-7), "of 32 bits"
-        while not results or results[-1]["command_id"] != k:
-            results.append((await ros.hears())["msg"])
-    assert results[-1]["result_code"] == 0
-    assert EXECUTION not in [result["result_code"] for result in results]

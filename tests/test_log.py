@@ -65,19 +65,6 @@ def test_plain_lines_cannot_be_forged_nor_steer_a_terminal() -> None:
 
 
 @pytest.mark.usefixtures("root_restored")
-def test_json_lines_say_all_as_fields() -> None:
-    pipe = Pipe("debug", as_json=True)
-    log_something_odd()
-    refused, fault = [json.loads(line) for line in pipe.lines()]
-    assert refused.items() >= {
-        "level": "warning", "session": "127.0.0.1:1", "line": "line", "code": -1, "reason": ERRATIC
-    }.items()  # fmt: skip
-    assert fault["level"] == "error"
-    assert fault["traceback"].startswith("Traceback (most recent call last):")
-    assert fault["time"].endswith("+00:00")
-
-
-@pytest.mark.usefixtures("root_restored")
 def test_a_flood_of_refusals_leaves_the_log_readable() -> None:
     now_ns = 0
     pipe = Pipe("warning", as_json=True)

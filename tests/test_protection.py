@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 
 from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.controller.state import ErrorState
-from iiwa_sim.transcript.lines import Said, Transcript, Wait, read, shipped
+from iiwa_sim.transcript.lines import Said, Transcript, Wait, shipped
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.view.panel import figures
 from iiwa_sim.view.scene import Robot
@@ -34,7 +34,6 @@ CAUSES = {
     "tcp_speed.txt": r"the TCP runs at [\d.]+ mm/s, its limit is 500 mm/s",
     "box.txt": r"the TCP is at y [\d.]+ mm, its box is -300 to 250 mm",
 }
-PAGE = (Path(__file__).parent.parent / "docs" / "motion.md").read_text()
 
 
 def deviations(transcript: Transcript, cell: Path) -> list[str]:
@@ -44,20 +43,9 @@ def deviations(transcript: Transcript, cell: Path) -> list[str]:
         return [f"{transcript.name}:{each.line}: {each}" for each in played]
 
 
-def test_each_cause_has_its_transcript() -> None:
-    assert set(TRANSCRIPTS) == set(CAUSES)
-
-
 @pytest.mark.parametrize("name", TRANSCRIPTS)
 def test_a_transcript_is_answered_as_it_says(name: str) -> None:
     assert deviations(TRANSCRIPTS[name], PROTECTED) == []
-
-
-def test_the_dialogue_of_the_page_is_answered_as_it_says() -> None:
-    (dialogue,) = re.findall(r"```text\n(> lin move.*?)```", PAGE, re.DOTALL)
-    waits = re.sub(r"(> lin move .*\n< done\n)", r"\1wait stopped\n", dialogue)
-    about = waits.replace("< 3060", "<~2 3060")  # a few N hang on how a move is planned
-    assert deviations(read("motion.md", about), EXAMPLES / "table.toml") == []
 
 
 def until_it_stops(simulator: Simulator, name: str) -> None:

@@ -221,26 +221,6 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
     result.assert_outcomes(passed=3)
 
 
-def test_cell_and_transcript_lie_beside_the_test_and_a_cell_stands_for_a_robot(
-    project: Project, pytester: pytest.Pytester
-) -> None:
-    pytester.path.joinpath("cells").mkdir()
-    pytester.path.joinpath("cells", "twelve.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
-    result = project.tests(
-        """
-        @pytest.mark.iiwa(cell="cells/twelve.toml", transcript="said.txt")
-        def test_cell(iiwa, driver):
-            assert iiwa.cell.description.name == "LBR iiwa 14 R820"
-            assert driver.ask("hello") == "hello"
-        """,
-        "--iiwa-robot=lbr_iiwa_7_r800",
-    )
-    result.assert_outcomes(passed=1)
-    said = pytester.path.joinpath("said.txt").read_text().splitlines()
-    told = [line.partition("client1")[2] for line in said[2:]]
-    assert told == [" connects", "> hello", "< hello", " leaves"]
-
-
 def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
     result = project.tests(
         """

@@ -75,9 +75,7 @@ async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
     for _ in range(3):
         assert await client.ask(FAR) == "done"
     await until(lambda: simulator.controller.joints[0] > 0)
-    if how == "leaves":
-        await client.leaves()
-    elif how == "vanishes":
+    if how == "vanishes":
         client.vanishes()
     elif how == "bye":
         assert await client.ask("bye") == "bye"

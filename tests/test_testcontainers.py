@@ -17,7 +17,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.options.sources import from_environment
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.testcontainers import BACKDOOR_PORT, KRC4_PORT, PORT, STARTED, IiwaContainer
+from iiwa_sim.testcontainers import BACKDOOR_PORT, KRC4_PORT, PORT, IiwaContainer
 from tests.processes import robots
 
 
@@ -43,18 +43,6 @@ def test_its_variables_are_what_the_image_takes() -> None:
     assert len(options.backdoor_token) == 32
     assert options.backdoor_token != IiwaContainer().env["IIWA_SIM_BACKDOOR_TOKEN"]
     assert set(map(int, container.ports)) == {PORT, KRC4_PORT, BACKDOOR_PORT}
-
-
-def test_it_starts_one_container_and_waits_for_its_last_line(docker: mock.Mock) -> None:
-    container = IiwaContainer(clock="stepped")
-    strategy = container._wait_strategy
-    assert strategy is not None
-    with mock.patch.object(strategy, "wait_until_ready") as waited, container:
-        waited.assert_called_once()
-        (created,) = docker.create.call_args_list
-        assert created.args == ("iiwa-sim",)
-        assert created.kwargs["environment"]["IIWA_SIM_CLOCK"] == "stepped"
-    assert STARTED in str(vars(strategy))
 
 
 def test_its_driver_and_its_backdoor_reach_the_robot() -> None:

@@ -14,7 +14,6 @@ from iiwa_sim.protocols.faults import (
     CloseAfter,
     CloseBefore,
     Delay,
-    Drop,
     Fault,
     Pass,
     ResetBefore,
@@ -170,20 +169,3 @@ async def test_a_fault_for_whoever_comes_next(bench: Bench) -> None:
     second.send(second.QUESTIONS[0])
     assert await second.rest() == b""
     await third.is_served()
-
-
-async def test_where_both_protocols_are_spoken_a_connection_says_which_and_one_count_is_for_both(
-    bench: Bench,
-) -> None:
-    names = bench.backdoor.connections()
-    spoken = [bench.scene.spoken, bench.scene.other]
-    if len(bench.scene.protocols) == 1:
-        assert not any("(" in name for name in names.values())
-    else:
-        assert [name.partition(" ")[2] for name in names.values()] == [f"({name})" for name in spoken]
-    bench.simulator.backdoor.set_fault(Drop(), replies=2)
-    bench.driver.send(bench.driver.QUESTIONS[0])
-    await until(lambda: bench.driver.unread == b"")
-    bench.other.send(b"".join(bench.other.QUESTIONS[:2]))
-    assert await bench.other.whole_reply() == bench.other.ANSWERS[1]
-    await bench.driver.is_served()

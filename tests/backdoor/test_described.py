@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.backdoor.backdoor import MOST_MOVES
 from iiwa_sim.backdoor.described import described_surface
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.frames import Frame
-from tests.asked import joint_move
 from tests.backdoor.bench import Bench
 
 MM = st.floats(-1e3, 1e3)
@@ -56,17 +54,3 @@ def test_the_cell_is_told_as_it_is_now() -> None:
     assert {key: block[key] for key in expected} == expected
     backdoor.move_surface("block", Frame(500, 300, 50, 0, 0, 0.5))
     assert backdoor.cell().surfaces[0]["x_mm"] == 500
-
-
-def test_moves_that_run_and_wait_are_told_the_first_of_them() -> None:
-    bench = Bench()
-    assert bench.backdoor.moves().count == 0
-    home = bench.controller.joints
-    for number in range(MOST_MOVES + 3):
-        target = (*home[:6], 0.01 * (number + 1))
-        bench.controller.move(joint_move(target, [0.1] * 7))
-    told = bench.backdoor.moves()
-    assert told.count == MOST_MOVES + 3
-    assert [move.number for move in told.moves] == list(range(1, MOST_MOVES + 1))
-    assert told.moves[2].goal_joint_position[6] == 0.03
-    assert told.moves[0].blending_mm == 0.0

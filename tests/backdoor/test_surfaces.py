@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.cell.surfaces import BoxSettings, PlaneSettings
+from iiwa_sim.cell.surfaces import PlaneSettings
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from tests.asked import joint_move, lin_move, lin_stiff_move
+from tests.asked import joint_move, lin_move
 from tests.backdoor.bench import Bench
 
 STIFFNESS = 2e4  # N/m
@@ -49,32 +49,6 @@ def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> N
     bench.backdoor.remove_surface("floor")
     bench.robot.step()
     assert force(bench) == 0.0
-
-
-def test_a_surface_that_is_moved_while_it_is_touched_goes_on_pushing() -> None:
-    bench = Bench()
-    plate = BoxSettings(name="plate", x_mm=450, z_mm=515, size_mm=(200, 200, 2), stiffness_n_per_m=2e4)
-    bench.backdoor.add_surface(plate)
-    goes_down_to(bench, 513.0)
-    assert abs(force(bench)) == pytest.approx(STIFFNESS * 3e-3, rel=1e-6), "below its lower side"
-    for middle_mm, deep_mm in ((514.0, 2.0), (513.0, 1.0), (516.0, 4.0), (511.0, 0.0)):
-        bench.backdoor.move_surface("plate", at(middle_mm, 450))
-        bench.robot.step()
-        assert abs(force(bench)) == pytest.approx(1e-3 * deep_mm * STIFFNESS, rel=1e-6)
-    with pytest.raises(Refused, match="the TCP would be 0"):
-        bench.backdoor.move_surface("plate", at(513.5, 450))
-
-
-def test_a_robot_that_yields_does_so_at_its_new_tool() -> None:
-    bench = Bench()
-    bench.backdoor.set_tool(at(300))
-    bench.backdoor.push((0, 0, 20, 0, 0, 0))
-    here = bench.controller.tool_frame()
-    bench.controller.move(lin_stiff_move(here, 0.2, 2000.0, (0.0,) * 6))
-    bench.robot.step(3000)
-    there = bench.controller.tool_frame()
-    gone_mm = [a - b for a, b in zip(there[:3], here[:3], strict=True)]
-    assert sum(gap * gap for gap in gone_mm) ** 0.5 == pytest.approx(1e3 * 20.0 / 2000.0, rel=0.02)
 
 
 def test_a_state_comes_back_as_it_was() -> None:

@@ -157,45 +157,23 @@ SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
 FAULTS = [
     # what stands there, then key and value that the line names
     ("robot = ", "", ""),
-    ("contact_radius_mm = " + "9" * 4000, "contact_radius_mm", r"9+\.\.\.9+"),
     ('robot = "r2d2"', "robot", "'r2d2'"),
-    ('robot = "\\u0000"', "robot", r"'\\x00'"),
-    ("robot = 7", "robot", "7"),
     ('strat_deg = "home"', "strat_deg", "'home'"),
-    ('start_deg = "transport"', "start_deg", "'transport'"),
     ("start_deg = [0, 30]", "start_deg", r"\[0\.0, 30\.0\]"),
     ("start_deg = [0, 121, 0, 0, 0, 0, 0]", r"start_deg\[1\]", "121.0"),
-    ("start_deg = [0, nan, 0, 0, 0, 0, 0]", r"start_deg\[1\]", "nan"),
-    ("contact_radius_mm = -1", "contact_radius_mm", "-1.0"),
     (TOOL.replace("z_mm = 150", ""), "tool_in_flange.z_mm", r"\(missing\)"),
-    (TOOL.replace("beta = 0", "beta = 90"), "tool_in_flange.beta", "90.0"),
-    (GRIPPER.replace("100", "nan"), "gripper.speed_mm_per_s", "nan"),
     (GRIPPER.replace("= 16", "= 17"), "gripper.close_output", "17"),
-    (GRIPPER + "open_output = 16", "gripper.open_output", "16"),
     (GRIPPER + "[io]\noutputs = 4", "gripper.close_output", "16"),
-    (GRIPPER + 257 * PART, "part", "'257 of them'"),
-    (GRIPPER + PART.replace("0.2", "-0.2"), r"part\[0\].mass_kg of 'cube'", "-0.2"),
     (GRIPPER + PART.replace('"box"', '"cone"'), r"part\[0\].shape", "'cone'"),
     (GRIPPER + PART + PART, r"part\[1\].name", "'cube'"),
     (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, r"part\[0\].x_mm, y_mm, z_mm of 'cube'", ".*"),
-    ("[tool]", "tool.mass_kg", r"\(missing\)"),
-    ("[tool]\nmass_kg = 1\ncentre_mm = [0, 0]", "tool.centre_mm", r"\[0, 0\]"),
     ("[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 2.1, 0, 0, 0]", "tool.inertia_kgm2", ".*"),
     ('[[cube]]\nname = "x"', "cube", ".*"),
-    ('[box]\nname = "x"', "box", ".*"),
-    (SPHERE.replace('"ball"', '"a:b"'), r"sphere\[0\].name", "'a:b'"),
-    (SPHERE.replace('"ball"', '"\\u001b"'), r"sphere\[0\].name", r"'\\x1b'"),
     (SPHERE.replace("ball", "table") + TABLE, r"sphere\[0\].name", "'table'"),
-    (SPHERE.replace("5000", "0"), r"sphere\[0\].stiffness_n_per_m", "0.0"),
     (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'"),
-    (TABLE.replace("1000,", "-1,"), r"box\[0\].size_mm\[1\]", "-1.0"),
     (TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL, "start_deg", "'home'"),
     ("[noise]\nseed = 1.5", "noise.seed", "1.5"),
-    ("[noise]\nforce_n = -1", "noise.force_n", "-1.0"),
-    ("[safety]\ncollision_force_n = 0", "safety.collision_force_n", "0.0"),
-    ("[safety]\nbox_min_mm = [0, 0, 0]", "safety.box_max_mm", r"\(missing\)"),
     ("[safety]\nbox_min_mm = [0, 0, 0]\nbox_max_mm = [100, 900, 900]", "start_deg", "'home'"),
-    ("[io]\noutputs = 500", "io.outputs", "500"),
     ('[io]\noutputs = ["a", "b", "a"]', r"io.outputs\[2\]", "'a'"),
 ]
 
@@ -229,7 +207,7 @@ def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str,
     assert str(fault.value).endswith(f"expected no key of this name{near}")
 
 
-@pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000, "no\0such", "/dev/null/x"])
+@pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000])
 def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(

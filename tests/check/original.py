@@ -89,11 +89,6 @@ def _but(what: str, **ways: Any) -> type[Deviating]:
 
 reply, answer, split = Deviating.reply, Deviating.answer, Deviating.split
 Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
-OnlyNewlines = _but(r"waits for \n", split=lambda _, data: [line.strip(b"\r") for line in data.split(b"\n")])
-SaysNothingToNothing = _but(
-    "skips empty lines, as line-oriented code often does",
-    answer=lambda self, to, line: not line.strip() or answer(self, to, line),
-)
 MindsCase = _but(
     "takes small letters only",
     reply=lambda self, text: reply(self, text) if text == text.lower() else "unknown command",
@@ -101,9 +96,6 @@ MindsCase = _but(
 Hasty = _but(
     "reads one command per packet and forgets what came with it",
     split=lambda self, data: [(lines := split(self, data))[0], *lines[1:][-1:]],
-)
-Exponents = _but(
-    "writes numbers as Python and C do", reply=lambda self, text: reply(self, text).replace("E-5", "e-05")
 )
 Stubborn = _but(
     "lets a client that said bye talk on", answer=lambda self, to, line: answer(self, to, line) or True

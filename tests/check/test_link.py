@@ -28,11 +28,6 @@ def talk(allow_motion: bool) -> tuple[Talk, Deaf]:
     return Talk(Link("", 0, allow_motion), wire), wire
 
 
-def test_what_moves_or_switches_is_not_harmless() -> None:
-    assert {name for name in COMMANDS if COMMANDS[name].mode != "any"} <= set(CHANGING)
-    assert {"set override", "set output", "reset error", "cancel move", "clear queue"} <= set(CHANGING)
-
-
 @given(
     before=st.sampled_from([b"", b"hello\r\n", b"get status\n", b"\r", b"hello : "]),
     name=st.sampled_from(CHANGING),

@@ -148,6 +148,7 @@ def ramp(name: str, velocity: Array, duration_s: float) -> Curve:
 
 # Where it is sent: every target is made from the state, to find what is worst.
 
+
 ANYWHERE, CORNER, NEARBY, HERE, AHEAD, LIMIT_AHEAD = range(6)
 
 
@@ -299,6 +300,7 @@ def test_sent_where_it_is_it_stays_or_comes_back(name: str) -> None:
 
 
 # Streams.
+
 
 SPEEDS = st.lists(st.floats(0.02, 0.9), min_size=7, max_size=7)
 

@@ -66,35 +66,21 @@ def test_unknown_variables_are_warned_of_unless_kubernetes_sets_them() -> None:
 
 WRONG = {
     "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
-    "--clock fats": "--clock fats: expected real, a multiple of real time from 0.01x to 100x, fast or",
     "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
-    "--port 1,2": "--port 1,2: expected 1, one for each protocol",
-    "--protocol klingon": "--protocol klingon: expected iiwa or krc4, commas between",
-    "--protocol iiwa,iiwa": "--protocol iiwa,iiwa: expected one or more, each once",
     "--servo-timeout 0": "--servo-timeout 0: expected a number above 0 and up to 86400 s",
-    "--servo-timeout nan": "--servo-timeout nan: expected a number above 0",
-    "--reconnect-pause=-1": "--reconnect-pause -1: expected a number from 0 to 86400 s",
     "--status-rate 50": "--status-rate 50: expected --status-port or --view-port with it",
-    "--status-port 0 --status-rate 200 --rate 100": "--status-rate 200: expected at most 100 Hz, the --rate",
     "--protocol krc4 --strict": "--strict: expected iiwa in --protocol",
     "--prot 1": "--prot: no such option, did you mean --port?",
-    "--stritc": "--stritc: no such option, did you mean --strict?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
     "a.toml --robot lbr_iiwa_7_r800": "--robot lbr_iiwa_7_r800: expected no CELL.toml with it",
     "shwo": "shwo: no file and no command, did you mean show?",
-    "--transcript=": "--transcript '': expected a text that is not empty",
     "--status-port 30000": "--status-port: 30000 is taken by --port",
-    "--count 0": "--count 0: expected a whole number from 1 to 10000",
-    "--count 2 --fleet a.toml": "--fleet a.toml: expected no --count with it",
     "--count 2 --ros": "--ros: expected one robot",
-    "--count 2 --port 65535": "--port: robot 1 has port 65536, expected up to 65535",
     "--count 2 --status-port 30001": "--port of robot-1: 30001 is taken by --status-port of robot-0",
     "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host 0.0.0.0: expected --backdoor-token or "
     "--backdoor-token-file with it",
-    "--backdoor-host ::1": "--backdoor-host ::1: expected --backdoor-port or --view-port",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
     "--backdoor-port 0 --backdoor-token-file /no/such": "--backdoor-token-file /no/such: expected a readable",
-    "--rosbridge-port 0 --rosbridge-secret /no": "--rosbridge-secret /no: expected a readable file",
     "--rosbridge-port 0 --rosbridge-origin here": "--rosbridge-origin here: expected scheme://host or",
 }
 
@@ -104,8 +90,6 @@ def test_a_wrong_command_line_ends_with_one_line(monkeypatch: pytest.MonkeyPatch
         line = refused(*words.split(" "))
         assert line.startswith(f"iiwa-sim: {told}"), line
         assert line[:-1].isprintable()
-    assert len(refused("--port", "x" * 5000)) < 500
-    assert refused("--transcript", "").startswith("iiwa-sim: --transcript ''")
     monkeypatch.setenv("IIWA_SIM_RATE", "99")
     assert refused() == "iiwa-sim: IIWA_SIM_RATE=99: expected a whole number from 100 to 1000 Hz\n"
 
@@ -126,17 +110,9 @@ def test_keywords_and_settings_of_a_simulator() -> None:
     [
         ({"stirct": True}, "stirct: no such option, did you mean strict?"),
         ({"rate_hz": 5}, "rate_hz=5: expected a whole number from 100 to 1000 Hz"),
-        ({"rate_hz": "500"}, "rate_hz='500': expected a whole number"),
         ({"strict": 1}, "strict=1: expected true or false"),
-        ({"protocol": []}, r"protocol=\[\]: expected one or more, each once"),
-        ({"port": [1, 2]}, r"port=\[1, 2\]: expected 1, one for each protocol"),
         ({"record_rate_hz": 10}, "record_rate_hz=10: expected record with it"),
-        ({"cell": "a.toml", "robot": "b"}, "robot='b': expected no cell with it"),
         ({"settings": Settings(rate_hz=5)}, "rate_hz=5: expected"),
-        (
-            {"backdoor_port": 0, "backdoor_host": "0.0.0.0"},
-            "backdoor_host='0.0.0.0': expected backdoor_token or",
-        ),
         ({"log_level": "debug"}, "log_level: no such option"),
     ],
 )

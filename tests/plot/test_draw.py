@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from iiwa_sim.plot.draw import draw
 from iiwa_sim.plot.motion import Motion, Move
@@ -47,15 +46,6 @@ def test_joints_and_tcp_over_time(motion: Motion, figure: Figure) -> None:
             assert np.asarray(line.get_ydata()) == pytest.approx(column)
     assert texts(panel(figure, "joints (deg)")) == ["1", "2", "3"]
     assert not [axes for axes in figure.axes if "force" in axes.get_ylabel()]
-
-
-def test_the_path_is_to_scale_in_the_plane_of_its_largest_extents(motion: Motion, figure: Figure) -> None:
-    view = panel(figure, "TCP in the yz plane")
-    assert view.get_aspect() == 1.0
-    assert np.array_equal(view.lines[0].get_xydata(), motion.tcp_mm[:, 1:])
-    spheres = [patch for patch in view.patches if isinstance(patch, Circle)]
-    assert [sphere.radius for sphere in spheres] == [20.0, 30.0]
-    assert texts(view) == ["1", "2", "3"]
 
 
 def test_forces_faults_and_streams(motion: Motion) -> None:

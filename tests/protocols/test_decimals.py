@@ -63,17 +63,3 @@ def test_replies_are_decimals_that_read_back(values):
         assert REPLY_NUMBER.fullmatch(text)
         assert text != "-0.0"
         assert abs(float(text) - value) <= 1e-9
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, b"0.0"),
-        (-0.0, b"0.0"),
-        (600.0, b"600.0"),
-        (-math.pi / 2, b"-1.570796327"),
-        (1e-9, b"0.000000001"),
-    ],
-)
-def test_replies_are_plain(value, text):
-    assert format_decimals([value]) == text

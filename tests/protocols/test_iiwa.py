@@ -3,7 +3,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.table import load_table
@@ -133,15 +132,6 @@ def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
     assert not driver.session.awaits
 
 
-def test_a_refusal_is_an_error_with_its_reason_in_the_log():
-    robot = FakeRobot()
-    robot.refuses = Refused(3021, "out of reach")
-    talk = Conversation(robot)
-    assert talk.ask(LIN) == "error"
-    assert talk.journal.refusals == [("client", LIN, 3021, "out of reach")]
-    assert talk.ask("hello") == "hello"
-
-
 def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
     robot = FakeRobot()
     robot.breaks = ZeroDivisionError("ours")
@@ -151,14 +141,6 @@ def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
     assert robot.breaks.__traceback__ is not None
     robot.breaks = None
     assert talk.ask(LIN) == "done"
-
-
-def test_a_value_that_is_not_finite_is_a_fault_and_never_sent():
-    robot = FakeRobot()
-    robot.joints = (float("nan"),) * 7
-    talk = Conversation(robot)
-    assert talk.ask("get joint position") == "error"
-    assert len(talk.journal.faults) == 1
 
 
 @pytest.mark.parametrize("line", ["help lin move", "? lin move", "Help? lin move", "help? : lin move"])
@@ -196,13 +178,6 @@ def test_telnets_question_after_ctrl_c_is_answered_in_its_place(packets):
     assert talk.journal.refusals == []
 
 
-def test_the_rest_at_the_end_of_the_stream_is_a_line():
-    talk = Conversation()
-    assert talk.send([b"hello\nget sta", b"tus"]) == ["hello"]
-    talk.session.end()
-    assert replies(talk.hear()) == ["stopped"]
-
-
 def test_bye_stops_the_robot_and_closes():
     robot = FakeRobot()
     talk = Conversation(robot)
@@ -215,33 +190,6 @@ def test_bye_stops_the_robot_and_closes():
     talk.session.lost()
     assert robot.stops == 1
     assert talk.journal.stops == []
-
-
-def test_a_client_that_vanishes_stops_the_move_it_asked_for():
-    robot = FakeRobot()
-    mover, watcher = Conversation(robot), Conversation(robot)
-    mover.ask(LIN)
-    watcher.ask("get status")
-    watcher.session.lost()
-    assert robot.stops == 0
-    mover.session.receive(b"hello\n")
-    mover.session.lost()
-    assert robot.stops == 1
-    assert mover.journal.stops == [("client", True)]
-    assert watcher.journal.stops == []
-    assert not mover.session.waiting
-
-
-def test_a_client_that_vanishes_leaves_other_moves_alone():
-    robot = FakeRobot()
-    early, late = Conversation(robot), Conversation(robot)
-    early.ask(LIN)
-    robot.end(1)
-    late.ask(LIN)
-    early.session.lost()
-    assert robot.stops == 0
-    assert early.journal.stops == []
-    assert robot.pending
 
 
 def test_a_flood_is_answered_in_slices():

@@ -53,10 +53,6 @@ def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Talk]:
     return stepped, Talk(stepped.controller)
 
 
-def deg(joints: tuple[float, ...]) -> list[float]:
-    return [degrees(value) for value in joints]
-
-
 @pytest.mark.requirement("FRC005", "FRC008", "FRC009")
 @pytest.mark.parametrize("tag", ["PTP", "LIN"])
 def test_ptp_and_lin_come_to_a_frame_in_mm_and_degrees(tag: str) -> None:
@@ -96,12 +92,6 @@ def test_attributes_and_elements_mean_the_same_and_what_is_absent_is_0() -> None
     assert talk.says(b"<Cmd I1='100'/>")[0].id == 0
     (reply,) = talk.says(b"<Cmd I0='-12' I1='25'/>")  # all joints at zero
     assert (reply.id, reply.command) == (-12, 25)
-
-
-@pytest.mark.parametrize("message_id", [-(2**31), 2**31 - 1])
-def test_an_id_is_any_integer_of_32_bit(message_id: int) -> None:
-    _, talk = at_home()
-    assert talk.says(request(message_id, "FIN"))[0].integers[:3] == (message_id, 100, 1)
 
 
 SENSELESS: list[tuple[bytes, int, int]] = [
@@ -194,17 +184,3 @@ def test_replies_are_the_same_however_the_requests_are_cut(data: st.DataObject) 
         found += parted.says(wire[start:end])
     assert found == expected
     assert [reply.id for reply in found] == list(range(len(found)))
-
-
-@pytest.mark.requirement("FRC016")
-def test_a_client_that_vanishes_with_its_move_to_be_done_stops_the_robot() -> None:
-    robot, talk = at_home()
-    talk.ask("PTA", *AWAY_DEG)
-    robot.step(50)
-    Talk(robot.controller).session.lost()  # another one, who has moved nothing
-    assert talk.journal.stops == []
-    talk.session.lost()
-    assert talk.session.closing
-    assert talk.journal.stops == [("a test", True)]
-    robot.runs_until_stopped(0.2)
-    assert deg(robot.controller.joints) != pytest.approx(AWAY_DEG)

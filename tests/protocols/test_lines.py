@@ -22,6 +22,7 @@ telnet = st.sampled_from(
 )
 long_text = st.integers(MAX_LINE_BYTES // 2 - 2, MAX_LINE_BYTES + 2).map(lambda length: b"x" * length)
 
+
 def streams(*pieces: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
     return st.lists(st.one_of(*pieces), max_size=25).map(b"".join)
 

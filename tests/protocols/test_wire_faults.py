@@ -80,26 +80,3 @@ def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[b
     for was, now in zip(replies, garbled[0], strict=True):
         assert now.endswith(b"\r\n")
         assert all(a != b and 33 <= b <= 126 for a, b in zip(was[:-2], now[:-2], strict=True))
-
-
-@given(
-    replies=REPLIES,
-    asked=st.lists(
-        st.tuples(st.sampled_from([Pass(), Delay(0.1), Split(2, 0.0), Drop()]), st.integers(0, 3)), max_size=5
-    ),
-)
-def test_faults_take_their_replies_one_fault_after_the_other_and_keep_their_order(
-    replies: list[bytes], asked: list[tuple[Fault, int]]
-) -> None:
-    faults, _ = connected()
-    for fault, count in asked:
-        faults.set(fault, 1, count)
-    expected: list[Fault] = []
-    for fault, count in asked:
-        expected += [fault] * (count or len(replies))
-    expected += [Pass()] * len(replies)
-    kept = [reply for reply, fault in zip(replies, expected, strict=False) if not isinstance(fault, Drop)]
-    steps = list(faults.steps(1, b"".join(replies)))
-    assert b"".join(step.data for step in steps if isinstance(step, Send)) == b"".join(kept)
-    late = sum(isinstance(fault, Delay) for fault in expected[: len(replies)])
-    assert steps.count(Wait(0.1)) == late

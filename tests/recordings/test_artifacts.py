@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from pathlib import Path
 
 import pytest
 
@@ -102,17 +101,3 @@ def test_robots_of_a_factory_have_a_file_each_and_that_of_a_session_one(
     for path in kept:
         assert contents(path, "/state")
         assert f"\n{path}\n" in report
-
-
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--iiwa-artifacts-all",), "--iiwa-artifacts-all: expected --iiwa-artifacts DIR with it"),
-        (("--iiwa-artifacts", "file"), "--iiwa-artifacts: *file: no folder can be there: File exists"),
-    ],
-)
-def test_wrong_options_are_told(project: pytest.Pytester, options: tuple[str, ...], told: str) -> None:
-    Path(project.path, "file").touch()
-    result = run(project, "def test_one(iiwa): pass", *options)
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"*ERROR: {told}"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +11,6 @@ import pytest
 from jsonschema import Draft7Validator
 
 from iiwa_sim import Iiwa, Simulator
-from iiwa_sim.cli import main
 from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
 from tests.cell.cells import GRIPPER
@@ -78,28 +76,3 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     Draft7Validator(json.loads(cells[0].schema)).validate(cells[0].content)
     assert [part["name"] for part in cells[-1].content["parts"]] == ["block"]
     assert cells[0].content["jaw_mm"] == pytest.approx([20.0, 8.0, 70.0])
-
-
-def test_tables_have_gripper_and_parts(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    with recorded(path) as (simulator, robot):
-        robot.set_tool_load(0.5, (0.0, 0.0, 60.0))
-        robot.set_output(1, True)
-        simulator.advance(0.4)
-        simulator.backdoor.remove_part("pin")
-        simulator.advance(0.01)
-    assert main(["export", str(path), "--csv"]) == 0
-    states, parts = (
-        [*csv.DictReader((tmp_path / f"run.{name}.csv").read_text().splitlines())]
-        for name in ("state", "parts")
-    )
-    assert float(states[0]["gripper_opening_mm"]) == 80.0
-    assert (float(states[-1]["gripper_opening_mm"]), states[-1]["gripper_state"]) == (
-        pytest.approx(39.0),
-        "between",
-    )
-    assert [float(states[-1][f"tool_load_{name}"]) for name in ("mass_kg", "z_mm")] == [0.5, 60.0]
-    pin = [row for row in parts if row["name"] == "pin"]
-    assert (pin[0]["tick"], float(pin[0]["x_mm"])) == (states[0]["tick"], 500.0)
-    assert pin[-1]["state"] == "gone"
-    assert len(pin) < len(states), "a part that rests has no row"

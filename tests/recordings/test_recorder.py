@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from base64 import b64decode
 from collections import Counter
 from itertools import pairwise
@@ -18,7 +17,6 @@ from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
-from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.recorder import VIEW_RATE_HZ
 from iiwa_sim.recordings.schemas import (
     ARM,
@@ -130,16 +128,6 @@ def test_events_tell_what_happens(session: Path) -> None:
     assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "release_emergency_stop()"]
 
 
-def test_the_dialogue_has_each_line_with_its_reply(session: Path) -> None:
-    said = contents(session, DIALOGUE)
-    assert said[0]["text"] == "connected"
-    assert said[0]["protocol"] == "iiwa"
-    assert [(each["direction"], each["text"]) for each in said[1:3]] == [(">", "hello"), ("<", "hello")]
-    assert said[-1]["text"] == "disconnected"
-    refused = [(each["text"], each["reason"][:5]) for each in said if each["reason"]]
-    assert refused == [("error", "3021 ")]
-
-
 def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
     """The chain of frames from the base to the flange, multiplied, is the flange frame of that tick."""
     states = {found.log_ns: found.content for found in found_in(session, STATE)}
@@ -230,15 +218,6 @@ def test_the_record_rate_is_that_of_the_states(tmp_path: Path, rate_hz: int, eve
     assert set(range(every, 1250, every)) <= set(ticks)
     assert len(ticks) <= 1250 // every + 2
     assert [event["kind"] for event in contents(path, EVENTS)][:3] == ["mode", "move accepted", "move begins"]
-
-
-@pytest.mark.parametrize("name", [".", "missing/a.mcap", "\0", "fifo"])
-def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, name: str) -> None:
-    os.mkfifo(tmp_path / "fifo")
-    with pytest.raises(RecordingFault) as told:
-        Robot(tmp_path / name)
-    assert "\n" not in str(told.value)
-    assert str(tmp_path) in str(told.value)
 
 
 def test_recording_begins_and_ends_while_the_robot_moves(tmp_path: Path) -> None:

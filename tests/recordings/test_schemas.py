@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,7 @@ import pytest
 from jsonschema import Draft7Validator
 
 from iiwa_sim.cell.cell import load_cell
-from iiwa_sim.controller.modes import Mode
-from iiwa_sim.recordings.schemas import BASE_TYPES, channels, state_schema
+from iiwa_sim.recordings.schemas import BASE_TYPES, channels
 from tests.recordings.recorded import FAR, PUBLISHED, Robot, found_in
 
 ROOT = Path(__file__).parents[2]
@@ -88,52 +86,3 @@ def test_schemas_keep_the_rules_of_the_strictest_reader(channel: Any) -> None:
     assert channel.schema["type"] == "object"
     assert not list(broken_rules(channel.schema, channel.topic))
     Draft7Validator.check_schema(channel.schema)
-
-
-def test_the_schema_of_a_state_says_what_that_of_the_status_port_says() -> None:
-    original = json.loads((ROOT / "protocol" / "status.schema.json").read_text())
-    flat = state_schema()
-    assert "$ref" not in json.dumps(flat)
-    assert list(flat["properties"]) == list(original["properties"])
-    assert flat["required"] == [name for name in original["required"] if name != "gripper"]
-    assert flat["properties"]["mode"]["enum"] == [mode.value for mode in Mode]
-
-
-def paths_in(layout: Any) -> Iterator[str]:
-    """Message paths and topics that a layout names."""
-    if isinstance(layout, dict):
-        for key, each in layout.items():
-            if key in ("value", "topicPath") and isinstance(each, str):
-                yield each
-            elif key == "topics":
-                yield from each
-            yield from paths_in(each)
-    elif isinstance(layout, list):
-        for each in layout:
-            yield from paths_in(each)
-
-
-def test_the_layout_names_what_there_is() -> None:
-    layout = json.loads((ROOT / "examples" / "foxglove_layout.json").read_text())
-    schemas = {channel.topic: channel.schema for channel in channels()}
-    paths = list(paths_in(layout))
-    assert len(paths) > 15
-    for path in paths:
-        topic, *fields = path.split(".")
-        schema = schemas[topic]
-        for field in fields:
-            schema = schema["properties"][field.partition("[")[0]]
-            if "[" in field:
-                schema = schema["items"]
-        if fields:
-            assert schema["type"] in ("number", "string"), path
-    panels = set(layout["configById"])
-    assert panels == set(leaves(layout["layout"]))
-
-
-def leaves(layout: Any) -> Iterator[str]:
-    if isinstance(layout, str):
-        yield layout
-    else:
-        yield from leaves(layout["first"])
-        yield from leaves(layout["second"])

@@ -11,7 +11,7 @@ import socket
 import pytest
 
 from iiwa_sim.server import listening
-from iiwa_sim.server.listening import Acceptor, open_listener
+from iiwa_sim.server.listening import Acceptor
 from iiwa_sim.throttle import Throttle
 from tests.talking import DEADLINE_S
 
@@ -67,23 +67,3 @@ async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_on
     assert turns > scarce.asked, "others have their turns between"
     (told,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
     assert told == "nobody can connect for the time being: Too many open files"
-
-
-async def test_of_many_who_knock_one_is_let_in_in_a_turn() -> None:
-    turns, made = 0, list[int]()
-
-    class Counted(asyncio.Protocol):
-        def connection_made(self, transport: asyncio.BaseTransport) -> None:
-            made.append(turns)
-            transport.close()  # type: ignore[attr-defined]
-
-    acceptor = Acceptor(await open_listener("127.0.0.1", 0), Counted)
-    knocking = [socket.create_connection(acceptor.address) for _ in range(50)]
-    async with asyncio.timeout(DEADLINE_S):
-        while len(made) < 50:
-            turns += 1
-            await asyncio.sleep(0)
-    assert max(made.count(turn) for turn in made) == 1
-    acceptor.close()
-    for each in knocking:
-        each.close()

@@ -99,7 +99,7 @@ async def test_a_client_in_a_hurry_does_not_keep_others_waiting() -> None:
         hurried, other = await served.connect(), await served.connect()
         await hurried.ask("there")
         await other.ask("there")
-        backlog = 50_000
+        backlog = 10_000
         hurried.send(b"x\n" * backlog)
         await until(lambda: served.sessions[0].answered > 100)
         for _ in range(10):
@@ -197,7 +197,7 @@ async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None
         b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\nstop\n",
     ],
 )
-@pytest.mark.parametrize("size", [1, 3, 100_000])
+@pytest.mark.parametrize("size", [3, 100_000])
 async def test_nothing_of_what_browsers_send_is_a_command(
     data: bytes, size: int, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -22,15 +22,6 @@ def test_by_an_address_or_localhost(host: str) -> None:
     assert WebAccess().refusal([host], []) is None
 
 
-def test_hosts_and_origins_that_are_named() -> None:
-    access = WebAccess(["https://App.example", "null"], ["robot", "sim.lan"])
-    assert access.refusal(["ROBOT:9090"], []) is None
-    assert access.refusal(["sim.lan"], ["https://app.example"]) is None
-    assert access.refusal(HERE, ["null"]) is None
-    assert access.refusal(HERE, ["http://app.example"]) is not None
-    assert access.refusal(HERE, ["https://app.example:8443"]) is not None
-
-
 @pytest.mark.parametrize(
     "origin",
     [

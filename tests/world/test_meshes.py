@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cell.handled import read_stl
 from iiwa_sim.cell.settings import CellFault
 from tests.cell.cells import cell_from
 from tests.stepped import SteppedRobot
@@ -47,18 +46,6 @@ def binary(triangles: list[Triangle]) -> bytes:
         struct.pack("<12f2x", 0.0, 0.0, 0.0, *(n for corner in each for n in corner)) for each in triangles
     )
     return bytes(80) + len(triangles).to_bytes(4, "little") + b"".join(rows)
-
-
-def text(triangles: list[Triangle]) -> bytes:
-    corners = "".join(f"vertex {x} {y} {z}\n" for each in triangles for x, y, z in each)
-    return f"solid block\n{corners}endsolid\n".encode()
-
-
-def test_binary_and_text_are_read() -> None:
-    corners = [corner for each in block() for corner in each]
-    assert read_stl(binary(block())) == corners
-    assert read_stl(text(block())) == corners
-    assert read_stl(b"vertex 1 2") == []
 
 
 def test_a_mesh_lies_and_is_carried(tmp_path: Path) -> None:
