@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# 1. The protocol by hand, as with telnet: a command is a line, and so is its reply.
+# 1. The protocol by hand, as with telnet: each command is a line and has one line as its reply.
 #    In one terminal `iiwa-sim`, in another `bash examples/01_telnet.sh 127.0.0.1 30000`.
 set -euo pipefail
 exec 3<>"/dev/tcp/$1/$2"

@@ -1,7 +1,7 @@
-"""2. The same in Python: a client has a method for each command, and knows the units.
+"""2. The Python client: `Iiwa` has a method for each command.
 
-`python examples/02_client.py`. The robot runs in this program, and its time as fast as the machine can. A
-client of a real one is no other than this: `Iiwa("172.31.1.147", 30000)`.
+Run `python examples/02_client.py`. The robot runs in this program, as fast as possible. The same client works
+with a real robot: `Iiwa("172.31.1.147", 30000)`.
 """
 
 from iiwa_sim import Iiwa, Simulator

@@ -1,7 +1,7 @@
-"""3. Tests of a driver: `pytest examples/03_test_a_driver.py`.
+"""3. Tests of a driver: run `pytest examples/03_test_a_driver.py`.
 
-`iiwa` is a robot of its own for each test. `Iiwa` stands for your driver here; what it said can be asked for,
-and what it is answered can be chosen.
+The fixture `iiwa` starts a robot for each test. `Iiwa` stands for your driver. A test can check its dialogue,
+and choose the replies.
 """
 
 import pytest
@@ -15,20 +15,20 @@ def driver(iiwa: Simulator):
         yield driver
 
 
-def test_it_arrives(iiwa: Simulator, driver: Iiwa) -> None:
+def test_driver_arrives(iiwa: Simulator, driver: Iiwa) -> None:
     driver.lin_move((450, 200, 520, 0, -1.57079, 0), speed=0.5, blending=0)
     driver.wait_until_stopped(timeout_s=30)
     assert iiwa.state().tool_frame.y_mm == pytest.approx(200)
     iiwa.dialogue.assert_said("lin move", times=1)
 
 
-def test_it_waits_as_long_as_the_robot_says_moving(iiwa: Simulator, driver: Iiwa) -> None:
+def test_driver_waits_while_the_robot_moves(iiwa: Simulator, driver: Iiwa) -> None:
     iiwa.reply("get status", "moving", times=3)
     driver.wait_until_stopped(timeout_s=30)
     iiwa.dialogue.assert_said("get status", times=4)
 
 
-def test_an_emergency_stop_is_an_error(iiwa: Simulator, driver: Iiwa) -> None:
+def test_emergency_stop_is_an_error(iiwa: Simulator, driver: Iiwa) -> None:
     iiwa.backdoor.emergency_stop()
     with pytest.raises(CommandError):
         driver.lin_move((450, 200, 520, 0, -1.57079, 0), speed=0.5, blending=0)

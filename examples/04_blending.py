@@ -1,6 +1,6 @@
-"""4. Moves that run into each other: what a blending radius is worth.
+"""4. Blended moves: the gain of a blending radius.
 
-`python examples/04_blending.py` drives a square, stopping in its corners, and again passing within 40 mm.
+`python examples/04_blending.py` drives a square twice: with a stop in each corner, and blended within 40 mm.
 """
 
 from iiwa_sim import Iiwa, Simulator
@@ -10,11 +10,11 @@ CORNERS = ((450, 100), (450, -100), (550, -100), (550, 100))
 
 
 def seconds(blending_mm: float) -> float:
-    """How long the square takes, in simulated time."""
+    """Return the simulated time for the square (s)."""
     with Simulator(clock="stepped") as simulator, Iiwa(simulator.host, simulator.port) as robot:
         for x, y in (*CORNERS, CORNERS[0]):
             robot.ptp_move((x, y, 520, 0, -1.57079, 0), speed=0.5, blending=blending_mm)
-        return simulator.run_until_stopped()  # here time passes only when it is told to
+        return simulator.run_until_stopped()  # with this clock time passes only here
 
 
 def main() -> None:

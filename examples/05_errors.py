@@ -1,6 +1,6 @@
-"""5. What is refused, and what stops a robot: codes, reasons, and the way out.
+"""5. Errors: a rejected move, an emergency stop, and the way out of the error state.
 
-`python examples/05_errors.py`. All codes, with their usual causes and remedies: protocol/errors.toml.
+Run `python examples/05_errors.py`. protocol/errors.toml explains all error codes.
 """
 
 from iiwa_sim import CommandError, Iiwa, Simulator
@@ -24,7 +24,7 @@ def main() -> None:
         print("stopped:", *robot.get_error())
 
         simulator.backdoor.release_emergency_stop()
-        robot.reset_error()  # until then every move is refused
+        robot.reset_error()  # until then every move is rejected
         robot.lin_move(LEFT, speed=0.5, blending=0)
         robot.wait_until_stopped(timeout_s=30)
         print(f"there: y = {robot.get_tool_frame().y:.1f} mm")

@@ -1,6 +1,6 @@
-"""7. A network as networks are: a reply that does not come, and a driver that gets over it.
+"""7. A lost reply: the driver connects again and repeats its query.
 
-`python examples/07_lost_reply.py`. Other faults: Delay, Split, Garble, CloseBefore, ResetBefore, Silence.
+Run `python examples/07_lost_reply.py`. Other faults are Delay, Split, Garble, CloseBefore and Silence.
 """
 
 from iiwa_sim import Drop, Iiwa, Simulator
@@ -9,7 +9,7 @@ TRIES = 10
 
 
 def joints_despite_a_lost_reply(robot: Iiwa) -> tuple[float, ...]:
-    """Asks again on another connection: a late reply would be taken for the next one's."""
+    """Return the joints; on the old connection a late reply would answer the next query."""
     for _ in range(TRIES):
         try:
             return robot.get_joint_position()

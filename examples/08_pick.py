@@ -1,6 +1,6 @@
-"""8. Pick and place with force: in examples/fixture.toml, from a table that is felt for into a fixture.
+"""8. Pick and place with force moves, from a table into a fixture, in the cell examples/fixture.toml.
 
-`python examples/08_pick.py`. Output 1 closes the gripper; input 3 tells that it holds something.
+Run `python examples/08_pick.py`. Output 1 closes the gripper; input 3 is on while it holds a part.
 """
 
 from pathlib import Path
@@ -12,9 +12,9 @@ DOWN, CLOSE, HOLDS = (3.14159265, 0, 3.14159265), 1, 3
 
 
 def feel(robot: Iiwa, x_mm: float, y_mm: float) -> float:
-    """Down until a force is felt; gives the height (mm) of the TCP then."""
+    """Move down until a force acts, and return the height of the TCP (mm)."""
     robot.ptp_move((x_mm, y_mm, 360, *DOWN), speed=0.5, blending=0)
-    robot.wait_until_stopped(timeout_s=60)  # so that the force is 0 when the force move is commanded
+    robot.wait_until_stopped(timeout_s=60)  # thresholds count from the force at the command
     robot.linforcez_move((x_mm, y_mm, 290, *DOWN), speed=0.005, blending=0, thresholdZ=10)
     robot.wait_until_stopped(timeout_s=60)
     return robot.get_tool_frame().z

@@ -1,6 +1,6 @@
-"""9. Two robots that meet: one brings a part, the other waits for it.
+"""9. Two robots: one brings a part, the other waits for it.
 
-`python examples/09_two_robots.py`. Many robots in a program of their own: `iiwa-sim --count 20`.
+Run `python examples/09_two_robots.py`. `iiwa-sim --count 20` runs many robots in one program.
 """
 
 from contextlib import ExitStack
@@ -20,7 +20,7 @@ def main() -> None:
         left.wait_until_stopped(timeout_s=30)
         left.set_output(READY, value=True)
 
-        assert left.get_output(READY)  # a cell's wiring: in a real one, an input of the other controller
+        assert left.get_output(READY)  # in a real cell this is wired to an input of the other robot
         right.ptp_move(HANDOVER, speed=0.3, blending=0)
         right.wait_until_stopped(timeout_s=30)
         right.set_output(TAKEN, value=True)

@@ -1,8 +1,8 @@
-"""10. A failure, recorded and shown again: a transcript is a test that nobody had to write.
+"""10. A recorded failure: a transcript is a test without any code.
 
-`python examples/10_recorded_failure.py` records a session with a move that is refused. Played against the
-same robot every line is answered as it was; a longer arm reaches the target. In a shell:
-`iiwa-sim --transcript session.txt` and `iiwa-sim replay session.txt HOST:PORT`.
+`python examples/10_recorded_failure.py` records a session with a rejected move and replays it. The same robot
+gives the same replies; a longer arm reaches the target. In a shell: `iiwa-sim --transcript session.txt`, then
+`iiwa-sim replay session.txt HOST:PORT`.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
-"""11. A peg into a hole that is not where it should be: a search spiral by stiffness moves.
+"""11. A peg into a hole at an unknown place: a search spiral of stiffness moves.
 
-`python examples/11_peg.py`. The hole of examples/peg.toml, 20 mm wide for a peg of 19 mm, is 8 mm beside the
-place believed. The peg, pressed on by a spring, is led along a spiral until it sinks in, then to the bottom.
+Run `python examples/11_peg.py`. The hole of examples/peg.toml is 20 mm wide for a peg of 19 mm, 8 mm off the
+assumed place. A spring presses the peg on the rim along a spiral until it sinks in, then to the bottom.
 """
 
 from math import cos, sin, tau
@@ -10,13 +10,13 @@ from pathlib import Path
 from iiwa_sim import Iiwa, Simulator
 
 DOWN = (3.14159265, 0, 3.14159265)
-X, Y, RIM, BOTTOM, RADIUS = 607, -4, 260, 200, 9.5  # mm: where it is believed to be; it is at 600 0
+X, Y, RIM, BOTTOM, RADIUS = 607, -4, 260, 200, 9.5  # mm: assumed place; the hole is at 600 0
 ON_RIM = RIM + RADIUS
 PITCH, STEP = 2, 1  # mm
 
 
 def spring_to(robot: Iiwa, x_mm: float, y_mm: float, z_mm: float) -> tuple[float, float, float]:
-    """Where the peg comes to rest (mm) when a spring of 2000 N/m pulls it there."""
+    """Pull the peg to a place by a spring of 2000 N/m, and return where it rests (mm)."""
     robot.linstiff_move((x_mm, y_mm, z_mm, *DOWN), speed=0.1, stiffness=2000, force=(0, 0, 0, 0, 0, 0))
     robot.wait_until_stopped(timeout_s=60)
     return robot.get_tool_frame()[:3]

@@ -1,7 +1,7 @@
-"""12. A hand-over: the robot offers a part, and lets go when a person pulls at it.
+"""12. A hand-over: the robot offers a part, and releases it when a person pulls.
 
-`python examples/12_hand_over.py`. The robot yields as a spring of 1000 N/m, and opens the gripper, output 1,
-where more than 12 N pull. The backdoor is the person: it pulls a little, by chance, and then in earnest.
+Run `python examples/12_hand_over.py`. The robot yields like a spring of 1000 N/m, and opens the gripper,
+output 1, above 12 N. The backdoor plays the person: it pulls a little, and then harder.
 """
 
 from math import dist, hypot

@@ -1,7 +1,7 @@
 """A driver in Python: `python examples/client.py 127.0.0.1 30000`.
 
-Says where the robot is, moves the TCP 50 mm to the side on a straight line, waits until the robot has
-stopped, and moves back. Needs nothing of the simulator but `iiwa_sim.client`.
+Prints where the robot is, moves the TCP 50 mm to the side on a straight line, waits until the robot has
+stopped, and moves back. It imports nothing of the simulator but `iiwa_sim.client`.
 """
 
 import sys

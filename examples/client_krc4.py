@@ -1,7 +1,7 @@
 """A driver for KRC4 messages in Python: `python examples/client_krc4.py 127.0.0.1 54600`.
 
-Says where the robot is, moves the TCP 50 mm to the side on a straight line, waits until the robot has
-stopped, and moves back. Needs nothing of the simulator but `iiwa_sim.client`.
+Prints where the robot is, moves the TCP 50 mm to the side on a straight line, waits until the robot has
+stopped, and moves back. It imports nothing of the simulator but `iiwa_sim.client`.
 """
 
 import sys

@@ -1,7 +1,7 @@
-"""Packs 24 boxes in two layers, and notices one that is lost.
+"""Pack 24 boxes in two layers, and notice a lost one.
 
-`python examples/palletising.py`. The cell is examples/boxes.toml: a gripper that output 1 closes, and inputs
-that tell `open`, `closed` and `holds`. Each box is put down with a force move, so the program need not know
+Run `python examples/palletising.py`. The cell is examples/boxes.toml: output 1 closes the gripper, and inputs
+report `open`, `closed` and `holds`. Each box is put down with a force move, so the program need not know
 how high the layer below is.
 """
 
