@@ -1,5 +1,10 @@
-"""Compare lines per part of the repository with the budgets in pyproject.toml; fail where one is exceeded."""
+"""Compare lines per part of the repository with the budgets in pyproject.toml; fail where one is exceeded.
 
+Also fail for a docstring in iiwa_sim that begins with a clause, such as "What ..." or "Whether ...".
+"""
+
+import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -7,6 +12,7 @@ from collections import Counter
 from pathlib import Path
 
 PACKAGE = "iiwa_sim"
+CLAUSE = re.compile(r"(What|Whether|Where|Who|Of|As|So|That|None|All)\b")
 
 
 def part_of(path: Path) -> str | None:
@@ -21,6 +27,15 @@ def part_of(path: Path) -> str | None:
     return "/".join(folders[: 2 if folders[:1] == (PACKAGE,) else 1]) or "."
 
 
+def clauses(path: Path) -> list[str]:
+    """Return the docstrings of a file that begin with a clause."""
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    texts = [
+        ast.get_docstring(each) for each in ast.walk(ast.parse(path.read_bytes())) if isinstance(each, kinds)
+    ]
+    return [text.splitlines()[0] for text in texts if text and CLAUSE.match(text)]
+
+
 def main() -> int:
     budgets = tomllib.loads(Path("pyproject.toml").read_text())["tool"]["iiwa-sim"]["lines"]
     listed = subprocess.run(["git", "ls-files"], capture_output=True, text=True, check=True).stdout
@@ -31,7 +46,9 @@ def main() -> int:
     for part in sorted({*lines, *budgets}):
         over = lines[part] > budgets.get(part, 0)
         print(f"{part:24} {lines[part]:6} of {budgets.get(part, 0):6}{'  EXCEEDED' if over else ''}")
-    return int(any(lines[part] > budgets.get(part, 0) for part in lines))
+    wrong = [f"{path}: {text}" for path in Path(PACKAGE).rglob("*.py") for text in clauses(path)]
+    print(*wrong, sep="\n", end="\n" * bool(wrong))
+    return int(bool(wrong) or any(lines[part] > budgets.get(part, 0) for part in lines))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""All that acts on the arm from outside, tick by tick: a sum of named contributions.
+"""External wrench and joint torques on the arm, tick by tick: a sum of named contributions.
 
 At the TCP: "applied", "surfaces", "tool" (surfaces on tool and jaws), "parts", "payload" (the difference to
 the load that the controller knows). On the joints: "applied", "surfaces", "links" (on each other), "parts".
@@ -235,7 +235,7 @@ class ExternalWrench:
 
     @property
     def needs_poses(self) -> bool:
-        """Whether ticks need poses of the TCP: for an unknown payload, or for bodies."""
+        """True if ticks need poses of the TCP: for an unknown payload, or for bodies."""
         return self._motion is not None or self.bodies is not None
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
@@ -247,7 +247,7 @@ class ExternalWrench:
 
     @property
     def settled(self) -> bool:
-        """Whether ticks change only the noise as long as the robot stays where it is."""
+        """True if ticks change only the noise as long as the robot stays where it is."""
         if self._motion is not None and not self._motion.still:
             return False
         return not self.world.is_known if self.world.empty else self._settled == self.world.changes
@@ -349,17 +349,17 @@ class ExternalWrench:
 
     @property
     def folded(self) -> bool:
-        """Whether links are in each other."""
+        """True if links are in each other."""
         return "links" in self.torques
 
     @property
     def touching(self) -> bool:
-        """Whether surfaces have acted on the TCP in the last tick."""
+        """True if surfaces have acted on the TCP in the last tick."""
         return "surfaces" in self.wrenches
 
     @property
     def acts(self) -> bool:
-        """Whether anything acts on the robot."""
+        """True if anything acts on the robot."""
         return bool(self.wrenches or self.torques)
 
     @property

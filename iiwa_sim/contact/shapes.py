@@ -263,7 +263,7 @@ def _less(a: float, b: float) -> float:
 
 
 def _enters(radius: float, start: Point, end: Point) -> Point | None:
-    """Where a straight path from outside comes into a ball round the origin; None if it does not."""
+    """Return where a straight path from outside enters a sphere around the origin, or None."""
     share = _enters_at(radius, start, end)
     if share is None:
         return None

@@ -41,22 +41,22 @@ class Executor:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion runs, is being stopped, or waits."""
+        """True if a motion runs, is being stopped, or waits."""
         return self.trajectory is not None or bool(self._waiting.planned) or bool(self._waiting.again)
 
     @property
     def runs(self) -> bool:
-        """Whether a motion runs and is not being stopped."""
+        """True if a motion runs and is not being stopped."""
         return self.trajectory is not None and not self.time.stopping
 
     @property
     def runs_queue(self) -> bool:
-        """Whether a queued move runs, or is being stopped."""
+        """True if a queued move runs, or is being stopped."""
         return self._queued is not None
 
     @property
     def stopping(self) -> bool:
-        """Whether a motion is being stopped."""
+        """True if a motion is being stopped."""
         return self.trajectory is not None and self.time.stopping
 
     @property
@@ -100,7 +100,7 @@ class Executor:
 
     @property
     def state(self) -> State:
-        """Where the robot is, and its derivatives by planned time."""
+        """Position of the robot, and its derivatives by planned time."""
         if self.trajectory is not None:
             return self.trajectory.state(self.time.time_s)
         still = (0.0,) * len(self.joints)
@@ -108,13 +108,13 @@ class Executor:
 
     @property
     def coming(self) -> Joints:
-        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        """Joints after the next tick (rad) without a new request."""
         if self._ahead:
             return self._ahead[-1]
         return self.joints if self.trajectory is None else self.trajectory.joints(self.time.coming_s)
 
     def is_pending(self, number: int) -> bool:
-        """Whether a move runs, and is not being stopped, or waits."""
+        """Return True if a move runs, and is not being stopped, or waits."""
         under_way = self.under_way
         if under_way and self._queued is not None:
             if number <= under_way:
@@ -154,7 +154,7 @@ class Executor:
         self.rest = trajectory.end
 
     def rest_after_stop(self) -> Joints:
-        """Where the robot would come to rest after a stop now (rad)."""
+        """Place of rest after a stop now (rad)."""
         return self.joints if self.trajectory is None else self.trajectory.joints(self.time.rest_s())
 
     def stop(self) -> None:
@@ -285,7 +285,7 @@ class Executor:
         self._quiet_until_s = 0.0
 
     def _may_look_ahead(self) -> bool:
-        """Whether this tick has time for it: it does not compute joint positions ahead.
+        """Return True if this tick has time for it: it does not compute joint positions ahead.
 
         While the override falls, what waits is left alone: it would set out faster than requested.
         """

@@ -28,7 +28,7 @@ NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
 
 
 class Pushes(Protocol):
-    """What pushes the robot besides surfaces at its TCP."""
+    """Pushes on the robot besides surfaces at its TCP."""
 
     @property
     def tcp_push(self) -> Wrench:
@@ -88,7 +88,7 @@ class Impedance:
 
     @property
     def tcp_contact(self) -> Reached | None:
-        """Where the last tick has brought the TCP, and its contact there; None if that is not known."""
+        """TCP after the last tick and its contact there; None if that is not known."""
         contact: Reached | None = None
         if self.compliant and not self.holding:
             contact = self._tcp_springs.tcp_contact
@@ -96,24 +96,24 @@ class Impedance:
 
     @property
     def braking(self) -> bool:
-        """Whether the robot brakes from the velocity it had while it was compliant."""
+        """True if the robot brakes from the velocity it had while it was compliant."""
         return self._braking is not None
 
     @property
     def off_plan(self) -> bool:
-        """Whether the robot is compliant, and not exactly where the nominal motion is."""
+        """True if the robot is compliant, and not exactly where the nominal motion is."""
         return self.compliant and (self.holding or not self._tcp_springs.on_plan)
 
     @property
     def moving(self) -> bool:
-        """Whether the robot brakes, is held, or has not come to rest beside the nominal motion."""
+        """True if the robot brakes, is held, or has not come to rest beside the nominal motion."""
         if self.holding or self.braking:
             return True
         return self.off_plan and self._still_ticks * self._tick_s < STILL_S
 
     @property
     def centre(self) -> Joints:
-        """Where the robot is held (rad)."""
+        """Joints at which a hold keeps the robot (rad)."""
         centre: Joints = self._joint_springs.centre
         return centre
 
@@ -135,7 +135,7 @@ class Impedance:
         self.holding = False
 
     def rest_after_stop(self) -> Joints:
-        """Where a robot that is off the nominal motion would come to rest if it were stopped now (rad)."""
+        """Place of rest after a stop now of a robot off the nominal motion (rad)."""
         if self._braking is not None:
             return self._braking.end
         return self._course_to_rest().end if self._is_fast else self.joints

@@ -216,7 +216,7 @@ class Springs:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _find_kicks(self) -> cython.void:
-        """What surfaces add to the velocity of each mass in half a substep."""
+        """Find what surfaces add to the velocity of each mass in half a substep."""
         j, f, h, kicks = self.jacobian, self.acting, self._half_kicks, self._kicks
         for k in range(self.count):
             force = j[0, k] * f[0] + j[1, k] * f[1] + j[2, k] * f[2]
@@ -234,7 +234,7 @@ class Springs:
         remember: cython.bint,
         acting: cython.double[::1],
     ) -> cython.bint:
-        """Whether surfaces act on the TCP after a `share` of the tick."""
+        """Return True if surfaces act on the TCP after a `share` of the tick."""
         j, before, tick = self.jacobian, self.before, self._tick_s
         px, py, pz = place[0] + share * moved[0], place[1] + share * moved[1], place[2] + share * moved[2]
         vx, vy, vz = moved[0] / tick, moved[1] / tick, moved[2] / tick
@@ -309,7 +309,7 @@ class TcpSprings:
 
     @property
     def on_plan(self) -> bool:
-        """Whether the robot is exactly where the plan says."""
+        """True if the robot is exactly where the plan says."""
         return bool(self._is_within(0.0))
 
     @property
@@ -372,7 +372,7 @@ class TcpSprings:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _is_within(self, most: cython.double) -> cython.bint:
-        """Whether neither deflection nor its velocity is larger than this."""
+        """Return True if neither deflection nor its velocity is larger than this."""
         within: cython.bint = True
         for k in range(7):
             within = within and fabs(self._x[k]) <= most and fabs(self._v[k]) <= most
@@ -384,7 +384,7 @@ class TcpSprings:
 
     @cython.cfunc
     def _find_forces(self, impedance: Any) -> object:
-        """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
+        """Find the forces besides springs and contact, in base axes; last, the torque on the redundancy."""
         f, r, c = self._springs.forces, self._turned, self._control
         if impedance is not self._impedance:
             stiffness, control = impedance
@@ -565,7 +565,7 @@ class JointSprings:
 
     @cython.cfunc
     def _turned(self) -> Any:
-        """Where the joints are after the tick (rad)."""
+        """Return the joints after the tick (rad)."""
         q: cython.double
         turned = []
         for k in range(self._springs.count):

@@ -51,7 +51,7 @@ class Knot(NamedTuple):
 
 
 class Beyond(NamedTuple):
-    """Where a joint leaves its bounds."""
+    """Place at which a joint leaves its bounds."""
 
     time_s: float
     joint: int

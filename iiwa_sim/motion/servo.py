@@ -101,7 +101,7 @@ class Pursuit:
 
     @property
     def waits(self) -> bool:
-        """Whether the servo has found no way yet from the motion of the queue."""
+        """True if the servo has found no way yet from the motion of the queue."""
         return self.move is not None and not self._has_begun
 
     def begin_stream(self) -> None:

@@ -42,22 +42,22 @@ class TimeScaling:
 
     @property
     def changing(self) -> bool:
-        """Whether the rate is changing."""
+        """True if the rate is changing."""
         return self._change is not None
 
     @property
     def falling(self) -> bool:
-        """Whether the rate is above the override, and comes down to it."""
+        """True if the rate is above the override, and comes down to it."""
         return self._change is not None and not self.stopping and self.override < self.rate
 
     @property
     def pausing(self) -> bool:
-        """Whether planned time stands still because of an override of 0."""
+        """True if planned time stands still because of an override of 0."""
         return self.rate == self.override == 0.0 and self._change is None
 
     @property
     def stopped(self) -> bool:
-        """Whether a stop is over."""
+        """True if a stop is over."""
         return self.stopping and self._change is None
 
     def begin(self, time_s: float = 0.0) -> None:
