@@ -346,8 +346,10 @@ class Motions:
             return
         if impedance.compliant:
             self._pursuit.step(self._nominal_moves)
-        self._servo.step()
-        executor.step()
+        if self._servo.asks_again:
+            self._servo.step()
+        if not executor.step_quietly():
+            executor.step()
         if self._next_impedance is not None and not executor.waiting:
             impedance.impedance, self._next_impedance = self._next_impedance, None
 

@@ -159,8 +159,13 @@ class Impedance:
             self.joints = self._joint_springs.step()
         else:
             self.joints = self._tcp_springs.step(nominal, self.impedance)
-        fastest = max(map(abs, map(sub, self.joints, self._before)))
-        self._still_ticks = self._still_ticks + 1 if fastest <= STILL_RAD_PER_S * self._tick_s else 0
+        # In most ticks the first joint tells that the robot moves.
+        most = STILL_RAD_PER_S * self._tick_s
+        moves = abs(self.joints[0] - self._before[0]) > most
+        if moves or max(map(abs, map(sub, self.joints, self._before))) > most:
+            self._still_ticks = 0
+        else:
+            self._still_ticks += 1
 
     def _course_to_rest(self) -> RuckigCourse:
         """Brake from constant speed, each joint as fast as the limits of a stop allow."""
