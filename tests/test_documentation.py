@@ -81,6 +81,15 @@ def test_the_programs_of_a_page(page: str, pytester: pytest.Pytester) -> None:
         pytester.runpytest_inprocess("-W", "error").assert_outcomes(passed=expected)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("block", [code for _, code in blocks("cpp")])
+def test_a_program_in_cpp(block: str, tmp_path: Path) -> None:
+    (tmp_path / "main.cpp").write_text(block)
+    compiled = [program("c++"), "-std=c++17", "-I", ROOT / "examples", tmp_path / "main.cpp"]
+    _done(*compiled, "-o", tmp_path / "main")
+    _done(tmp_path / "main")
+
+
 LINES = [line for _, block in blocks("sh") for line in block.replace("\\\n", " ").splitlines()]
 COMMANDS = sorted({tuple(shlex.split(part, comments=True)) for line in LINES for part in line.split(" && ")})
 

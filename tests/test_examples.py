@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,6 +50,16 @@ def assert_there_and_back(done: subprocess.CompletedProcess[str], axes: int = 7)
 def test_the_client_in_cpp(cpp_client: Path) -> None:
     with Simulator(clock="fast") as simulator:
         assert_there_and_back(run(cpp_client, "127.0.0.1", str(simulator.port)))
+
+
+@pytest.mark.slow
+def test_the_tests_in_cpp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    tests = tmp_path / "tests"
+    done = run(program("c++"), *STRICT, "-I", EXAMPLES, EXAMPLES / "cpp" / "driver_tests.cpp", "-o", tests)
+    assert done.returncode == 0, done.stderr
+    for name in ("goes_there", "emergency_stop", "lost_reply"):
+        assert run(tests, name).returncode == 0, name
 
 
 @pytest.mark.requirement("FRA005")
