@@ -33,6 +33,8 @@ class _Numbers(NamedTuple):
     @property
     def expected(self) -> str:
         count = "a number" if self.numbers == 1 else f"{self.numbers} numbers"
+        if self.greatest == inf:
+            return f"{count} in{self.unit}" if self.unit else count
         return f"{count} from {self.least:g} to {self.greatest:g}{self.unit}"
 
     def accepts(self, text: str) -> bool:
