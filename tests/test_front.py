@@ -24,9 +24,3 @@ def test_importing_it_loads_nothing_else_of_ours_and_no_library() -> None:
     loaded = loaded_by("import iiwa_sim")
     assert {name for name in loaded if name.partition(".")[0] == OWN} == {OWN}
     assert not loaded & {*HEAVY, "msgspec", "asyncio"}
-
-
-def test_its_clients_load_nothing_of_the_simulator() -> None:
-    loaded = loaded_by("from iiwa_sim import Iiwa, Krc4, CommandError")
-    assert not loaded & set(HEAVY)
-    assert {"iiwa_sim.client"} <= loaded

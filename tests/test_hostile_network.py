@@ -6,8 +6,6 @@ import os
 import re
 import signal
 import socket
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from iiwa_sim.client import Iiwa
@@ -34,17 +32,8 @@ def said_to(port: int, data: bytes) -> bytes:
 
 
 def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() -> None:
-    options = (
-        "--protocol",
-        "iiwa,krc4",
-        "--status-port",
-        "0",
-        "--backdoor-port",
-        "0",
-        "--rosbridge-port",
-        "0",
-    )
-    with running(*options) as simulator:
+    options = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0"
+    with running(*options.split()) as simulator:
         ports = {"iiwa": simulator.port}
         for name in ("krc4", "status", "rosbridge", "backdoor"):
             ports[name] = int(simulator.line().rpartition(":")[2])
@@ -81,35 +70,19 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
     assert log.count("the host 'evil.example'") == 2
 
 
-@contextmanager
-def fifo(folder: Path) -> Iterator[Path]:
-    path = folder / "fifo"
-    os.mkfifo(path)
-    yield path
-
-
-def drives_and_ends(*options: str, stderr: int | None = None) -> str:
-    """For long enough that all buffers are full, and then SIGTERM; gives what it wrote to stderr."""
-    with running(*options, **({} if stderr is None else {"stderr": stderr})) as simulator:
-        with Iiwa("127.0.0.1", simulator.port) as robot:
-            for _ in range(1500):
-                assert robot.get_mode() == "unknown"
-            robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
-            robot.wait_until_stopped(DEADLINE_S)
-        if stderr is None:
-            code, said = simulator.ends(signal.SIGTERM)
-        else:
-            simulator.process.send_signal(signal.SIGTERM)
-            code, said = simulator.process.wait(DEADLINE_S), ""
-        assert code == 0
-        return said
-
-
 def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost_is_counted(
     tmp_path: Path,
 ) -> None:
-    with fifo(tmp_path) as path:
-        said = drives_and_ends("--transcript", str(path))
+    path = tmp_path / "fifo"
+    os.mkfifo(path)
+    with running("--transcript", str(path)) as simulator:
+        with Iiwa("127.0.0.1", simulator.port) as robot:
+            for _ in range(1500):  # so that all buffers are full
+                assert robot.get_mode() == "unknown"
+            robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
+            robot.wait_until_stopped(DEADLINE_S)
+        code, said = simulator.ends(signal.SIGTERM)
+    assert code == 0
     told = re.search(rf"{re.escape(str(path))}: the last (\d+) lines are lost: nobody read them", said)
     assert told is not None, said
     assert 1000 < int(told[1]) < 20_000, "of two for each command the system holds some hundred"

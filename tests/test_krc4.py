@@ -26,10 +26,7 @@ from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
 from tests.processes import refused
 from tests.talking import DEADLINE_S
 
-HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
-NEAR_DEG = (2.0, -90.0, 90.0, 0.0, 90.0, 0.0)
 FAR_DEG = (160.0, 40.0, -100.0, 0.0, 90.0, 0.0)
-BESIDE = (445.0, 20.0, 800.0, 180.0, 0.0, 180.0)
 
 
 @pytest.fixture(scope="module")
@@ -42,39 +39,6 @@ def simulator() -> Iterator[Simulator]:
 def client(simulator: Simulator) -> Iterator[Krc4Client]:
     with Krc4Client(simulator.port) as client:
         yield client
-
-
-@pytest.mark.requirement("FRA003", "FRA004", "FRA005", "FRA006")
-def test_each_message_is_answered_and_does_what_it_says(client: Krc4Client) -> None:
-    tags = []
-
-    def ask(tag: str, *reals: float, **integers: int) -> tuple[tuple[int, ...], tuple[float, ...]]:
-        tags.append(tag)
-        reply = client.ask(tag, *reals, **integers)
-        assert reply.error is None, tag
-        return reply.integers[2:], reply.reals
-
-    ask("PTA", *HOME_DEG)
-    client.until_idle()
-    ask("LIN", *BESIDE)
-    assert ask("FIN")[0][0] == 0
-    assert 0.0 < ask("DIS")[1][0] <= 25.0
-    assert ask("GOP")[1][:3] == pytest.approx(BESIDE[:3])
-    client.until_idle()
-    assert ask("DIS")[1][0] == pytest.approx(0.0, abs=1e-6)
-    ask("LIA", *NEAR_DEG)
-    client.until_idle()
-    assert ask("GOA")[1][:6] == pytest.approx(NEAR_DEG, abs=1e-6)
-    ask("PTP", *BESIDE)
-    client.until_idle()
-    assert ask("FIN")[0][0] == 1
-    ask("SIO", I2=5, I3=1)
-    assert ask("GIO", I2=5)[0][1] == 1
-    ask("PTA", *FAR_DEG)
-    ask("STO")
-    client.until_idle()
-    assert ask("GOA")[1][:6] != pytest.approx(FAR_DEG, abs=1.0)
-    assert set(tags) == set(IDS)
 
 
 @pytest.mark.requirement("FRA101")

@@ -119,10 +119,13 @@ def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
 
 
 def test_the_controller_keeps_the_tables_ranges():
+    tried = set()
     for name, command in TABLE.commands.items():
         for quantity in command.parameters:
-            if not quantity.range or name == "set input":
+            kind = quantity.name.rstrip("0123456789"), quantity.range, command.mode
+            if not quantity.range or name == "set input" or kind in tried:
                 continue
+            tried.add(kind)
             inside, outside = edges(quantity)
             robot = Controller(load_robot("lbr_iiwa_7_r800"), 0.002)
             talk = Conversation(robot)

@@ -86,10 +86,10 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
         def test_ended(pytestconfig):
             seen.append(left())
 
-        @pytest.mark.parametrize("number", range(10))
+        @pytest.mark.parametrize("number", range(4))
         def test_many(iiwa, number):
             robots.add(iiwa)
-            if number % 5 == 0:  # some driver that is not closed, and its robot still moves
+            if number % 3 == 0:  # some driver that is not closed, and its robot still moves
                 driver = Driver(iiwa.host, iiwa.port)
                 assert driver.ask(FAR) == "done"
                 driver.close()
@@ -103,7 +103,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
         "no:xdist",
         process=True,
     )
-    result.assert_outcomes(passed=14)
+    result.assert_outcomes(passed=8)
 
 
 def test_plain_async_and_threaded_tests(project: Project) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 from collections.abc import AsyncIterator
 
 import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
+from tests import drivers
+from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES
 from tests.processes import running
 from tests.talking import DEADLINE_S, Client, until
 
@@ -36,17 +37,6 @@ async def some_ticks(simulator: Simulator, ticks: int = 20) -> None:
     await until(lambda: simulator.controller.tick >= until_tick)
 
 
-async def test_both_move_the_robot_in_the_order_in_which_their_commands_arrive(simulator: Simulator) -> None:
-    one, two = await connect(simulator), await connect(simulator)
-    assert await one.ask("joint move : 0.1 0.5 0 -1 0 1.5 0 " + "1 " * 7) == "done"
-    assert await two.ask("joint move : 0.1 0.5 0 -1 0 1.5 0.1 " + "1 " * 7) == "done"
-    assert await one.ask("get status") == await two.ask("get status") == "moving"
-    assert await one.until_stopped() > 0
-    assert await two.ask("get joint position") == "0.1 0.5 0.0 -1.0 0.0 1.5 0.1"
-    await one.leaves()
-    await two.leaves()
-
-
 @pytest.mark.parametrize("how", ["leaves", "vanishes", "bye"])
 async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulator, how: str) -> None:
     first, second = await connect(exclusive), await connect(exclusive)
@@ -68,18 +58,6 @@ async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulat
     assert exclusive.controller.joints[0] == 0.01
     await second.leaves()
     await first.leaves()
-
-
-async def test_a_client_that_waits_does_not_keep_the_simulator_from_ending() -> None:
-    async with Simulator(exclusive=True) as simulator:
-        first, second = await connect(simulator), await connect(simulator)
-        second.send(b"hello\r\n")
-        assert await first.ask("hello") == "hello"
-    assert await first.rest() == b""
-    with contextlib.suppress(ConnectionResetError):  # what it said was not read
-        assert await second.rest() == b""
-    await first.leaves()
-    await second.leaves()
 
 
 @pytest.mark.parametrize("exclusive", [False, True])
@@ -108,3 +86,30 @@ def test_a_bye_ends_the_process_if_it_shall() -> None:
             robot.bye()
             _, said = simulator.process.communicate(timeout=DEADLINE_S)
         assert (simulator.process.returncode, said) == (0, "")
+
+
+@pytest.mark.parametrize("name", ONE_OF_EACH_PROTOCOL)
+async def test_exclusive_means_one_after_the_other_of_all_protocols(name: str) -> None:
+    scene = SCENES[name]
+    async with scene.simulator(exclusive=True) as simulator:
+        first, _ = await drivers.connect(simulator, scene.spoken)
+        second, _ = await drivers.connect(simulator, scene.other)
+        third, _ = await drivers.connect(simulator, scene.spoken)
+        for each in (second, third):
+            each.send(b"".join(each.QUESTIONS))
+            await each.sent()
+        simulator.backdoor.set_override(0.2)
+        assert await first.moves(scene.far) == 0
+        await until(lambda: simulator.joints != simulator.cell.start)
+        assert second.unread == third.unread == b""
+        await first.leaves()
+        await until(lambda: second.unread != b"")
+        await second.whole_reply()  # whether the robot still brakes is up to the machine
+        await second.whole_reply()
+        await second.whole_reply()
+        await second.until_stopped()
+        assert third.unread == b"", "one at a time"
+        assert simulator.joints != pytest.approx(scene.far, abs=0.1)
+        await second.leaves()
+        assert [await third.whole_reply() for _ in range(3)] == list(third.ANSWERS)
+        await third.leaves()

@@ -57,20 +57,6 @@ def test_a_move_of_ten_seconds_is_run_at_once() -> None:
         assert simulator.run_until_stopped() == 0.0
 
 
-def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for name in ("HOLD_NS", "LONGEST_HOLD_NS"):
-        monkeypatch.setattr(clock, name, 10**12)
-    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
-        home = simulator.joints
-        for y_mm in (100, 0, 100):
-            robot.lin_move([450, y_mm, 520, 0, -1.57079, 0], 0.5, 30)
-            assert robot.get_status() == "moving"
-            assert simulator.joints == home
-        assert robot.get_queue() == 2, "behind the one that is about to run"
-
-
 def test_in_fast_a_move_begins_when_its_driver_only_asks_whether_it_is_done(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -101,31 +101,6 @@ async def test_stop_stops_the_robot_and_its_queue(
     await driver.asks(driver.QUESTIONS[0])  # the client itself is left alone
 
 
-async def test_what_is_no_stop_shows_as_an_error_and_nothing_stops(
-    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
-) -> None:
-    _, driver, reader = of_the_scene
-    assert await driver.moves(scene.far) == 0
-    seen = await moving_state(reader)
-    reader.send(b"get joint position\r\n")
-    while not seen["error"]["code"]:
-        seen = await next_state(reader)
-    assert seen["error"] == {"code": 3040, "reason": "the status port takes stop, and nothing else"}
-    assert seen["status"] == "moving"
-    assert seen["mode"] == "normal"
-
-
-async def test_a_reader_that_goes_stops_nothing(
-    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
-) -> None:
-    simulator, driver, reader = of_the_scene
-    assert await driver.moves(scene.far) == 0
-    await next_state(reader)
-    reader.vanishes()
-    await until(lambda: not simulator._status.connections)
-    assert await driver.moving()
-
-
 @pytest.mark.requirement("FRA201")
 async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> None:
     async with Simulator(status_port=0, status_rate_hz=500) as simulator:

@@ -10,7 +10,6 @@ import pytest
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.protocols.faults import (
-    NEXT,
     CloseAfter,
     CloseBefore,
     Delay,
@@ -156,16 +155,3 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
             await again.is_served()
             await again.leaves()
             await until(lambda gone=number: gone not in bench.simulator.backdoor.connections())
-
-
-async def test_a_fault_for_whoever_comes_next(bench: Bench) -> None:
-    bench.backdoor.set_fault(CloseBefore(), NEXT)
-    await bench.driver.is_served()
-    second, number = await bench.connects(bench.scene.spoken)
-    third, _ = await bench.connects(bench.scene.other)
-    names = bench.backdoor.connections()
-    assert list(names) == [1, 2, 3, 4]
-    assert names[number].startswith("127.0.0.1:")
-    second.send(second.QUESTIONS[0])
-    assert await second.rest() == b""
-    await third.is_served()

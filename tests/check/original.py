@@ -6,7 +6,6 @@ import contextlib
 import re
 import socket
 import threading
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from socketserver import BaseRequestHandler, TCPServer, ThreadingMixIn
@@ -34,12 +33,10 @@ class Original(TCPServer):
     def __init__(self) -> None:
         self.heard: list[str] = []
         """Every line of every client."""
-        self.taken: Counter[int] = Counter()
-        """Bytes that have been read and answered, or not answered for good, by the client's port."""
         super().__init__(("127.0.0.1", 0), BaseRequestHandler)
         self.port: int = self.socket.getsockname()[1]
 
-    def finish_request(self, request: Any, client_address: Any) -> None:
+    def finish_request(self, request: Any, _client_address: Any) -> None:
         """One client, until it goes or has said bye."""
         rest = b""
         request.settimeout(DEADLINE_S)
@@ -49,7 +46,6 @@ class Original(TCPServer):
                 *lines, rest = self.split(rest + data)
                 if not all(self.answer(request, line) for line in lines):
                     return
-                self.taken[client_address[1]] += len(data)
             if rest and self.answers_a_rest:
                 self.answer(request, rest)
 
@@ -87,18 +83,11 @@ def _but(what: str, **ways: Any) -> type[Deviating]:
     return type(what, (Deviating,), ways)
 
 
-reply, answer, split = Deviating.reply, Deviating.answer, Deviating.split
+reply = Deviating.reply
 Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
 MindsCase = _but(
     "takes small letters only",
     reply=lambda self, text: reply(self, text) if text == text.lower() else "unknown command",
-)
-Hasty = _but(
-    "reads one command per packet and forgets what came with it",
-    split=lambda self, data: [(lines := split(self, data))[0], *lines[1:][-1:]],
-)
-Stubborn = _but(
-    "lets a client that said bye talk on", answer=lambda self, to, line: answer(self, to, line) or True
 )
 Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).replace("stopped", "moving"))
 

@@ -26,7 +26,7 @@ CASES: list[Case] = [
     )
     if (what == "held" or below == 5e4 or own == 1e6) and (what, kg, stiffness) != ("hit", 5.0, 100.0)
 ]
-FEW = [case for number, case in enumerate(CASES) if number % 24 == 5]
+FEW = [case for number, case in enumerate(CASES) if number % 48 == 5]
 
 
 def settles(case: Case) -> tuple[float, float]:
@@ -119,12 +119,3 @@ friction = 0.3
         forces.append(scene.world.wrench[:3])
     last = np.array(forces[-200:])
     assert np.ptp(last, axis=0).max() < 0.01 * np.abs(last).max()
-
-
-def test_it_gives_way_to_what_presses_on_it_and_to_the_weight_it_holds() -> None:
-    scene = Scene(part("block", (550, 0, 330), kg=1.0), table(), head=STRONG)
-    scene.picks(550, 0, 330, 100)
-    before = scene.controller.tool_frame().z_mm
-    scene.controller.move(lin_stiff_move(scene.controller.tool_frame(), 0.05, 1000.0, (0.0,) * 6))
-    scene.step(1500)
-    assert before - scene.controller.tool_frame().z_mm == pytest.approx(9.81, abs=0.01)

@@ -92,33 +92,6 @@ def test_what_rests_sleeps_has_no_contacts_and_is_woken() -> None:
     assert scene.data.ncon == 8
 
 
-def test_a_tree_of_that_policy_never_sleeps() -> None:
-    scene = Scene()
-    details.never_sleeps(scene.model, 2)
-    scene.find()
-    scene.step(300)
-    assert scene.data.body_awake[2] == 1
-    assert scene.data.body_awake[3] == 0
-
-
-def test_a_static_body_that_is_moved_is_placed_when_all_are_woken() -> None:
-    scene = Scene()
-    scene.find()
-    scene.step(300)
-    scene.model.body_pos[1, 2] = 0.01
-    details.wake_all(scene.model, scene.data)
-    assert scene.data.xpos[1, 2] == 0.01
-
-
-def test_a_part_that_is_gone_meets_nothing_and_stays() -> None:
-    scene = Scene()
-    details.set_gone(scene.model, scene.data, 2, 1)
-    scene.data.qpos[2] = 0.03
-    scene.find()
-    scene.step(20)
-    assert scene.data.qpos[2] == 0.03
-
-
 def test_what_is_imposed_changes_no_bit_of_what_it_does_not_touch() -> None:
     found = []
     for speed in (0.0, 3.0):

@@ -187,29 +187,6 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert scene.part("block").state == "held", "it can be picked again"
 
 
-def test_a_part_that_is_taken_away_is_gone() -> None:
-    scene = holding()
-    scene.handling.remove("block")
-    scene.step(2)
-    assert scene.part("block").state == "gone"
-    scene.rests()
-    assert scene.told[-1] == "part 'block' is gone: made to through the backdoor"
-    assert scene.force == (0.0,) * 6
-    with pytest.raises(Refused, match="no part 'block': there is none"):
-        scene.handling.remove("block")
-
-
-def test_stuck_jaws_hold_on_and_let_go_when_they_are_repaired() -> None:
-    scene = holding()
-    scene.handling.stick(True)
-    scene.controller.io.set_output(CLOSE, False)
-    scene.step(300)
-    assert scene.part("block").state == "held"
-    scene.handling.repair()
-    scene.rests()
-    assert scene.part("block").state == "lies"
-
-
 def test_a_held_part_pushes_others_and_feels_them() -> None:
     other = part("other", (550, 0, 330), kg=0.5)
     scene = holding(more=other)
