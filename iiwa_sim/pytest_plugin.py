@@ -87,9 +87,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
-    """A simulated robot that listens on `iiwa.host`, `iiwa.port`, at rest at home.
+    """Simulated robot that listens on `iiwa.host` and `iiwa.port` and rests at home.
 
-    It has the methods of `iiwa_sim.Simulator`. What the marker `iiwa` gives is handed on to it.
+    It is an `iiwa_sim.Simulator`. The marker `iiwa` sets its options.
     """
     shown = request.node.stash.setdefault(_ROBOTS, [])
     with _robot("iiwa", _options_of(request), shown, _artifact(request, request.node.nodeid)) as robot:
@@ -98,10 +98,10 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 
 @pytest.fixture
 def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simulator]]":
-    """Gives a simulated robot for each call, of as many as a test wants; all of them end with the test.
+    """Function that starts a simulated robot at each call; all robots end with the test.
 
-    `iiwa_factory(robot="lbr_iiwa_14_r820", cell=..., clock="stepped")` takes what the marker `iiwa` takes,
-    which with command line and ini file says what holds for all of them.
+    `iiwa_factory(robot="lbr_iiwa_14_r820", clock="stepped")` takes the options of the marker `iiwa`. Marker,
+    command line and ini file hold for all of them.
     """
     shown = request.node.stash.setdefault(_ROBOTS, [])
     common = _options_of(request)
@@ -119,10 +119,10 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
 
 @pytest.fixture(scope="session")
 def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
-    """A simulated robot that all tests share, each as the one before has left it.
+    """Simulated robot that all tests share; each test finds it as the previous one left it.
 
-    Its options are those of command line and ini file; markers count for `iiwa` alone. A test that fails
-    shows what was said in the tests before it, too.
+    Its options come from command line and ini file only. The report of a failed test shows the dialogue of
+    earlier tests, too.
     """
     shown = request.session.stash.setdefault(_ROBOTS, [])
     worker = getattr(request.config, "workerinput", {}).get("workerid")  # of xdist: one robot each

@@ -48,28 +48,20 @@ logger = logging.getLogger(__name__)
 
 
 class Simulator:
-    """A robot that listens and moves while the context is open: in a thread of its own,
+    """Simulated robot that listens on its ports while its context is open.
 
-    with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator: driver = MyDriver(simulator.host,
-    simulator.port)
+    `with Simulator(clock="fast") as robot:` runs it in a thread of its own, `async with` in the caller's
+    asyncio loop. A driver connects to `robot.host` and `robot.port`, free ports unless options name them.
 
-    or inside the caller's asyncio loop.
-
-    async with Simulator() as simulator: reader, writer = await asyncio.open_connection(simulator.host,
-    simulator.port)
-
-    With a thread, the methods here may be called from any other thread, and wait until they are done; what
-    else there is (`controller`, `clock`, `dialogue`) belongs to the thread: reach it through `call`. In a
-    loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
-
-    `settings` holds what the robot is and does; keywords are fields of `Settings` and hold before it. Ports
-    are free ones if none is given.
+    With a thread, any other thread may call the methods here; each returns when it is done. `controller`,
+    `clock` and `dialogue` belong to the robot's thread: reach them through `call`. In a loop, methods that
+    let time pass raise RuntimeError: await those of `clock`.
 
     Args:
         robot: Name of a built-in robot, a robot's folder, or the path of a cell.toml.
-        cell: Path of a cell.toml, or a cell that has been read, for simulators that have the same.
-        settings: Options, such as `Settings(clock="fast")`.
-        on_bye: Called when a client has said bye and been answered: there the caller may leave the context.
+        cell: Path of a cell.toml, or a loaded cell.
+        settings: Options, such as `Settings(clock="fast")`; keywords precede them.
+        on_bye: Called after the reply to a `bye`; the caller may leave the context there.
         options: Options by the names of `Settings`, such as `clock="fast"`.
 
     Raises:
@@ -256,50 +248,71 @@ class Simulator:
         return self.call(lambda: snapshot(self._controller))
 
     def advance(self, seconds: float) -> None:
-        """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
+        """Let simulated time pass as fast as possible, with any clock.
 
-        A part of a tick counts as a whole one. Raises ValueError for a time out of range.
+        Args:
+            seconds: Simulated time, 0 to a day; part of a tick counts as a whole one.
+
+        Raises:
+            ValueError: The time is out of range.
         """
         self._wait_for(lambda: self.clock.advance(seconds))
 
     def run_until_stopped(self, limit_s: float = 60.0) -> float:
-        """Let time pass until `get status` would say stopped; gives how much did (s, simulated).
+        """Let time pass, as fast as possible, until the robot has stopped.
 
-        As fast as the machine can, at any clock; none passes if the robot does not move. Raises StillMoving,
-        a TimeoutError, where it still does after `limit_s` (0 to a day).
+        Args:
+            limit_s: Longest simulated time, 0 to a day.
+
+        Returns:
+            Simulated time that has passed (s); 0 if the robot did not move.
+
+        Raises:
+            StillMoving: The robot still moves after `limit_s`. It is a TimeoutError.
         """
         return self._wait_for(lambda: self.clock.run_until_stopped(limit_s))
 
     def pause(self) -> None:
-        """Let time stand still until `resume`; `advance` and `run_until_stopped` still let it pass."""
+        """Suspend simulated time until `resume`, except for `advance` and `run_until_stopped`."""
         self.call(self.clock.pause)
 
     def resume(self) -> None:
-        """Let time pass again."""
+        """Resume simulated time."""
         self.call(self.clock.resume)
 
     def set_clock(self, clock: str | Pace) -> None:
-        """Let time pass otherwise: "real", "10x", "fast", "stepped". Raises ValueError for anything else."""
+        """Set the clock: "real", "10x", "fast" or "stepped". Raises ValueError for others."""
         wanted = _pace(clock)
         self.call(lambda: self.clock.set_pace(wanted))
 
     def reply(self, command: str, reply: str, times: int = 1) -> None:
-        """Have the next `times` lines of a command answered by `reply`, and not carried out.
+        """Answer the next `times` occurrences of a command with `reply` without executing it.
 
-        `command` is a name such as "get status"; `times` is 0 for all lines until `backdoor.clear_faults()`.
-        Several for one command take its lines one after the other. Raises ValueError for a command there is
-        not, a reply that is not one line of printable ASCII, a number below 0, and where the iiwa's protocol
-        is not spoken: KRC4 messages cannot be canned.
+        Several replies for one command follow one another. KRC4 messages cannot be canned.
+
+        Args:
+            command: Name such as "get status".
+            reply: One line of printable ASCII.
+            times: Number of lines, or 0 for all until `backdoor.clear_faults()`.
+
+        Raises:
+            ValueError: Unknown command, wrong reply or number, or a robot without the text protocol.
         """
         self.call(lambda: self._canned.set(command, reply, times))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
-        """Write a recording into a file from now on, as docs/recordings.md has it; one that is there is lost.
+        """Record from now on into a file, which is overwritten: see docs/recordings.md.
 
-        The state is written at every tick, or `rate_hz` times in a simulated second. It goes on until the
-        context of what this gives is left, or `close` is called, or the simulator ends. Raises RecordingFault
-        where the file cannot be written or the library mcap is not installed, and ValueError for a rate
-        outside 1 to that of the ticks.
+        Args:
+            path: MCAP file.
+            rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
+
+        Returns:
+            The recording: it ends with its context, by `close`, or with the simulator.
+
+        Raises:
+            RecordingFault: The file cannot be written, or mcap is not installed.
+            ValueError: The rate is out of range.
         """
         return self._recordings.recording(Path(path), rate_hz, self.call)
 
