@@ -320,9 +320,11 @@ def test_torques_of_two_links_are_stiffness_times_depth_beyond_what_is_allowed()
         for (a, b), inner in lines:
             for (c, d), outer in lines:
                 if outer.joints - inner.joints >= 3:
-                    shares = np.linspace(0.0, 1.0, 300)[:, None]
-                    one, two = a + shares * np.subtract(b, a), c + shares * np.subtract(d, c)
-                    gap = np.linalg.norm(one[:, None] - two, axis=2).min() - inner.radius_m - outer.radius_m
+                    points = a + np.linspace(0.0, 1.0, 3000)[:, None] * np.subtract(b, a)
+                    axis = np.subtract(d, c)
+                    shares = np.clip((points - c) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)[:, None]
+                    apart = np.linalg.norm(points - c - shares * axis, axis=1).min()
+                    gap = apart - inner.radius_m - outer.radius_m
                     found += 0.5 * FOLDED_N_PER_M * max(0.0, -gap - ALLOWED_M) ** 2
         return found
 
