@@ -10,7 +10,6 @@ import pytest
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import connect
 from tests.talking import Client, until
@@ -83,19 +82,6 @@ async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Si
     assert await driver.ask("get joint torque") == "0.0 0.0 0.0 0.0 0.0 0.0 0.0"
     assert await driver.ask("get inputs") == await driver.ask("get outputs") == " ".join("0" * 16)
     await driver.leaves()
-
-
-async def test_there_is_none_unless_it_is_asked_for_and_only_on_this_machine(simulator: Simulator) -> None:
-    assert Simulator().backdoor_port is None
-    async with Simulator(host="0.0.0.0", backdoor_port=0) as everywhere:
-        assert everywhere._backdoor_http is not None
-        assert everywhere._backdoor_http.address[0] == "127.0.0.1"
-    second = Simulator(status_port=0, backdoor_port=simulator.backdoor_port)
-    with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.backdoor_port}: "):
-        await second.__aenter__()
-    for port in (lambda: second.port, lambda: second.status_port):
-        with pytest.raises(RuntimeError, match="does not listen"):
-            port()
 
 
 def test_from_another_thread_while_the_robot_moves() -> None:

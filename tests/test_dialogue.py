@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim import dialogue as module
 from iiwa_sim.dialogue import Dialogue, Exchange
 from iiwa_sim.protocols.protocols import command_names
 
@@ -70,18 +69,6 @@ def test_a_misspelt_command_is_an_error(robot: Robot) -> None:
         robot.dialogue.assert_said("lin mvoe", times=0)
     robot.say("lin mvoe", "unknown command")
     robot.dialogue.assert_said("lin mvoe", times=1)
-
-
-def test_more_than_is_kept_is_an_error_until_it_is_forgotten(
-    robot: Robot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(module, "MOST", 2)
-    for line in ("hello", "stop", "hello"):
-        robot.say(line, line)
-    with pytest.raises(RuntimeError, match="more than 2 exchanges"):
-        robot.dialogue.commands()
-    robot.dialogue.forget()
-    assert robot.dialogue.commands() == []
 
 
 def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:

@@ -37,10 +37,6 @@ directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) 
 axes = directions.map(lambda v: (v[0] / math.hypot(*v), v[1] / math.hypot(*v), v[2] / math.hypot(*v)))
 
 
-def matrix(rotation: Rotation) -> np.ndarray:
-    return np.array(rotation).reshape(3, 3)
-
-
 def assert_same(a: Rotation, b: Rotation, tolerance: float = 1e-12) -> None:
     assert np.abs(np.subtract(a, b)).max() <= tolerance
 
@@ -71,15 +67,6 @@ def test_euler_angles_round_trip_in_their_ranges(alpha: float, beta: float, gamm
 def test_euler_angles_round_trip_at_gimbal_lock(alpha: float, gamma: float, off: float, side: float) -> None:
     rotation = about_z_y_x(alpha, side * (math.pi / 2 - off), gamma)
     assert_same(about_z_y_x(*euler_from_rotation(rotation)), rotation)
-
-
-@given(transforms, transforms)
-def test_compose_is_the_matrix_product(a: Transform, b: Transform) -> None:
-    c = compose(a, b)
-    assert np.allclose(matrix(c.rotation), matrix(a.rotation) @ matrix(b.rotation), rtol=0, atol=1e-15)
-    moved = matrix(a.rotation) @ b.translation + a.translation
-    assert np.allclose(c.translation, moved, rtol=0, atol=1e-15 * 4)
-    assert c.rotation == multiply(a.rotation, b.rotation)
 
 
 @given(transforms, st.tuples(lengths_m, lengths_m, lengths_m))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
-import socket
 from pathlib import Path
 
 from iiwa_sim import Iiwa, Simulator
+from tests.states import on_the_status_port
 
 CELL = """
 [gripper]
@@ -29,10 +28,7 @@ def test_a_driver_closes_and_opens_it_and_a_bench_breaks_it(tmp_path: Path) -> N
         robot.set_output(3, True)
         simulator.advance(0.4)
         assert (robot.get_input(1), robot.get_input(2)) == (False, False)
-        assert simulator.status_port is not None
-        with socket.create_connection(("127.0.0.1", simulator.status_port)) as status:
-            simulator.advance(0.1)
-            line = json.loads(status.makefile().readline())
+        line = on_the_status_port(simulator)
         assert line["gripper"]["state"] == "between"
         assert 25.0 < line["gripper"]["opening_mm"] < 45.0
         simulator.advance(0.5)

@@ -22,8 +22,8 @@ from iiwa_sim.view.scene import Robot
 from tests.cell.cells import EXAMPLES
 from tests.ros_robot import ptp
 from tests.simulated_time import SimulatedTime
-from tests.states import state
-from tests.talking import DEADLINE_S, wait_until
+from tests.states import on_the_status_port
+from tests.talking import DEADLINE_S
 
 PROTECTED = EXAMPLES / "protected.toml"
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped("protection")}
@@ -82,15 +82,6 @@ def test_it_shows_everywhere_the_error_is_told(caplog: pytest.LogCaptureFixture)
     assert (result["result_code"], told in result["additional_information"]) == (3060, True)
     (diagnosis,) = ros["/diagnostics"][-1]["status"]
     assert (diagnosis["level"], diagnosis["message"]) == (2, told)
-
-
-def on_the_status_port(simulator: Simulator) -> dict[str, Any]:
-    """A line of it."""
-    assert simulator.status_port is not None
-    with socket.create_connection((simulator.host, simulator.status_port), DEADLINE_S) as reader:
-        wait_until(lambda: simulator.call(lambda: bool(simulator._status and simulator._status.connections)))
-        simulator.advance(0.1)
-        return state(reader.makefile("rb").readline())
 
 
 def on_ros(simulator: Simulator) -> dict[str, list[Any]]:

@@ -221,43 +221,6 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
     result.assert_outcomes(passed=3)
 
 
-def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
-    result = project.tests(
-        """
-        def ask(iiwa, message):
-            with socket.create_connection((iiwa.host, iiwa.ports["krc4"]), timeout=60) as driver:
-                driver.sendall(message)
-                reply = b""
-                while not reply.endswith(b"</Res>"):
-                    reply += driver.recv(1)
-                iiwa.run_until_stopped()
-                return reply
-
-        PTA = b'<Cmd I0="1" I1="25" R0="10" R1="-80" R2="80" R4="80"/>'
-        GOA = b'<Cmd I0="2" I1="320"/>'
-
-        @pytest.mark.iiwa(robot="kr_6_r900_sixx", protocol=["krc4"])
-        def test_six_axes(iiwa):
-            assert len(iiwa.joints) == 6
-            assert iiwa.port == iiwa.ports["krc4"]
-            assert ask(iiwa, PTA).startswith(b"<Res><I0>1</I0><I1>25</I1>")
-            assert b"<R0>10.0</R0><R1>-80.0</R1><R2>80.0</R2>" in ask(iiwa, GOA)
-
-        @pytest.mark.iiwa(protocol=("iiwa", "krc4"))
-        def test_both(iiwa, driver):
-            assert b"<R0>0.0</R0><R1>30.0" in ask(iiwa, GOA)
-            assert driver.ask("get joint position").startswith("0.0 0.52")
-
-        @pytest.mark.iiwa(robot="kr_6_r900_sixx", protocol=["krc4"])
-        def test_failed(iiwa):
-            ask(iiwa, GOA)
-            raise AssertionError("on purpose")
-        """
-    )
-    result.assert_outcomes(passed=2, failed=1)
-    result.stdout.fnmatch_lines(["*iiwa dialogue*", "*> Cmd I0=2 I1=320", "*< Res I0=2 I1=320 *R1=-90*"])
-
-
 WRONG = {
     "clok='fast'": "fixture iiwa: clok: no such option, did you mean clock?",
     "protocol=['krc5']": "fixture iiwa: protocol=?'krc5'?: expected iiwa or krc4*",

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import socket
 from pathlib import Path
 
 import pytest
 
 from iiwa_sim import Iiwa, Simulator
+from tests.states import on_the_status_port
 
 CELL = """
 [tool]
@@ -29,10 +28,7 @@ def test_a_driver_tells_the_load_and_feels_the_rest(tmp_path: Path) -> None:
         force = robot.get_cartesian_force()
         assert sum(each**2 for each in force[:3]) ** 0.5 == pytest.approx(0.5 * 9.81)
         assert robot.get_joint_torque() != (0.0,) * 7
-        assert simulator.status_port is not None
-        with socket.create_connection(("127.0.0.1", simulator.status_port)) as status:
-            simulator.advance(0.1)
-            line = json.loads(status.makefile().readline())
+        line = on_the_status_port(simulator)
         assert line["tool_load"] == [1.5, 0.0, 0.0, 80.0]
         assert line["cartesian_force"] == pytest.approx(force, abs=1e-3)
         simulator.backdoor.save_state("lighter")

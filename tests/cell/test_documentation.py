@@ -10,24 +10,8 @@ import msgspec
 from iiwa_sim.cell import handled
 from iiwa_sim.cell import settings as cell_settings
 from iiwa_sim.cell.settings import CellSettings
-from tests.cell.cells import EXAMPLES, SteppedDriver, cell_from
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cells.md").read_text()
-
-
-def test_the_complete_example_starts_and_has_every_kind(tmp_path: Path) -> None:
-    example = (EXAMPLES / "every_key.toml").read_text()
-    cell = cell_from(tmp_path, example)
-    assert {type(surface.shape).__name__ for surface in cell.surfaces} == {
-        "Plane",
-        "Box",
-        "Sphere",
-        "Cylinder",
-    }
-    assert cell.noise_levels is not None
-    assert any(SteppedDriver(cell).force())
-    keys = set(re.findall(r"^(\w+) = ", example, re.MULTILINE)) | set(re.findall(r"\[(\w+)\]", example))
-    assert keys == (keys_of(CellSettings) | {"shape"}) - {"mesh"}, "of which there would have to be a file"
 
 
 def keys_of(kind: type[msgspec.Struct]) -> set[str]:

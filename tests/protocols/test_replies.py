@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import pi
-
 import pytest
 
 from iiwa_sim.cell.settings import LARGEST_IO_COUNT
@@ -87,26 +85,3 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
 
 
 # Reasons that say what to do
-
-
-@pytest.mark.parametrize(
-    ("line", "told"),
-    [
-        ("ptp move : 450 0 520 180 -90 0 1 0", "alpha = 180"),
-        ("ptp quaternion move : 450 0 520 0 1 0 0 1 0", None),
-        ("ptp tool relative move : 0 0 10 90 0 0 1 0", "dalpha = 90"),
-        (f"ptp move : 450 0 520 {pi} {-pi / 2} {2 * pi} 1 0", None),
-        ("set override : 1", None),
-    ],
-)
-def test_angles_beyond_a_turn_that_are_carried_out_are_told_once_for_each_command(
-    line: str, told: str | None
-) -> None:
-    talk = Conversation(Controller(load_robot(), 0.002))
-    for _ in range(3):
-        talk.ask(line)
-        talk.robot.step()
-    assert talk.journal.refusals == []
-    command = line.partition(" :")[0]
-    hint = f"{told} is more than a turn: angles are in rad, not in degrees"
-    assert talk.journal.remarks == ([("client", command, hint)] if told else [])

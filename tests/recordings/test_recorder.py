@@ -25,7 +25,6 @@ from iiwa_sim.recordings.schemas import (
     FRAMES,
     JOINTS,
     LOG,
-    SCENE,
     STATE,
     WRENCH,
     channels,
@@ -148,16 +147,6 @@ def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
             wanted = Frame(*state[frame]).to_transform()
             assert pose_of(name).translation == pytest.approx(wanted.translation, abs=1e-6)
             assert pose_of(name).rotation == pytest.approx(wanted.rotation, abs=1e-6)
-
-
-def test_the_scene_has_the_cell_and_follows_surfaces(session: Path) -> None:
-    first, second = contents(session, SCENE)
-    names = {entity["id"] for entity in first["entities"]}
-    assert {"surface table", "tcp"} <= names
-    assert {entity["id"] for entity in second["entities"]} == names | {"surface box"}
-    box = next(entity for entity in second["entities"] if entity["id"] == "surface box")
-    assert list(box["cubes"][0]["size"].values()) == pytest.approx([0.01, 0.02, 0.03])
-    assert second["deletions"][0]["type"] == 1, "a viewer may see only the last message: it is all there is"
 
 
 def test_the_meshes_of_the_arm_are_told_once(session: Path) -> None:

@@ -18,7 +18,6 @@ from iiwa_sim.transcript.lines import Transcript, read
 from iiwa_sim.transcript.texts import TranscriptFault, deviation, filled, sent
 
 SAID = {"get tool frame": "450.0 0.0 520.5", "get status": "stopped"}
-HEARD = {"GOP": "Res I0=1 I1=310 R0=445 R2=810.5", "FIN": "Res I0=2 I1=100 I2=1", "DIS": "Res I0=3 I1=-300"}
 
 
 def krc4(text: str) -> Transcript:
@@ -57,18 +56,6 @@ def test_a_line_is_compared(wanted: str, within: float | None, got: str, told: s
 def test_a_message_is_compared(wanted: str, within: float | None, got: str, told: str) -> None:
     found = deviation("krc4", wanted, within, got)
     assert told in found if told else found == ""
-
-
-@pytest.mark.parametrize(
-    ("text", "given"),
-    [
-        ("Cmd I0=2 I1=10 {GOP}", "Cmd I0=2 I1=10 R0=445.0 R2=810.5"),
-        ("Cmd {GOP + 0 1 -810.5 0 0 2}", "Cmd R0=445.0 R1=1.0 R5=2.0"),
-        ("Cmd R0={GOP R2} R1={GOP R2 + 1} R2={GOP R9} I3={FIN I2}", "Cmd R0=810.5 R1=811.5 R2=0.0 I3=1"),
-    ],
-)
-def test_registers_are_filled_in(text: str, given: str) -> None:
-    assert filled("krc4", text, HEARD) == given
 
 
 @pytest.mark.parametrize(

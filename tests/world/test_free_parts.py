@@ -8,7 +8,7 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from tests.asked import joint_move, lin_move_at
+from tests.asked import lin_move_at
 from tests.world.scenes import CLOSE, HEAD, TABLE_MM, G, Scene, down, part, table
 
 
@@ -127,23 +127,6 @@ def test_parts_are_pushed_by_the_contact_sphere_of_a_robot_without_gripper() -> 
     _, along, up = np.median([each for each in forces if any(each)], axis=0)
     assert along == pytest.approx(-0.5 * (0.5 * G - up), rel=0.02)  # the sphere rubs on the block, too
     assert scene.place_mm("it")[1] == pytest.approx(30.0, abs=0.5)
-
-
-def test_a_link_pushes_a_part_and_feels_it_in_its_joints() -> None:
-    scene = Scene(part("it", (350, 160, 525), "[60, 60, 450]", 1.0), table())
-    scene.rests()
-    joints = list(scene.controller.joints)
-    joints[0] = 0.4
-    scene.controller.move(joint_move(joints, [0.2] * 7))
-    least, links = 0.0, set()
-    while scene.controller.moving:
-        scene.step()
-        least = min(least, scene.controller.joint_torque()[0])
-        links |= {(each.link, each.surface) for each in scene.controller.load.link_contacts}
-    assert -10.0 < least < -0.5
-    assert {surface for _, surface in links} == {"it"}
-    assert scene.controller.cartesian_force() == (0.0,) * 6
-    assert scene.place_mm("it")[1] > 200.0
 
 
 @pytest.mark.parametrize("speed", [0.25, 2.5])
