@@ -14,7 +14,7 @@ from iiwa_sim.backdoor.client import BackdoorClient
 from tests.processes import IIWA_SIM, next_line, refused, robots
 from tests.talking import DEADLINE_S, Client
 
-COUNT = 4
+COUNT = 3
 JOINTS = ("0.3 0.6 0.1 -1.2 0.1 1.4 0.2", "-0.5 0.2 0.4 -1.6 -0.3 0.9 1.1", "0 0.5 0 -1.5 0 1.1 0")
 ROUND = [
     *(f"joint move : {joints} " + " ".join(["0.6"] * 7) for joints in JOINTS),

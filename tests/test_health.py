@@ -60,13 +60,3 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
         with started_as("iiwa-sim", "--count", "3", "--port", str(first.port)) as process:
             answers = main(["health", str(process)])
     assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
-
-
-def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixture[str]) -> None:
-    with Simulator(protocol=["krc4"]) as simulator:
-        port = simulator.port
-        with started_as("iiwa-sim", "--port", str(port)) as process:
-            assert main(["health", str(process)]) == 1
-    assert capsys.readouterr().err == (
-        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer to 'hello'\n"
-    )

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterable
 
-from iiwa_sim.controller.carrying import NO_LOAD, ToolLoad
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Ending, WhenEnded
-from iiwa_sim.controller.errors import SUCCESS, ErrorRecord, Refused
+from iiwa_sim.controller.endings import WhenEnded
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
@@ -29,73 +28,35 @@ class FakeRobot:
 
     def __init__(self) -> None:
         self.moves: list[MoveRequest] = []
-        self.asked: list[MoveRequest] = []
         self.stops = 0
-        self.cancels = 0
-        self.clears = 0
         self.queue = 3
         self.tick = 0
-        self.pending: dict[int, WhenEnded | None] = {}
-        self.refuses: Refused | None = None
         self.breaks: Exception | None = None
         self.moving = False
         self.mode = Mode.UNKNOWN
         self.io = Io()
         self.override = 1.0
-        self.collision_detection = (0.0, 0.0)
-        self.tool_load = NO_LOAD
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
-    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
-        if self.refuses is not None:
-            raise self.refuses
+    def move(self, request: MoveRequest, _when_ended: WhenEnded | None = None) -> int:
         if self.breaks is not None:
             raise self.breaks
         self.moves.append(request)
-        self.pending[len(self.moves)] = when_ended
         return len(self.moves)
 
     @property
     def accepted(self) -> int:
         return len(self.moves)
 
-    def end(self, *moves: int) -> None:
-        """Moves of these numbers have ended."""
-        for move in moves:
-            when_ended = self.pending.pop(move)
-            if when_ended is not None:
-                when_ended(Ending(move, SUCCESS, ""))
-
-    def check(self, request: MoveRequest) -> None:
-        self.asked.append(request)
-        if self.refuses is not None:
-            raise self.refuses
-
-    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
-        self.collision_detection = force_n, torque_nm
-
-    def set_tool_load(self, load: ToolLoad) -> None:
-        self.tool_load = load
-
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)
-
-    def set_override(self, override: float) -> None:
-        self.override = override
 
     def reset_error(self) -> None:
         self.last_error = None
 
     def stop(self) -> None:
         self.stops += 1
-        self.end(*self.pending)
-
-    def cancel_move(self) -> None:
-        self.cancels += 1
-
-    def clear_queue(self) -> None:
-        self.clears += 1
 
 
 class Conversation:

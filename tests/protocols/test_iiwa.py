@@ -21,7 +21,7 @@ from tests.asked import (
     smart_joint_move,
 )
 from tests.journal import Journal
-from tests.protocols.fake_robot import Conversation, FakeRobot, replies
+from tests.protocols.fake_robot import Conversation, FakeRobot
 from tests.protocols.packets import cut
 
 TABLE = load_table("iiwa")
@@ -115,23 +115,6 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert robot.stops == 1
 
 
-def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
-    robot = FakeRobot()
-    driver, watcher = Conversation(robot), Conversation(robot)
-    assert driver.ask(LIN) == "done"
-    seen = []
-    for line in ["get status", "get status", "get queue", *["get status"] * 4]:
-        assert driver.ask(line) == watcher.ask(line)
-        seen.append((driver.session.awaits, watcher.session.awaits))
-    assert seen == [(False, False)] * 5 + [(True, False)] * 2
-    driver.ask("hello")
-    assert not driver.session.awaits
-    robot.end(1)
-    for _ in range(5):
-        driver.ask("get status")
-    assert not driver.session.awaits
-
-
 def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
     robot = FakeRobot()
     robot.breaks = ZeroDivisionError("ours")
@@ -176,30 +159,6 @@ def test_telnets_question_after_ctrl_c_is_answered_in_its_place(packets):
     assert answered == b"hello\r\n\xff\xfc\x06stopped\r\n"
     assert [line for _, line, _ in talk.journal.said] == ["hello", "get status"]
     assert talk.journal.refusals == []
-
-
-def test_bye_stops_the_robot_and_closes():
-    robot = FakeRobot()
-    talk = Conversation(robot)
-    assert talk.send([b"hello\nBye\nhello\n" + LIN.encode(), b"\nhello\n"]) == ["hello", "bye"]
-    talk.session.end()
-    assert talk.session.closing
-    assert not talk.session.waiting
-    assert robot.stops == 1
-    assert robot.moves == []
-    talk.session.lost()
-    assert robot.stops == 1
-    assert talk.journal.stops == []
-
-
-def test_a_flood_is_answered_in_slices():
-    talk = Conversation()
-    talk.session.receive(b"hello\n" * 2000)
-    slices = []
-    while talk.session.waiting:
-        slices.append(len(replies(talk.session.answer())))
-    assert sum(slices) == 2000
-    assert max(slices) <= 512
 
 
 @pytest.mark.requirement("FRA005")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, radians
+from math import degrees
 
 import numpy as np
 import pytest
@@ -10,12 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.krc4 import Krc4Session
 from iiwa_sim.robot.description import load_robot
 from tests.journal import Journal
 from tests.krc4_talking import IDS, Reply, attributes, replies, request
-from tests.stepped import SteppedRobot, assert_straight
+from tests.stepped import SteppedRobot
 
 SIX_AXES = "kr_6_r900_sixx"
 AWAY_DEG = (20.0, -80.0, 80.0, 10.0, 60.0, -200.0)
@@ -51,21 +50,6 @@ class Talk:
 def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Talk]:
     stepped = SteppedRobot(robot)
     return stepped, Talk(stepped.controller)
-
-
-@pytest.mark.requirement("FRC005", "FRC008", "FRC009")
-@pytest.mark.parametrize("tag", ["PTP", "LIN"])
-def test_ptp_and_lin_come_to_a_frame_in_mm_and_degrees(tag: str) -> None:
-    robot, talk = at_home()
-    assert talk.ask(tag, *ABOVE).error is None
-    robot.runs_until_stopped()
-    x_mm, y_mm, z_mm, *angles = ABOVE
-    target = Frame(x_mm, y_mm, z_mm, *map(radians, angles))
-    if tag == "LIN":
-        assert_straight(robot, robot.joints, target)
-    assert robot.controller.tool_frame()[:3] == pytest.approx(ABOVE[:3])
-    reached = robot.tcp(robot.controller.joints).rotation
-    assert reached == pytest.approx(target.to_transform().rotation, abs=1e-9)
 
 
 @given(st.sampled_from(["lbr_iiwa_7_r800", SIX_AXES]), st.integers(0, 10_000))

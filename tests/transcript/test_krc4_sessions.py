@@ -132,4 +132,4 @@ def test_a_server_of_the_other_protocol_is_named(spoken: str, text: str, told: s
         Simulator(protocol=[spoken], clock="stepped") as simulator,
         pytest.raises(TranscriptFault, match=f"^127.0.0.1:{simulator.port} {told}$"),
     ):
-        played(read("one", text), simulator, timeout_s=1.0)
+        played(read("one", text), simulator, timeout_s=0.2)

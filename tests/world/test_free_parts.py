@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.asked import lin_move_at
-from tests.world.scenes import CLOSE, HEAD, TABLE_MM, G, Scene, down, part, table
+from tests.world.scenes import CLOSE, TABLE_MM, G, Scene, down, part, table
 
 
 def slope(deg: float, friction: float) -> str:
@@ -110,23 +110,6 @@ def test_a_conveyor_carries_a_box_at_its_speed() -> None:
     scene.step(500)
     assert scene.place_mm("it")[1] - start[1] == pytest.approx(200.0, abs=0.01)
     assert scene.handling.under_way
-
-
-def test_parts_are_pushed_by_the_contact_sphere_of_a_robot_without_gripper() -> None:
-    head = HEAD.replace("contact_radius_mm = 0", "contact_radius_mm = 10")
-    scene = Scene(part("it", (550, 0, 330)), table(), head=head)
-    scene.rests()
-    assert scene.handling.state is None
-    scene.goes(down(550, -150, 330), straight=False)
-    scene.controller.move(lin_move_at(down(550, 0, 330), 0.1, 0.0))
-    forces = []
-    while scene.controller.moving:
-        scene.step()
-        forces.append(scene.force[:3])
-    assert np.abs(forces).max() < 40.0  # the block is hit at 0.1 m/s
-    _, along, up = np.median([each for each in forces if any(each)], axis=0)
-    assert along == pytest.approx(-0.5 * (0.5 * G - up), rel=0.02)  # the sphere rubs on the block, too
-    assert scene.place_mm("it")[1] == pytest.approx(30.0, abs=0.5)
 
 
 @pytest.mark.parametrize("speed", [0.25, 2.5])

@@ -145,26 +145,6 @@ def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed
     assert scene.place_mm("block")[2] > scene.controller.tool_frame().z_mm + 1.0 - 1e3 * above
 
 
-def test_what_is_let_go_in_motion_goes_on() -> None:
-    scene = holding()
-    scene.goes(down(550, -300, 450))
-    scene.controller.move(lin_move_at(down(550, 100, 450), 0.25, 0.0))
-    scene.step(500)
-    before = scene.controller.tcp().translation[1]
-    scene.controller.io.set_output(CLOSE, False)
-    scene.step()
-    speed = (scene.controller.tcp().translation[1] - before) / 0.002
-    assert speed > 0.15
-    scene.step(2)
-    assert scene.speeds[0, 1] == pytest.approx(speed, rel=0.01)
-    assert scene.part("block").state == "falls"
-    start = scene.place_mm("block")
-    scene.step(50)
-    way = scene.place_mm("block") - start
-    assert way[1] == pytest.approx(100.0 * speed, rel=0.01)
-    assert way[2] == pytest.approx(-1e3 * 0.5 * G * (0.1**2 + 2 * 0.1 * 0.006), rel=0.1)
-
-
 def test_a_lost_part_falls_and_the_jaws_close() -> None:
     scene = holding()
     scene.handling.lose()

@@ -19,11 +19,11 @@ from tests.world.scenes import CLOSE, HEAD, Scene, down, part, table
 CUBES = [
     part(f"{i} {k}", (500 + 22 * i, -60 + 22 * k, 310), "[20, 20, 20]", 0.02)
     for i in range(3)
-    for k in range(5)
+    for k in range(4)
 ]
 
 
-def ploughs(scene: Scene, ticks: int = 300) -> str:
+def ploughs(scene: Scene, ticks: int = 150) -> str:
     """All that is seen while the arm goes through cubes, as a checksum."""
     seen = sha256()
     scene.controller.move(lin_move_at(down(550, 100, 312), 0.25, 0.0))
