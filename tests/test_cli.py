@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import re
+import shlex
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
-from iiwa_sim.cli import main
+from iiwa_sim.cli import COMMANDS, main
+from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.options.model import COMMON
+from iiwa_sim.options.sources import OPTIONS
+from iiwa_sim.robot.description import DEFAULT_ROBOT
 
+MOST_LINES = 80
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
@@ -35,3 +43,53 @@ def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) 
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert re.fullmatch(r"iiwa-sim \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)
+
+
+def helped(capsys: pytest.CaptureFixture[str], *words: str) -> str:
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 0
+    return capsys.readouterr().out
+
+
+def test_help_tells_common_options_and_commands_whatever_the_environment_says(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("IIWA_SIM_RATE", "none")
+    told = helped(capsys, "--help")
+    assert told.count("\n") <= MOST_LINES
+    flags = {line.split()[0] for line in told.splitlines() if line.startswith("  ")}
+    assert {key for key, each in OPTIONS.items() if each.flag in flags} == COMMON
+    assert all(f"\n  {name} " in told for name in COMMANDS)
+    assert f"(default: {DEFAULT_ROBOT})" in told
+    assert "(a whole number from 100 to 1000 Hz; default: 500)" in told
+    told = helped(capsys, "--help-all")
+    assert all(f"\n  {each.flag}" in told for each in OPTIONS.values())
+
+
+class Parsed(Exception):
+    """A command line has been taken."""
+
+
+def test_a_command_has_examples_that_are_taken(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lines = {command: examples(helped(capsys, *command.split(), "--help")) for command in ("", *COMMANDS)}
+
+    def parsed(parser: Parser, words: Sequence[str]) -> NoReturn:
+        original(parser, words)
+        raise Parsed
+
+    original = Parser.parsed
+    monkeypatch.setattr(Parser, "parsed", parsed)
+    for command, found in lines.items():
+        assert found, command
+        for line in found:
+            with pytest.raises(Parsed):
+                main(shlex.split(line)[1:])
+
+
+def examples(told: str) -> list[str]:
+    return [
+        line.strip().partition("  ")[0] for line in told.splitlines() if line.strip().startswith("iiwa-sim ")
+    ]

@@ -16,36 +16,6 @@ from tests.recordings.recorded import FAR, PUBLISHED, Robot, found_in
 ROOT = Path(__file__).parents[2]
 
 
-def differences(ours: dict[str, Any], theirs: dict[str, Any], place: str) -> Iterator[str]:
-    """What ours says otherwise; what it leaves out, it leaves out."""
-    for key in ("type", "title", "minimum", "maximum"):
-        if key in ours and ours[key] != theirs.get(key):
-            yield f"{place}: {key} {ours[key]} is {theirs.get(key)} there"
-    if "oneOf" in ours:
-        values = [{key: each[key] for key in ("title", "const")} for each in theirs["oneOf"]]
-        if ours["oneOf"] != values:
-            yield f"{place}: {ours['oneOf']} is {values} there"
-    if "items" in ours:
-        yield from differences(ours["items"], theirs["items"], f"{place}[]")
-    for name, each in ours.get("properties", {}).items():
-        if name not in theirs["properties"]:
-            yield f"{place}.{name} is not there"
-        else:
-            yield from differences(each, theirs["properties"][name], f"{place}.{name}")
-    if "properties" in ours:
-        missing = set(theirs.get("required", [])) - set(ours["properties"])
-        if missing:
-            yield f"{place}: {missing} is required there"
-
-
-def test_schemas_with_foxgloves_names_are_foxgloves() -> None:
-    compared = [each for each in channels() if each.schema_name.startswith("foxglove.")]
-    assert len(compared) == 5
-    for channel in compared:
-        found = list(differences(channel.schema, PUBLISHED[channel.schema_name], channel.schema_name))
-        assert not found
-
-
 def test_messages_with_foxgloves_names_fit_the_published_schemas(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     robot = Robot(path, load_cell(ROOT / "examples" / "table.toml"))

@@ -167,20 +167,6 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert scene.part("block").state == "held", "it can be picked again"
 
 
-def test_a_held_part_pushes_others_and_feels_them() -> None:
-    other = part("other", (550, 0, 330), kg=0.5)
-    scene = holding(more=other)
-    told(scene)
-    scene.goes(down(550, -100, 335))
-    scene.controller.move(lin_move_at(down(550, -20, 335), 0.1, 0.0))
-    forces = []
-    while scene.controller.moving:
-        scene.step()
-        forces.append(scene.force[1])
-    assert scene.place_mm("other")[1] == pytest.approx(28.0, abs=1.0), "by the jaw"
-    assert np.median([each for each in forces if abs(each) > 0.5]) == pytest.approx(-0.5 * 0.5 * G, rel=0.5)
-
-
 def test_a_cup_holds_what_it_touches_up_to_its_force() -> None:
     wired = "close_output = 1\nholds_input = 3\nclosed_input = 2\n"
     cup = f'[gripper]\nkind = "suction"\ngrip_force_n = 10\n{wired}'

@@ -12,7 +12,6 @@ import pytest
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.backdoor.surfaces import add, remove
 from iiwa_sim.cell.surfaces import BoxSettings
-from iiwa_sim.frames import Frame
 from tests.asked import lin_move_at
 from tests.world.scenes import CLOSE, HEAD, Scene, down, part, table
 
@@ -114,20 +113,6 @@ def test_surfaces_come_and_go_with_a_state() -> None:
     states.restore("start")
     scene.step(2)
     assert scene.part("it").state == "falls"
-
-
-def test_parts_follow_surfaces_that_move() -> None:
-    scene = Scene(part("it", (550, 0, 330)), table())
-    scene.rests()
-    world = scene.controller.load.world
-    for z, moves in ((270.0, True), (275.0, True), (240.0, True)):
-        world.move("table", Frame(500.0, 0.0, z, 0.0, 0.0, 0.0).to_transform())
-        assert scene.handling.under_way == moves
-        scene.rests()
-        assert scene.place_mm("it")[2] == pytest.approx(z + 50.0, abs=0.5)
-    world.move("table", Frame(2500.0, 0.0, 240.0, 0.0, 0.0, 0.0).to_transform())
-    scene.rests()
-    assert scene.part("it").state == "gone"
 
 
 def test_two_processes_have_the_same_bits() -> None:
