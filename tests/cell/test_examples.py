@@ -22,7 +22,7 @@ def peg() -> SteppedDriver:
     return SteppedDriver(load_cell(EXAMPLES / "peg.toml"))
 
 
-@pytest.mark.parametrize("depth_mm", [0.05, 0.5, 1.0, 2.5])
+@pytest.mark.parametrize("depth_mm", [0.05, 2.5])
 def test_the_table_pushes_back_with_stiffness_times_depth(table: SteppedDriver, depth_mm: float) -> None:
     assert table.force() == [0.0] * 6
     assert table.ask("get joint torque") == " ".join(["0.0"] * 7)
@@ -47,7 +47,7 @@ def test_the_peg_goes_into_the_hole_without_a_touch(peg: SteppedDriver) -> None:
     assert peg.force()[2] == pytest.approx(-50.0 * 0.5), "the bottom, half a millimetre deep"
 
 
-@pytest.mark.parametrize(("x_mm", "y_mm"), [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0)])
+@pytest.mark.parametrize(("x_mm", "y_mm"), [(-1.0, 0.0), (1.0, -1.0)])
 def test_the_walls_push_the_peg_back_to_the_middle(peg: SteppedDriver, x_mm: float, y_mm: float) -> None:
     peg.moves(f"lin move : 600 0 230 {DOWN} 0.5 0")
     peg.moves(f"lin move : {600 + x_mm} {y_mm} 230 {DOWN} 0.2 0")

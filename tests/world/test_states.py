@@ -17,7 +17,7 @@ from tests.world.scenes import CLOSE, HEAD, Scene, down, part, table
 
 CUBES = [
     part(f"{i} {k}", (500 + 22 * i, -60 + 22 * k, 310), "[20, 20, 20]", 0.02)
-    for i in range(3)
+    for i in range(2)
     for k in range(4)
 ]
 
