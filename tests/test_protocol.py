@@ -1,6 +1,5 @@
 """The protocol table against the requirements' Appendix B, written down here a second time."""
 
-
 import pytest
 
 from iiwa_sim.controller.controller import Controller

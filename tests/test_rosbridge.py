@@ -95,6 +95,7 @@ def test_roslibpy_drives_the_robot() -> None:
     assert "'id': {'group_id': 'DO', 'pin_number': 6}, 'value': True, 'stamp':" in get_ios
 
 
+@pytest.mark.slow
 def test_roslibpy_sends_goals_as_on_ros_2() -> None:
     with Simulator(rosbridge_port=0) as simulator:
         said = succeeds(

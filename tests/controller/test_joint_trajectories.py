@@ -280,7 +280,7 @@ def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
     assert np.abs(following.controller.joints[0] - place[0]) < 1e-9
 
 
-@pytest.mark.parametrize("override", [0.3, 1.0])
+@pytest.mark.parametrize("override", [0.3])
 def test_time_runs_at_the_override_and_tolerances_do_not_mind(override: float) -> None:
     following = Following()
     following.controller.set_override(override)

@@ -216,6 +216,7 @@ def test_services_are_called_from_another_terminal(shared: tuple[Terminal, Proce
     assert "value: expected a finite number" in said
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_lists_are_published_from_another_terminal(shared: tuple[Terminal, Process]) -> None:
     terminal, robot = shared

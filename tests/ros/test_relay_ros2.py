@@ -182,6 +182,7 @@ def test_an_interpreter_is_found_where_a_distribution_is_sourced(
     assert found_python() == made
 
 
+@pytest.mark.slow
 def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator, User]) -> None:
     robot, someone = cell
     assert someone.sends("reached", [(2.0, AWAY), (4.0, HERE)])
