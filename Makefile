@@ -49,7 +49,7 @@ clean:
 	@touch $@
 
 .venv/kernels: setup.py build_backend.py .venv/ready $(KERNELS)
-	@echo '3/3 compile: about 90 s in a fresh clone'
+	@echo '3/3 compile: about 30 s in a fresh clone'
 	@PYTHONWARNINGS=ignore $(PIP) install --no-build-isolation --no-deps --editable .
 	@touch $@
 

@@ -56,7 +56,7 @@ class Io:
 def _place(kind: str, number: int, names: Sequence[str]) -> int:
     if not 1 <= number <= len(names):
         there_are = f"there are {kind}s 1 to {len(names)}" if names else f"there are no {kind}s"
-        raise Refused(NUMBER_OUT_OF_RANGE, f"no {kind} {number:g}: {there_are}")
+        raise Refused(NUMBER_OUT_OF_RANGE, f"no {kind} {number:.16g}: {there_are}")
     return number - 1
 
 
