@@ -103,7 +103,7 @@ def measure() -> list[Figure]:
     """Measure all paths, robots and feeds, some 25 s."""
     figures, late = _compared(before())
     name = "dense paths later than before by more than a tick"
-    return [*figures, Figure(name, late, "", at_most=0, kind=Kind.SIMULATED)]
+    return [*figures, Figure(name, late, "", at_most=1, kind=Kind.SIMULATED)]
 
 
 def _compared(paths: Iterable[tuple[str, str, str, int]]) -> tuple[list[Figure], int]:

@@ -143,13 +143,13 @@ class Controller:
         self._link_watch = None if on_touch is None else LinkWatch(self.load, tick_s, on_touch)
 
         self._moves = Moves(self)
-        self.move = self._moves.take
+        self.move = self._moves.move
         self.check = self._moves.check
-        self.cancel_move = self._moves.cancel
-        self.clear_queue = self._moves.clear
+        self.cancel_move = self._moves.cancel_move
+        self.clear_queue = self._moves.clear_queue
         self._trajectories = JointTrajectories(self, self._moves)
-        self.follow = self._trajectories.take
-        self.cancel_trajectory = self._trajectories.cancel
+        self.follow = self._trajectories.follow
+        self.cancel_trajectory = self._trajectories.cancel_trajectory
         self.record_error = self.errors.record
         self.reset_error = self.errors.reset
         self.release_emergency_stop = self.errors.release_emergency_stop

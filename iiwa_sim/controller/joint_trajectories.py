@@ -157,7 +157,7 @@ class JointTrajectories:
         self._active: _Active | None = None
         self._outcome = Outcome.ENDED  # of the active one, if it does not come to its goal
 
-    def take(self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None) -> tuple[int, str]:
+    def follow(self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None) -> tuple[int, str]:
         """Take a trajectory in place of what runs; gives its number, and a remark on how it was understood.
 
         It begins at once where the robot rests or follows another one, else when the robot has come to rest.
@@ -200,7 +200,7 @@ class JointTrajectories:
         self._active, self._outcome = active, Outcome.ENDED
         return number, "; ".join(filter(None, (note, goal_note)))
 
-    def cancel(self, number: int) -> bool:
+    def cancel_trajectory(self, number: int) -> bool:
         """Stop on the trajectory of this number; return whether it was followed or waited."""
         if not self._controller.is_pending(number):
             return False

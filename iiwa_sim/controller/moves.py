@@ -34,7 +34,7 @@ class Moves:
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
 
-    def take(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
 
         - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
@@ -70,7 +70,7 @@ class Moves:
         """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
         self._planned(request, self._controller.end_of_queue)
 
-    def cancel(self) -> None:
+    def cancel_move(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
 
         In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
@@ -80,7 +80,7 @@ class Moves:
         with self._controller.endings.because(STOP_TRIGGERED, "cancelled"):
             self._controller.motions.cancel()
 
-    def clear(self) -> None:
+    def clear_queue(self) -> None:
         """Forget the moves that wait; the one that runs ends at its target.
 
         Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the

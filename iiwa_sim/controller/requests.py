@@ -77,7 +77,7 @@ class MoveRequest(NamedTuple):
     blending: float = 0.0
     """Radius (mm) of the sphere round the target in which the TCP may leave the path for that of the next
     move; for PTP to joint positions the part (0..1) of the largest way to go that each joint may have left.
-    With 0 the robot stops at the target."""
+    With 0 the robot stops at the target. A radius beyond the middle of either path is cut to that."""
     speeds: Sequence[float] = ()
     """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions. A joint within
     0.001 rad of its target accepts 0, too."""
