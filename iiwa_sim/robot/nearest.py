@@ -1,8 +1,7 @@
 """Selects among all joint positions that reach a target the one that a move goes to.
 
-A target leaves the branch open, and the redundancy (the position of A3, by which the elbow swings) unless it
-is given. The rule: keep both if that reaches the target within the joint limits; otherwise change as little
-as possible.
+A target leaves the branch open, and the redundancy (the position of A3: the elbow) unless it is given. The
+rule: keep both if that reaches the target within the joint limits; otherwise change as little as possible.
 """
 
 from __future__ import annotations
