@@ -28,12 +28,10 @@ def part_of(path: Path) -> str | None:
 
 
 def clauses(path: Path) -> list[str]:
-    """Return the docstrings of a file that begin with a clause."""
-    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    texts = [
-        ast.get_docstring(each) for each in ast.walk(ast.parse(path.read_bytes())) if isinstance(each, kinds)
-    ]
-    return [text.splitlines()[0] for text in texts if text and CLAUSE.match(text)]
+    """Return the docstrings of a file, those of attributes included, that begin with a clause."""
+    nodes = [each.value for each in ast.walk(ast.parse(path.read_bytes())) if isinstance(each, ast.Expr)]
+    texts = [each.value for each in nodes if isinstance(each, ast.Constant)]
+    return [text.splitlines()[0] for text in texts if isinstance(text, str) and CLAUSE.match(text)]
 
 
 def main() -> int:

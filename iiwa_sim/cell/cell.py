@@ -44,9 +44,9 @@ class Cell:
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
     safety: Safety = NOTHING_MORE
-    """What the robot watches besides the torques on its joints."""
+    """Limits that the robot watches besides the torques on its joints."""
     tool: Tool | None = None
-    """What is fixed to the flange, with its mass."""
+    """The tool at the flange, with its mass."""
     handled: HandlingSetup | None = None
     """The gripper, what it is wired to, and the parts."""
     path: Path | None = field(default=None, compare=False)

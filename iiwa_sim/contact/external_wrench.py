@@ -96,7 +96,7 @@ class ExternalWrench:
         self.bodies: Any = None
         """Reports the contacts of links with parts; None without parts."""
         self.judged = False
-        """Whether limits have been compared with it since something was set."""
+        """True if limits have been compared with it since something was set."""
         self.pushes = Pushes(self._find_pushes)
         self.wrenches: dict[str, Wrench] = {}
         """The contributions at the TCP, along its axes, but for zeros."""

@@ -40,7 +40,7 @@ FOLDED_N_PER_M, ALLOWED_M = 5e4, 0.01
 LEAST_JOINTS_BETWEEN = 3
 """Links with fewer joints between them overlap or cannot meet."""
 TOLERANCE_M = 1e-9
-"""Of distances from cylinders; others are exact."""
+"""The greatest error of distances from cylinders; other distances are exact."""
 TURNED = 0.5
 """The normal of a link in a surface has jumped if it turns by more than 60 degrees in a tick."""
 THROUGH_M = 0.05

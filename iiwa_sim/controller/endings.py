@@ -31,7 +31,7 @@ class PendingMove(NamedTuple):
     when_ended: WhenEnded | None
     """The function of whoever asked for the move, to be told of its end."""
     guard: ForceGuard | None
-    """What the forces may not do while it is under way."""
+    """The force threshold that ends the move."""
 
 
 class Endings:

@@ -53,7 +53,7 @@ class RobotErrors:
         self.standing: ErrorRecord | None = None
         """The cause of the error state; None where the robot is in none."""
         self.e_stopped = False
-        """Whether the emergency stop is pressed."""
+        """True if the emergency stop is pressed."""
         self.drives_powered = True
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self.next_refusal: ErrorRecord | None = None

@@ -59,7 +59,7 @@ class HandlingSetup(NamedTuple):
     """Gripper and parts at the start."""
 
     gripper: Jaws | Cup | None
-    """None where there are parts only."""
+    """The gripper; None in a cell with parts only."""
     wiring: Wiring
     parts: tuple[tuple[Part, Transform], ...] = ()
     """Parts with their poses in the base."""

@@ -27,9 +27,9 @@ class Io:
         self.input_names = input_names
         self.output_names = output_names
         self.inputs = (False,) * len(self.input_names)
-        """All of them, from number 1 on. A change makes another tuple."""
+        """States of the inputs, from number 1 on. A change makes another tuple."""
         self.outputs = (False,) * len(self.output_names)
-        """All of them, from number 1 on."""
+        """States of the outputs, from number 1 on."""
 
     def input(self, number: int) -> bool:
         """The state of one; raises `Refused` where there is none of this number."""

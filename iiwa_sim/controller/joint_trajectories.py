@@ -79,7 +79,7 @@ class TrajectoryRequest(NamedTuple):
     goal_time_s: float = 0.0
     """How long after its end the goal tolerances have to be kept; 0 for any time."""
     may_end_fast: bool = False
-    """Whether the last point may have a velocity: for streams of trajectories, each of which replaces
+    """True if the last point may have a velocity: for streams of trajectories, each of which replaces
     another."""
 
 
@@ -121,9 +121,9 @@ class Progress(NamedTuple):
     time_s: float
     """Since its beginning, at the rate of the override."""
     desired: tuple[Joints, Joints, Joints]
-    """What the trajectory asks for: positions, velocities and accelerations."""
+    """Positions, velocities and accelerations of the trajectory."""
     actual: tuple[Joints, Joints]
-    """Where the robot is, and how fast."""
+    """Positions and velocities of the robot."""
 
 
 class _Active(NamedTuple):

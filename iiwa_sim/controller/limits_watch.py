@@ -15,7 +15,7 @@ from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
 
 EASE = 1.02
-"""What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
+"""A value beyond its limit at a reset may grow by this factor before it stops the robot again."""
 LEAST, GREATEST = 1e-3, 1e5
 """Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
@@ -79,9 +79,9 @@ class Protection:
         self._allows = False  # an excess that a reset has allowed
         self._judged = False  # by the present limits
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
-        """Whether the speed or the place of the TCP is watched."""
+        """True if the speed or the place of the TCP is watched."""
         self.looks_always = self.watches_tcp
-        """Whether a tick in which nothing pushes has to be looked at, too."""
+        """True if ticks without any push are checked, too."""
         self._watch(safety)
 
     def _watch(self, safety: Safety) -> None:

@@ -41,7 +41,7 @@ class Transition(NamedTuple):
     mode: Mode
     """The mode from now on."""
     stops: bool
-    """Whether the robot stops on its path, and what waits is forgotten. What the event asks for begins when
+    """True if the robot stops on its path and forgets waiting moves. What the event asks for begins when
     the robot is at rest."""
 
 
@@ -70,4 +70,4 @@ def _read(grid: str) -> dict[tuple[Mode, Event], Transition]:
 
 
 TRANSITIONS = _read(_GRID)
-"""What every event does in every mode."""
+"""The effect of every event in every mode."""

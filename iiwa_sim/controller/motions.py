@@ -62,7 +62,7 @@ class Motions:
         self.joints = executor.joints
         """Joint positions (rad)."""
         self.tracking = False
-        """Whether a trajectory is followed, and has not been stopped."""
+        """True if a trajectory is followed and has not been stopped."""
         self._executor = executor
         self._servo = servo
         self._pursuit = Pursuit(executor, servo)

@@ -53,7 +53,7 @@ class RelativeTarget(NamedTuple):
     way: Frame
     """mm, rad."""
     in_tool: bool
-    """Whether it is in the axes of the tool, else in those of the base."""
+    """True for the axes of the tool, False for those of the base."""
 
 
 class TcpCompliance(NamedTuple):

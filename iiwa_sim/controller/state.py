@@ -89,7 +89,7 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     tool_load: tuple[float, ...]
     """The load at the flange that the controller believes in: kg, and its centre in the flange (mm)."""
     gripper: GripperState | None = None
-    """None without one. mm"""
+    """The state of the gripper; None without one."""
     parts: tuple[PartState, ...]
     link_touches: tuple[LinkTouch, ...]
     """Links that touch surfaces."""

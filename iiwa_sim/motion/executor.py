@@ -29,10 +29,10 @@ class Executor:
         """The robot rests at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
-        """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""
+        """Joint positions at rest after all moves, or after the stop in progress (rad)."""
         self.time = time
         self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
-        """What the robot goes along; None at rest."""
+        """The trajectory that the robot follows; None at rest."""
         self._queued: Trajectory | None = None  # the trajectory, if it is of queued moves
         self._waiting = Waiting()
         self._look_ahead = LookAhead(time, lowest, highest)

@@ -58,13 +58,13 @@ class Impedance:
     ) -> None:
         """Stiff, at joint positions (rad); `contact` is that of the TCP, None where there are no surfaces."""
         self.joints = joints
-        """Where the robot has come to (rad), while this is active."""
+        """Joint positions of the robot (rad), while this is active."""
         self.active = False
-        """Whether the robot is compliant or brakes, so that it may be beside the nominal motion."""
+        """True if the robot is compliant or brakes, so that it may be beside the nominal motion."""
         self.compliant = False
-        """Whether the robot gives way to forces."""
+        """True if the robot gives way to forces."""
         self.holding = False
-        """Whether it does so around where a hold has begun, and not around the nominal motion."""
+        """True if it does so around the start of a hold, and not around the nominal motion."""
         self.impedance = NO_SPRINGS
         """How the TCP gives way around the nominal motion."""
         d = description

@@ -290,7 +290,7 @@ class TcpSprings:
         springs.stiffen(6, 7, INERTIA_KGM2, REDUNDANCY_STIFFNESS_NM_PER_RAD)
         self._x, self._v = springs.x, springs.v
         self.tcp_contact: Reached | None = None
-        """Where the TCP has come to in the last tick, and its contact there, if that is known."""
+        """Pose of the TCP after the last tick, and its contact there, if that is known."""
         self._reached = Reached()
         self._tick_s = tick_s
         masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 4
@@ -535,7 +535,7 @@ class JointSprings:
         springs = self._springs
         springs.stiffen(0, springs.count, JOINT_INERTIA_KGM2, stiffness_nm_per_rad, LEAST_DAMPING_NMS_PER_RAD)
         self.centre = self._joints = joints
-        """Where the hold began (rad)."""
+        """Joint positions at the start of the hold (rad)."""
         self._tcp.go_to(joints)
         springs.start(self._tcp.place, velocity)
 

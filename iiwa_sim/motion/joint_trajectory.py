@@ -34,7 +34,7 @@ NARROWEST_S = 1e-4
 FIRST_JOIN_S = 0.01
 """A robot that is beside the curve, or moves otherwise, is on it after so long at the soonest."""
 JOIN_GROWTH = 1.5
-"""Where it cannot be, so many times later is tried next."""
+"""If it cannot be, this many times that duration is tried next."""
 
 
 class Knot(NamedTuple):

@@ -50,7 +50,7 @@ class Servo:
         self._executor = executor
         self._limits = limits
         self.asks_again = False
-        """Whether the robot is still on its way to an earlier target than the newest."""
+        """True if the robot is still on its way to an earlier target than the newest."""
 
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.

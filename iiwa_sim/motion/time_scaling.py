@@ -29,7 +29,7 @@ class TimeScaling:
         self.advance_s = tick_s
         """Planned time that passes in a tick at this rate."""
         self.stopping = False
-        """Whether the rate falls to 0 for a stop, or has done so."""
+        """True if the rate falls to 0 for a stop, or has done so."""
         self._slope_per_s = largest_slope_per_s
         self._task = InputParameter(1)
         self._task.control_interface = ControlInterface.Velocity

@@ -78,7 +78,7 @@ class Value(NamedTuple):
 Given = dict[str, Value]
 """Values by the names of their options."""
 OPTIONS = {field.encode_name: Option(field) for field in msgspec.structs.fields(model.Settings)}
-"""All options by name."""
+"""The options by name."""
 ENVIRONMENT = Place("variable", "=", is_text=True)
 KEYWORDS = Place("keyword", "=")
 

@@ -70,7 +70,7 @@ class Move:
     blending_mm: float
     """Commanded blending radius; 0 if the command has none."""
     streamed: bool
-    """Whether it is a target of a servo mode, replaced by the next."""
+    """True for a target of a servo mode, which the next one replaces."""
     end_s: float | None = None
     """When it reached its target, ran into the next move or was ended by a force; None if it did not."""
 
@@ -216,7 +216,7 @@ class Wait(NamedTuple):
     line: int
     text: str
     seconds: float | None
-    """None: until the robot has stopped."""
+    """Simulated time to wait. With None the wait ends when the robot has stopped."""
 
 
 class Script(NamedTuple):

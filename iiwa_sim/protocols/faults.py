@@ -102,7 +102,7 @@ class Silence(msgspec.Struct, frozen=True, tag_field="type", tag=True):
 
 
 Fault = Pass | Delay | Split | Drop | Garble | CloseBefore | CloseAfter | ResetBefore | Silence
-"""What is done to one reply; in JSON with its name as `type`: `{"type": "Delay", "seconds": 0.2}`."""
+"""The fault for one reply; in JSON with its name as `type`: `{"type": "Delay", "seconds": 0.2}`."""
 
 
 class Peer(Protocol):

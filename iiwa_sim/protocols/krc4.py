@@ -119,7 +119,7 @@ COMMANDS: dict[str, Handler] = {
     "GOP": _asks(_goal_pose),
     "GOA": _asks(lambda robot: Answer((), tuple(map(degrees, robot.goal_joints)))),
 }
-"""What carries out each message, by the name in its tag."""
+"""The function for each message, by the name in its tag."""
 
 
 _MESSAGES_AT_ONCE = 64  # answered in a few milliseconds; then the event loop gets its turn
@@ -143,16 +143,16 @@ class Krc4Session:
         self._dialogue.event(name, "connected", KRC4)
         self._stream = XmlStream()
         self.waiting: Element | Broken | None = None
-        """What is answered next, of the messages that wait."""
+        """The waiting message that is answered next."""
         self._next_wire = b""
         self._moves = OwnMoves()
         self._planned = False  # whether the present answer() has planned a move
         self.closing = False
-        """Whether the stream is broken: the shell sends what is to be sent and closes."""
+        """True if the stream is broken: the shell sends what is to be sent and closes."""
         self.pending: Pending | None = None
-        """Nothing that a reply waits for."""
+        """Always None: no reply waits."""
         self.awaits = False
-        """Whether the client waits for the end of its move: not known, no message is the one before."""
+        """Always False: from no message of KRC4 is it known that the client waits for the end of its move."""
 
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""

@@ -21,7 +21,7 @@ class Protocol(NamedTuple):
     axes: range
     """Numbers of axes for which the protocol has messages."""
     says_bye: bool
-    """Whether a client can say good-bye in it."""
+    """True if a client can say good-bye in it."""
     open_session: Callable[[Controller, ProtocolLog, str, Dialogue, bool, CannedReplies], Session]
     """Opens a session, given controller, log, name of the connection, whether it is strict, and its canned
     replies (see `IiwaSession`)."""

@@ -12,7 +12,7 @@ class Player:
         self.start_s = start_s
         self.end_s = end_s
         self.time_s = start_s
-        """What is shown, between start and end."""
+        """The time that is shown, between start and end."""
         self.playing = False
         self.speed = 1.0
 

@@ -28,7 +28,7 @@ LARGEST_RECORD = 64 * 1024 * 1024
 
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
 DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError, IndexError, RuntimeError)
-"""What the library raises where a file is damaged: that of what it reads by, too."""
+"""Errors that mcap and the libraries below it raise for a damaged file."""
 
 
 Content = dict[str, Any]
@@ -111,7 +111,7 @@ class Recorded:
         """Reads its head. Raises RecordingFault for a file that is no recording of ours, or not there."""
         self.path = path
         self.cut = False
-        """Whether its end was missing or damaged when `messages` came to it."""
+        """True if its end was missing or damaged when `messages` came to it."""
         self.cut_at_s: float | None = None
         """Up to when it could be read then (s, simulated, since the start of the simulator); None where not
         even the time was."""

@@ -14,7 +14,7 @@ from iiwa_sim.robot.model import Shape, arm_model
 _SINE = 0.5 * sqrt(3.0)  # of 60 degrees
 
 TOOL = "tool"
-"""What the capsules of a tool have in place of the name of a link."""
+"""The name of a tool's capsules, in place of the name of a link."""
 
 
 class Capsule(NamedTuple):

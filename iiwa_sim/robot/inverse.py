@@ -59,7 +59,7 @@ class Dimensions(NamedTuple):
     meetings: tuple[tuple[int, float], ...]
     """Joint, and its position, at which the branches of bit 1 meet, then of bit 2 (rad)."""
     sideways: str
-    """Where the wrist is when the branches of bit 0 meet, in words."""
+    """The place of the wrist at which the branches of bit 0 meet, in words."""
     shoulder: tuple[float, float]
     """x and z of A2 in the base with A1 at zero (m)."""
     upper: float

@@ -47,7 +47,7 @@ class Found(NamedTuple):
     status: int
     """The branch they are on."""
     changed: bool
-    """Whether the redundancy (unless given) or the status differs from that of the present joints."""
+    """True if the redundancy (unless given) or the status differs from that of the present joints."""
 
 
 class _Candidates(NamedTuple):

@@ -24,7 +24,7 @@ class Topic:
     content: Content | None
     """Makes a message; None for a topic that is published when something happens."""
     in_ros1: bool = False
-    """Whether clients of ROS 1 know it, in their form."""
+    """True if clients of ROS 1 know it, in their form."""
     seq: int = 0
     listeners: list[Listener] = field(default_factory=list)
 

@@ -30,7 +30,7 @@ class Outbox:
 
     def __init__(self) -> None:
         self.overflown = False
-        """Whether the client has left too many replies unread: nothing more is kept for it."""
+        """True if the client has left too many replies unread: nothing more is kept for it."""
         self._news = asyncio.Event()
         self._replies: deque[str] = deque()
         self._reply_letters = 0

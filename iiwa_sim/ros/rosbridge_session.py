@@ -91,7 +91,7 @@ class RosbridgeSession:
         `now_s` returns the time since 1970 that an `auth` is compared with.
         """
         self.closing = False
-        """Whether the client has failed to authenticate: it is closed once it has been told."""
+        """True if the client has failed to authenticate: it is closed once it has been told."""
         self._graph, self._joints, self._api = graph, joints, RosApi(graph)
         self._outbox = outbox
         self._log, self._name = log, name

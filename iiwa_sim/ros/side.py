@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 NODE_NAME = "iiwa_sim"
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
-"""Where Debian's and Ubuntu's packages are, which that Python has."""
+"""The folder of Debian's and Ubuntu's packages for that Python."""
 ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy, or source the setup.bash of a ROS 1"
 ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env makes an environment that has it"
 

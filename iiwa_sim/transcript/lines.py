@@ -105,7 +105,7 @@ class Wait(NamedTuple):
 
     step: Step
     seconds: float | None
-    """None: until the robot has stopped."""
+    """Time to wait. With None the wait ends when the robot has stopped."""
 
 
 Steps = Said | Answered | Connects | Leaves | Wait

@@ -22,11 +22,6 @@ STAMP = {"sec": 1_700_000_000, "nanosec": 250_000_000}
 CANNOT = 3023  # joint limits
 
 
-@pytest.fixture
-def robot() -> RosRobot:
-    return RosRobot()
-
-
 def lin(robot: RosRobot, identifier: int, joints: tuple[float, ...], **fields: Any) -> dict[str, Any]:
     """A LIN command to where the TCP is at joint positions."""
     x, y, z, *angles = robot.tcp_frame(joints)

@@ -48,11 +48,6 @@ def trajectory(points: Sequence[tuple[float, Sequence[float]]], **fields: Any) -
 
 
 @pytest.fixture
-def robot() -> RosRobot:
-    return RosRobot()
-
-
-@pytest.fixture
 def client(robot: RosRobot) -> Client:
     return Client(robot)
 

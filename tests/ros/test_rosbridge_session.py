@@ -21,11 +21,6 @@ SECRET = "0123456789abcdef"
 
 
 @pytest.fixture
-def robot() -> RosRobot:
-    return RosRobot()
-
-
-@pytest.fixture
 def client(robot: RosRobot) -> Client:
     return Client(robot)
 

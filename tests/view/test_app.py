@@ -23,19 +23,6 @@ QUIET_S = 1.0
 
 
 @pytest.fixture
-def simulator() -> Iterator[Simulator]:
-    with Simulator(status_port=0, backdoor_port=0) as simulator:
-        yield simulator
-
-
-@pytest.fixture
-def viewer(simulator: Simulator) -> Iterator[Viewer]:
-    with page_at(place_of(simulator)) as port, viewing(port) as viewer:
-        viewer.shows("stopped", "LBR iiwa 7")
-        yield viewer
-
-
-@pytest.fixture
 def robot(simulator: Simulator) -> Iterator[Iiwa]:
     with Iiwa(simulator.host, simulator.port) as robot:
         yield robot

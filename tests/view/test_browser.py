@@ -76,12 +76,6 @@ class Browser:
 
 
 @pytest.fixture
-def simulator() -> Iterator[Simulator]:
-    with Simulator(status_port=0, backdoor_port=0) as simulator:
-        yield simulator
-
-
-@pytest.fixture
 def browser(simulator: Simulator, tmp_path: Path) -> Iterator[Browser]:
     """A browser that has the page of the robot open."""
     chromium = program("chromium")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Iterator
 from math import radians
 
 import pytest
@@ -15,19 +14,6 @@ from tests.talking import wait_until
 from tests.view.viewer import Viewer, page_at, place_of, viewing
 
 HOLD_S = 0.05
-
-
-@pytest.fixture
-def simulator() -> Iterator[Simulator]:
-    with Simulator(status_port=0, backdoor_port=0) as simulator:
-        yield simulator
-
-
-@pytest.fixture
-def viewer(simulator: Simulator) -> Iterator[Viewer]:
-    with page_at(place_of(simulator)) as port, viewing(port) as viewer:
-        viewer.shows("stopped")
-        yield viewer
 
 
 def button(viewer: Viewer, sign: str) -> str:
