@@ -15,6 +15,7 @@ import secrets
 import socket
 import threading
 import time
+import warnings
 from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
@@ -182,6 +183,8 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
         options["logger"] = guard.logger
         return real(guard.handling(handler), sock=listening, **options)
 
+    # A browser that leaves while its camera is set is no fault.
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints
         websockets.asyncio.server.serve = serve  # type: ignore[assignment,misc]
         try:
