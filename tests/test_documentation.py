@@ -32,7 +32,7 @@ BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 BLOCKS = [(page, *found.groups()) for page, text in PAGES.items() for found in BLOCK.finditer(text)]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"].keys()
 NOT_READ = {
-    *("telnet", "mkdir", "cd", "python3", "pytest", "echo", "curl", "g++", "docker", "kubectl"),
+    *("telnet", "mkdir", "cd", "python3", "pytest", "echo", "g++", "docker", "kubectl"),
     *("sudo", "apt", "source", "export", "rosmaster", "rostopic", "ros2"),
 }
 """Programs whose arguments are not read. `make nightly` runs the image and ROS, test_telnet.py telnet."""
@@ -112,6 +112,12 @@ def test_a_command(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.M
             from_command_line([word for word in rest if word != "&"])
         case ["make", *targets]:
             _done(program("make"), "--directory", ROOT, "--dry-run", *targets)
+        case ["curl", *rest]:
+            token = "swordfish" if "Authorization" in " ".join(rest) else None
+            with Simulator(cell="examples/table.toml", backdoor_port=0, backdoor_token=token) as robot:
+                at = f"127.0.0.1:{robot.backdoor_port}"
+                here = [re.sub(r"^(localhost|robot\.local):30002", at, word) for word in rest]
+                _done(program("curl"), "--silent", "--show-error", "--fail", *here)
         case ["docker", "run", *rest] if "iiwa-sim" in rest:
             from_command_line(rest[rest.index("iiwa-sim") + 1 :])
         case ["pip", "install", *rest]:

@@ -1,4 +1,4 @@
-"""Hook of mkdocs: adds pages of commands, errors and Python, and the pages at the repository's root.
+"""Hook of mkdocs: adds pages of KRC4 messages and Python, and the pages at the repository's root.
 
 Links are written as they hold in the repository; those to files outside of docs/ become plain text in the
 site.
@@ -7,7 +7,6 @@ site.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from posixpath import dirname, join, normpath, relpath
 
@@ -17,16 +16,13 @@ from mkdocs.structure.pages import Page
 
 import iiwa_sim
 from iiwa_sim.protocols.krc4_xml import load_krc4_table
-from iiwa_sim.protocols.table import Command, Quantity, load_error_codes, load_table
 
 ROOT = Path(__file__).parents[1]
 PAGES = {  # of files outside of docs/
     "README.md": "index.md",
     "CHANGELOG.md": "project/changelog.md",
     "CONTRIBUTING.md": "project/contributing.md",
-    "protocol/iiwa.toml": "reference/commands.md",
     "protocol/krc4.toml": "reference/messages.md",
-    "protocol/errors.toml": "reference/errors.md",
 }
 LINK = re.compile(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]\((?!https?:|#|mailto:)([^)\s#]+)(#[^)\s]*)?\)")
 
@@ -34,12 +30,7 @@ LINK = re.compile(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]\((?!https?:|#|mailto:)([^)\s#]
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are in no file of docs/."""
     written = {page: (ROOT / name).read_text("utf-8") for name, page in PAGES.items() if name.endswith(".md")}
-    written["reference/commands.md"] = _commands("Commands", load_table("iiwa").commands)
-    written |= {
-        "reference/messages.md": _messages(),
-        "reference/errors.md": _errors(),
-        "reference/python.md": _python(),
-    }
+    written |= {"reference/messages.md": _messages(), "reference/python.md": _python()}
     for path, text in written.items():
         files.append(File.generated(config, path, content=text))
     return files
@@ -64,28 +55,6 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     return LINK.sub(link, markdown)
 
 
-def _commands(title: str, commands: Mapping[str, Command]) -> str:
-    text = f"# {title}\n"
-    for each in commands.values():
-        takes = [value.name for value in each.parameters] + [f"({value.name})" for value in each.optional]
-        line = " ".join([each.name, *([":", each.phrase.upper()] if each.phrase or takes else []), *takes])
-        kind = " An extension: the original does not have it." if each.extension else ""
-        replies = ", ".join(
-            f"`{word}`" for word in each.reply_words or [value.name for value in each.reply_values]
-        )
-        text += f"\n## {each.name}\n\n{each.summary}{kind}\n\n```\n{' '.join(line.split())}\n```\n\n"
-        text += _quantities((*each.parameters, *each.optional))
-        text += f"Reply: {replies or 'text'}, or `error`.\n\n" + _quantities(each.reply_values)
-    return text
-
-
-def _quantities(quantities: Iterable[Quantity]) -> str:
-    rows = [
-        f"| `{q.name}` | {'' if q.unit == '1' else q.unit} | {q.range} | {q.meaning} |" for q in quantities
-    ]
-    return "\n".join(["| | unit | range | |", "|---|---|---|---|", *rows, "", ""]) if rows else ""
-
-
 def _messages() -> str:
     text = "# KRC4 messages\n"
     for each in load_krc4_table().values():
@@ -106,13 +75,3 @@ def _python() -> str:
     text = "# Python\n\nImport these names from `iiwa_sim`.\n"
     names = sorted(iiwa_sim.__all__, key=lambda name: (iiwa_sim._HOME_OF[name], name))
     return text + "".join(f"\n::: {iiwa_sim._HOME_OF[name]}.{name}\n" for name in names)
-
-
-def _errors() -> str:
-    text = (
-        "# Errors\n\n`get error` answers `CODE reason`; a KRC4 reply has the code in I2; the log has both.\n"
-    )
-    for code, row in load_error_codes().items():
-        text += f"\n## {code}\n\n**{row.meaning[0].upper()}{row.meaning[1:]}.**\n\n"
-        text += f"- Usual cause: {row.cause}.\n- What to do: {row.remedy}.\n"
-    return text
