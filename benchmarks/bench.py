@@ -1,6 +1,6 @@
 """`make bench`: runs all benchmarks on one machine, side by side with a bare echo server.
 
-`make bench ARGS="core --json FILE"` runs one part and writes JSON to a file. The exit code is 1 if a goal of
+`make bench ARGS=core` runs one part. The exit code is 1 if a goal of
 simulated time, CPU time or a ratio is missed; missed goals of wall time and of p99 are only reported. With
 `--gate`, as `make nightly` asks, a goal may be missed by a margin, and a part that misses one is measured
 again, at most twice: the cost of our code shows in each run, other load does not.
@@ -8,10 +8,9 @@ again, at most twice: the cost of our code shows in each run, other load does no
 
 import argparse
 import sys
-from pathlib import Path
 
 from benchmarks import carrying, core, corners, dense_paths, floods, replies, start
-from benchmarks.figures import Figure, as_json, table
+from benchmarks.figures import Figure, table
 
 PARTS = {
     "replies": replies.measure,
@@ -30,7 +29,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all without one")
     parser.add_argument("--gate", action="store_true", help="with margins for a busy machine")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the JSON there, not to the screen")
     options = parser.parse_args()
     if unknown := [part for part in options.parts if part not in PARTS]:
         parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
@@ -47,10 +45,6 @@ def main() -> int:
                 failing = {figure: goal for figure, goal in failing.items() if figure not in held}
         missed += [f"{figure}: {goal}" for figure, goal in failing.items()]
     print(table(figures))
-    if options.json is not None:
-        options.json.write_text(as_json(figures) + "\n")
-    elif not options.gate:
-        print(as_json(figures))
     for line in missed:
         print(f"missed: {line}", file=sys.stderr)
     return 1 if missed else 0

@@ -4,14 +4,14 @@ The figure is the number of ticks relative to that of the previous planner (`dat
 """
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.figures import Figure, Kind, percentile
+from benchmarks.figures import Figure, Kind
 from benchmarks.told import Joints, Told, run
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind as How
@@ -68,13 +68,7 @@ def polyline(line_mm: float, count: int, angle_deg: float) -> Points:
 
 
 def joints_along(robot: str, path: str, feed: str, tick_s: float = TICK_S) -> NDArray[np.float64]:
-    """Joint positions (ticks + 1, n) from rest to rest (rad)."""
-    controller, moves = told(robot, path, tick_s)
-    return run(controller, moves, feed)
-
-
-def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, list[Told]]:
-    """A controller at the beginning of a path, and the moves along it."""
+    """Joint positions (ticks + 1, n) from rest to rest (rad) along a path."""
     corners, blending_mm, speed_rel = paths()[path]
     controller = Controller(load_robot(robot), tick_s)
     controller.place(STARTS[robot])
@@ -88,7 +82,7 @@ def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, lis
         controller.step()
     start = controller.joints
     controller = Controller(load_robot(robot), tick_s, start=start)
-    return controller, [Told("lin", at(corner), speed_rel, blending_mm) for corner in corners[1:]]
+    return run(controller, [Told("lin", at(corner), speed_rel, blending_mm) for corner in corners[1:]], feed)
 
 
 def before() -> Iterator[tuple[str, str, str, int]]:
@@ -101,27 +95,19 @@ def before() -> Iterator[tuple[str, str, str, int]]:
 
 def measure() -> list[Figure]:
     """Measure all paths, robots and feeds, some 25 s."""
-    figures, late = _compared(before())
-    name = "dense paths later than before by more than a tick"
-    return [*figures, Figure(name, late, "", at_most=1, kind=Kind.SIMULATED)]
-
-
-def _compared(paths: Iterable[tuple[str, str, str, int]]) -> tuple[list[Figure], int]:
-    """Figures of these paths, and how many take longer than before by more than a tick."""
     ratios: dict[tuple[str, str, str], list[float]] = {}
     late = 0
-    for robot, path, feed, ticks in paths:
+    for robot, path, feed, ticks in before():
         now = len(joints_along(robot, path, feed)) - 1
-        kind = path.split(" of ")[0]
-        ratios.setdefault((robot, kind, feed), []).append(now / ticks)
-        if now > ticks + 1:
-            late += 1
-    figures = []
+        ratios.setdefault((robot, path.split(" of ")[0], feed), []).append(now / ticks)
+        late += now > ticks + 1
+    figures = [
+        Figure("dense paths over a tick later than before", late, "", at_most=1, kind=Kind.SIMULATED)
+    ]
     for (robot, kind, feed), found in ratios.items():
         of = f"{kind}s of {robot}, sent {feed}, ticks over before"
         figures += [
             Figure(f"{of}, median", median(found), "x"),
-            Figure(f"{of}, p90", percentile(found, 0.9), "x"),
             Figure(f"{of}, largest", max(found), "x", at_most=1.01, kind=Kind.SIMULATED),
         ]
-    return figures, late
+    return figures

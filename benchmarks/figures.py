@@ -1,13 +1,8 @@
-"""The figures of benchmarks: values, goals, and their output as a table or JSON."""
+"""The figures of benchmarks: values, goals, and their output as a table."""
 
-import json
-import os
-import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
-from importlib.metadata import version
-from typing import Any
 
 
 class Kind(StrEnum):
@@ -103,18 +98,6 @@ def table(figures: Sequence[Figure]) -> str:
         right = f"{floor:>{widths[3]}}  {ratio:>{widths[4]}}  {goal:<{widths[5]}}  {kind:<{widths[6]}}  {met}"
         lines.append(f"{left}  {right}".rstrip())
     return "\n".join(lines)
-
-
-def as_json(figures: Sequence[Figure]) -> str:
-    """Return the figures and the machine they come from."""
-    machine: dict[str, Any] = {
-        "python": platform.python_version(),
-        "system": platform.platform(),
-        "cores": os.cpu_count(),
-        "versions": {name: version(name) for name in ("iiwa-sim", "pin", "ruckig", "numpy", "msgspec")},
-    }
-    found = [{**asdict(f), "ratio": f.ratio, "met": f.met()} for f in figures]
-    return json.dumps({"machine": machine, "figures": found}, indent=1)
 
 
 def _short(value: float) -> str:

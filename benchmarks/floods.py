@@ -3,9 +3,6 @@
 For each row, a number of connections send the same message without pause and discard the replies. A bare echo
 server gets the same bytes in the same run, and the same client asks there. Slow readers send nothing; their
 rows show ticks. Everything stays on this machine and ends after some seconds.
-
-On a busy machine the robot's thread may be ready to run and get no processor. Rows of their own tell for how
-long, as Linux counts it: what a goal is missed by beyond that time is the robot's own.
 """
 
 import contextlib
@@ -13,13 +10,11 @@ import json
 import socket
 import time
 from collections.abc import Iterator
-from math import isnan, nan
-from pathlib import Path
 from statistics import median
 
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.flooders import Address, Flood, bare, flooding, frame, readers_of_all_states, says, websockets
-from benchmarks.peers import ECHO, IIWA_SIM, Line, listening, started
+from benchmarks.peers import ECHO, IIWA_SIM, Line, listening
 from iiwa_sim.ros.joint_interface import ACTION
 
 QUESTION = b"get joint position\r\n"
@@ -70,18 +65,17 @@ def measure() -> list[Figure]:
 def _flooded(flood: Flood, count: int) -> list[Figure]:
     with listening(ECHO) as echo, flooding(echo, flood._replace(connected=bare), count):
         of_echo = _replies_us(echo)
-    with _simulator() as (ports, process):
+    with _simulator() as ports:
         address = ports["iiwa"]
         with flooding(ports[flood.port], flood, count):
             simulated_s = _simulated_s(ports["status"])
-            begun, waited_s = time.perf_counter(), _waited_s(process)
+            begun = time.perf_counter()
             of_sim = _replies_us(address)
             passed_s = _simulated_s(ports["status"]) - simulated_s
             took_s = time.perf_counter() - begun
-            waited_s = _waited_s(process) - waited_s
-            stopped_ms, stop_waited_ms = max(_stop_ms(address, process) for _ in range(STOPS))
+            stopped_ms = max(_stop_ms(address) for _ in range(STOPS))
     name = f"{count} x {flood.what} at {flood.port}"
-    found = [
+    return [
         Figure(
             f"{name}: another's reply, p50",
             median(of_sim),
@@ -100,16 +94,13 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
             kind=Kind.TAIL,
         ),
         Figure(f"{name}: simulated time over real", passed_s / took_s, "", at_least=0.98, kind=Kind.WALL),
-        Figure(f"{name}: real time without a processor", waited_s / took_s, ""),
         Figure(f"{name}: stop to rest, longest", stopped_ms, "ms", at_most=150.0, kind=Kind.WALL),
-        Figure(f"{name}: of that without a processor", stop_waited_ms, "ms"),
     ]
-    return [figure for figure in found if not isnan(figure.value)]
 
 
 @contextlib.contextmanager
-def _simulator() -> Iterator[tuple[dict[str, Address], int]]:
-    """A simulator; yields the addresses of its ports by name, and its process."""
+def _simulator() -> Iterator[dict[str, Address]]:
+    """A simulator; yields the addresses of its ports by name."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -117,8 +108,8 @@ def _simulator() -> Iterator[tuple[dict[str, Address], int]]:
     options = ["--protocol", "iiwa,krc4", "--port", f"0,{ports['krc4']}", "--log-level", "error"]
     for name in ("status", "rosbridge", "backdoor"):
         options += [f"--{name}-port", str(ports[name])]
-    with started([*IIWA_SIM[:-2], *options]) as (address, process):
-        yield {"iiwa": address, **{name: ("127.0.0.1", port) for name, port in ports.items()}}, process
+    with listening([*IIWA_SIM[:-2], *options]) as address:
+        yield {"iiwa": address, **{name: ("127.0.0.1", port) for name, port in ports.items()}}
 
 
 def _replies_us(address: Address) -> list[float]:
@@ -137,22 +128,14 @@ def _simulated_s(address: Address) -> float:
     return time_s
 
 
-def _waited_s(process: int) -> float:
-    """Time that its first thread, which makes the ticks, was ready without a processor; nan where untold."""
-    try:
-        return 1e-9 * int(Path(f"/proc/{process}/schedstat").read_text().split()[1])
-    except OSError:
-        return nan
-
-
-def _stop_ms(address: Address, process: int) -> tuple[float, float]:
-    """Time from the stop command to a state at rest, and how much of it the robot had no processor."""
+def _stop_ms(address: Address) -> float:
+    """Time from the stop command to a state at rest."""
     with Line(*address) as line:
         for target in (-1.5, 1.5):
             line.ask(MOVE.format(target).replace("0.1 ", "1 ").encode())
         time.sleep(0.3)
-        begun, waited_s = time.perf_counter(), _waited_s(process)
+        begun = time.perf_counter()
         line.ask(b"stop\r\n")
         while line.ask(b"get status\r\n") == b"moving\r\n":
             time.sleep(PAUSE_S)
-        return 1e3 * (time.perf_counter() - begun), 1e3 * (_waited_s(process) - waited_s)
+        return 1e3 * (time.perf_counter() - begun)

@@ -6,7 +6,7 @@ import numpy as np
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.trajectory import Trajectory, at_once, begun, planned_on
@@ -41,17 +41,6 @@ def random_lines(
         except Refused:
             continue
         count -= 1
-
-
-def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Plan]:
-    """Random PTP between any two joint positions."""
-    rng = np.random.default_rng(seed)
-    model = Model(description)
-    planner, tcp = Planner(model), model.tcp(description.tool_in_flange)
-    for _ in range(count):
-        start, end = random_joints(description, rng), random_joints(description, rng)
-        request = MoveRequest(Kind.PTP, end, speeds=[1.0] * len(end), blending=JOINT_BLENDING)
-        yield planner.plan(request, start, tcp)
 
 
 def trajectory_of(plan: Plan) -> Trajectory:

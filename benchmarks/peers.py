@@ -47,13 +47,6 @@ class Line:
 @contextlib.contextmanager
 def listening(command: list[str]) -> Iterator[tuple[str, int]]:
     """Start a server by `command` and read its address from the line `listening on`."""
-    with started(command) as (address, _):
-        yield address
-
-
-@contextlib.contextmanager
-def started(command: list[str]) -> Iterator[tuple[tuple[str, int], int]]:
-    """Start a server as `listening` does; yields its address and its process number."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -61,7 +54,7 @@ def started(command: list[str]) -> Iterator[tuple[tuple[str, int], int]]:
             if said[:2] != ["listening", "on"]:
                 raise RuntimeError(f"{command} did not start")
             host, _, port = said[2].rpartition(":")
-            yield (host, int(port)), process.pid
+            yield host, int(port)
         finally:
             process.terminate()
 

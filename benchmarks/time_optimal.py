@@ -1,16 +1,13 @@
-"""Reference durations of paths: the optimum without jerk limits, and Ruckig's for joint lines.
+"""Reference durations of paths: the optimum without jerk limits.
 
-Without jerk limits: a fine backward and forward pass over b = (ds/dt)^2. Backwards the largest b from which
+It is a fine backward and forward pass over b = (ds/dt)^2. Backwards the largest b from which
 the end can still be reached within velocity and acceleration limits of all joints, solved exactly at many
 samples, each a small linear programme in b and dds; forwards with the largest acceleration (reachability
 analysis as in TOPP-RA, Pham and Pham 2018).
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
-from ruckig import InputParameter, Ruckig, Trajectory
 
 from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.description import RobotDescription
@@ -18,8 +15,6 @@ from iiwa_sim.robot.description import RobotDescription
 Array = NDArray[np.float64]
 
 SAMPLES = 1000
-RECORDED_STEP_RAD = 2e-3  # step between samples of a recorded path, of all joints together
-STENCIL = 5
 TINY = 1e-9
 
 
@@ -27,40 +22,6 @@ def fastest_without_jerk_limit_s(path: Polynomial, description: RobotDescription
     """Duration of the path from rest to rest."""
     s, dq, ddq = _shape(path)
     return fastest_along_s(s, dq, ddq, np.array(description.velocity), np.array(description.acceleration))
-
-
-def fastest_recorded_s(q: Array, description: RobotDescription, speed_rel: float = 1.0) -> float:
-    """Shortest duration from rest to rest of the path on which joints q (m, n) were recorded.
-
-    A slower recording gives a more accurate path.
-    """
-    q = q[apart(q, np.full(len(q), RECORDED_STEP_RAD))]
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
-    dq, ddq = derivatives(s, q)
-    velocity = speed_rel * np.array(description.velocity)
-    return fastest_along_s(s, dq, ddq, velocity, np.array(description.acceleration))
-
-
-def apart(q: Array, steps: Array) -> list[int]:
-    """Rows of q (m, n) from first to last between which the joints move at least a step (m,)."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]).tolist()
-    last = len(q) - 1
-    kept = [0]
-    for k, (place, step) in enumerate(zip(along, steps.tolist(), strict=True)):
-        if place - along[kept[-1]] >= step and along[last] - place >= step:
-            kept.append(k)
-    return [*kept, last]
-
-
-def derivatives(s: Array, q: Array) -> tuple[Array, Array]:
-    """The first two derivatives (m, n) of q (m, n) at rising s (m,), of polynomials through five rows."""
-    first = (np.arange(len(s)) - STENCIL // 2).clip(0, len(s) - STENCIL)
-    rows = first[:, None] + np.arange(STENCIL)
-    away = s[rows] - s[:, None]
-    scale = np.abs(away).max(axis=1)
-    powers = (away / scale[:, None])[:, :, None] ** np.arange(STENCIL)
-    coefficients = np.linalg.solve(powers, q[rows])
-    return coefficients[:, 1] / scale[:, None], 2.0 * coefficients[:, 2] / scale[:, None] ** 2
 
 
 def fastest_along_s(s: Array, dq: Array, ddq: Array, velocity: Array, acceleration: Array) -> float:
@@ -112,21 +73,3 @@ def _shape(path: Polynomial) -> tuple[Array, Array, Array]:
     first = np.gradient(q, fine, axis=0, edge_order=2)
     second = np.gradient(first, fine, axis=0, edge_order=2)
     return fine[::2], first[::2], second[::2]
-
-
-def ruckig_s(start: Sequence[float], end: Sequence[float], description: RobotDescription) -> float:
-    """Duration of the straight joint line (rad) by Ruckig, as one joint with what all of them allow.
-
-    Joint by joint, phase-synchronised, Ruckig leaves the line where different joints bound velocity and jerk.
-    """
-    ways = np.maximum(np.abs(np.subtract(end, start)), 1e-12)
-    limits = description.velocity, description.acceleration, description.jerk
-    task = InputParameter(1)
-    task.target_position = [1.0]
-    task.max_velocity, task.max_acceleration, task.max_jerk = (
-        [float((np.array(limit) / ways).min())] for limit in limits
-    )
-    trajectory = Trajectory(1)
-    Ruckig(1).calculate(task, trajectory)
-    duration: float = trajectory.duration
-    return duration
