@@ -7,14 +7,14 @@ from iiwa_sim.check import motion, probes
 from iiwa_sim.check.link import (
     COMMANDS,
     HARMLESS,
-    SAME,
+    NONSENSE,
     Finding,
     Link,
     Probe,
     Verdict,
     commands_of,
     deviates,
-    moves_nothing,
+    same_unless,
     untried,
 )
 from iiwa_sim.server.listening import host_and_port
@@ -72,16 +72,9 @@ def _greet(link: Link) -> None:
     where = host_and_port(link.host, link.port)
     try:
         with link.talk() as talk:
-            try:
-                reply = talk.ask("hello")
-            except OSError:
-                if talk.connection.unread.startswith(b"<Res"):
-                    raise TranscriptFault(
-                        f"{where} answers with KRC4 messages, expected the iiwa's protocol"
-                    ) from None
-                raise
+            reply = talk.ask("hello")
             if reply != "hello":
-                raise TranscriptFault(f"{where} answers '{reply}' to 'hello': not a server of this protocol")
+                raise OSError(f"it answers '{reply}' to 'hello'")
             status = talk.ask("get status")
     except OSError as fault:
         raise TranscriptFault(f"{where} is not a server of this protocol: {fault}") from None
@@ -96,22 +89,21 @@ def _find(link: Link, probe: Probe) -> Finding:
         return untried(ALLOW)
     try:
         return probe.ask(link)
-    except (OSError, TranscriptFault) as fault:
-        if isinstance(fault, TranscriptFault) and not link.is_there():
-            raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
+    except OSError as fault:
         return deviates(str(fault))
+    except TranscriptFault as fault:
+        raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
 
 
 def _dialogue(transcript: Transcript) -> Probe:
-    moves = not moves_nothing(transcript)
+    moves = not (HARMLESS | NONSENSE).issuperset(commands_of(transcript))
     return Probe(f"the dialogue {transcript.name}", "", "", partial(_play, transcript), moves)
 
 
 def _play(transcript: Transcript, link: Link) -> Finding:
-    extensions = {each for each in transcript.commands & HARMLESS if COMMANDS[each].extension}
-    if missing := sorted(each for each in extensions if not link.knows(each)):
-        return untried(f"the server does not know the extension '{missing[0]}'")
+    for each in sorted(transcript.commands & HARMLESS):
+        if COMMANDS[each].extension and not link.knows(each):
+            return untried(f"the server does not know the extension '{each}'")
     link.sent.update(commands_of(transcript))
     played = replay(transcript, link.host, link.port, link.timeout_s)
-    wrong = [f"line {each.line}: {each}" for each in played]
-    return deviates("; ".join(wrong)) if wrong else SAME
+    return same_unless([f"line {each.line}: {each}" for each in played])

@@ -4,7 +4,6 @@ Without permission nothing is sent that could move the robot.
 """
 
 import re
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,12 +15,10 @@ from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.transcript.lines import Said, Transcript
 from iiwa_sim.transcript.replay import connected
-from iiwa_sim.transcript.texts import TranscriptFault, command_of, wire_bytes
+from iiwa_sim.transcript.texts import command_of, wire_bytes
 
 TIMEOUT_S = 3.0
 """Seconds for a reply, also of a server that needs a second to turn to its next client."""
-LOOK_PERIOD_S = 0.1
-"""Seconds between two attempts to connect to a server that has gone."""
 COMMANDS = load_table("iiwa").commands
 HARMLESS = frozenset(
     name for name in COMMANDS if name in ("hello", "help", "stop", "bye") or name.startswith(("get ", "is "))
@@ -62,6 +59,11 @@ def untried(why: str) -> Finding:
     return Finding(Verdict.UNTRIED, why)
 
 
+def same_unless(wrong: list[str]) -> Finding:
+    """The server behaves like the original, unless anything is wrong."""
+    return deviates("; ".join(wrong)) if wrong else SAME
+
+
 class Probe(NamedTuple):
     """One question to a server, with what is known of the original."""
 
@@ -79,11 +81,6 @@ class Probe(NamedTuple):
 
 class NotAllowed(Exception):
     """An internal error: a line that may move the robot was about to be sent without permission."""
-
-
-def moves_nothing(transcript: Transcript) -> bool:
-    """Return True if all lines of a transcript are harmless."""
-    return all(command in HARMLESS | NONSENSE for command in commands_of(transcript))
 
 
 def commands_of(transcript: Transcript) -> list[str]:
@@ -111,18 +108,6 @@ class Link:
             yield talk
         finally:
             talk.connection.close()
-
-    def is_there(self) -> bool:
-        """Return True if the server accepts connections, now or within `timeout_s`."""
-        deadline = time.monotonic() + self.timeout_s
-        while True:
-            try:
-                connected(self.host, self.port, self.timeout_s).close()
-                return True
-            except TranscriptFault:
-                if time.monotonic() > deadline:
-                    return False
-                time.sleep(LOOK_PERIOD_S)
 
     def knows(self, command: str) -> bool:
         """Return True if the server has a harmless command: others are answered `unknown command`."""

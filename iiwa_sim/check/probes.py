@@ -2,17 +2,32 @@
 
 import re
 import time
+from collections.abc import Callable
+from itertools import product
 
-from iiwa_sim.check.link import OURS, SAME, Finding, Link, Probe, Talk, Verdict, deviates, untried
+from iiwa_sim.check.link import (
+    NONSENSE,
+    OURS,
+    SAME,
+    Finding,
+    Link,
+    Probe,
+    Verdict,
+    deviates,
+    same_unless,
+    untried,
+)
 from iiwa_sim.transcript.texts import TranscriptFault
 
 PIECE_S = 0.03
 """Seconds between two pieces of a line, so that they travel in separate packets."""
-
 PIPELINED = 200
+AT_ONCE_S = 0.5
+"""Seconds within which an immediate reply comes."""
 
-ONE_RECEIVE = 1024
-"""Bytes that the public driver reads at once."""
+_REACHABLE = "is reachable"
+_PLAIN = re.compile(r"-?\d+\.\d+")
+_JAVA = re.compile(r"-?\d+\.\d+(E-?\d+)?")
 
 
 def _one_write(link: Link) -> Finding:
@@ -20,35 +35,11 @@ def _one_write(link: Link) -> Finding:
         for _ in range(20):
             talk.send(b"hello\r\n")
             got = talk.connection.receive()
-            if got == b"hello\r\n":
-                continue
-            while not got.endswith((b"\n", b"\r")) and len(got) < ONE_RECEIVE:
-                more = talk.connection.receive()
-                if not more:
-                    return deviates(f"the connection ended after {got!r}")
-                got += more
-                if got == b"hello\r\n":
-                    return deviates("a reply came in pieces: a driver that reads once gets the first of them")
-            return deviates(f"hello was answered {got!r}: a driver that compares with 'hello\\r\\n' fails")
+            if got != b"hello\r\n":
+                return deviates(
+                    f"hello was answered {got!r}: a driver that compares with 'hello\\r\\n' fails"
+                )
     return SAME
-
-
-def _line_ends(link: Link) -> Finding:
-    wrong = []
-    for end in (b"\n", b"\r", b"\r\n", b"\n\r"):
-        with link.talk() as talk:
-            talk.send(b"hello" + end)
-            shown = repr(end)[2:-1]
-            try:
-                reply = talk.reply()
-            except OSError as fault:
-                wrong.append(f"{fault} to a line that ends with {shown}")
-                continue
-            if reply != "hello":
-                wrong.append(f"'hello' with {shown} was answered '{reply}'")
-            elif not talk.is_in_step():
-                wrong.append(f"{shown} counts as more than one line end: replies fall out of step")
-    return deviates("; ".join(wrong)) if wrong else SAME
 
 
 def _split_lines(link: Link) -> Finding:
@@ -59,9 +50,10 @@ def _split_lines(link: Link) -> Finding:
         reply = talk.reply()
         if reply not in ("moving", "stopped"):
             return deviates(f"'get status', sent in pieces, was answered '{reply}'")
-        if not talk.is_in_step():
-            return deviates("\\r\\n, its halves sent one after the other, counts as two line ends")
-    return SAME
+        in_step = talk.is_in_step()
+    return (
+        SAME if in_step else deviates("\\r\\n, its halves sent one after the other, counts as two line ends")
+    )
 
 
 def _rest_without_end(link: Link) -> Finding:
@@ -72,163 +64,77 @@ def _rest_without_end(link: Link) -> Finding:
     return SAME if reply == "hello" else deviates(f"it was answered '{reply}'")
 
 
-def _empty_lines(link: Link) -> Finding:
-    return _replies(link, dict.fromkeys(["", ":", "   "], "unknown command"))
-
-
-def _case(link: Link) -> Finding:
-    return _replies(link, {"HELLO": "hello", "Get Status": "stopped"})
-
-
 def _blanks(link: Link) -> Finding:
-    found = _replies(link, {"  hello": "hello", "get status \t": "stopped"})
+    found = _replies({"  hello": "hello", "get status \t": "stopped"}, link)
     if found != SAME:
         return found
     with link.talk() as talk:
         between = {talk.ask(line) for line in ("get  status", "get\tstatus")}
     if between == {"unknown command"}:
         return SAME
-    return OURS if between == {"stopped"} else deviates(f"blanks between words: {_listed(between)}")
-
-
-def _two_colons(link: Link) -> Finding:
-    return _replies(link, {"hello : :": "unknown command", "get status : 1 : 2": "unknown command"})
-
-
-def _idle_parameters(link: Link) -> Finding:
-    return _replies(link, {"get status : ": "stopped", "hello :x": "hello", "hello : 1 2": "hello"})
-
-
-def _unknown(link: Link) -> Finding:
-    return _replies(link, dict.fromkeys(["no such command", "get", "get status now"], "unknown command"))
+    return OURS if between == {"stopped"} else deviates(f"blanks between words: {sorted(between)}")
 
 
 def _pipelined(link: Link) -> Finding:
     with link.talk() as talk:
         talk.send(b"hello\r\nget status\r\n" * PIPELINED)
         replies = [talk.reply() for _ in range(2 * PIPELINED)]
-    if replies == ["hello", "stopped"] * PIPELINED:
-        return SAME
-    wrong = next(n for n, reply in enumerate(replies) if reply != ("hello", "stopped")[n % 2])
-    return deviates(f"reply {wrong + 1} of {2 * PIPELINED} is '{replies[wrong]}': lines in a hurry get lost")
+    for number, reply in enumerate(replies):
+        if reply != ("hello", "stopped")[number % 2]:
+            return deviates(f"reply {number + 1} of {2 * PIPELINED} is '{reply}': lines in a hurry get lost")
+    return SAME
 
 
-def _stop_at_rest(link: Link) -> Finding:
-    return _replies(link, {"stop": "done"})
-
-
-def _replies(link: Link, expected: dict[str, str]) -> Finding:
-    """Check that each of these lines gets exactly one reply, the expected one."""
+def _replies(expected: dict[str, str], link: Link, ends: tuple[bytes, ...] = (b"\r\n",)) -> Finding:
+    """Check that each of these lines gets exactly one reply, the expected one, with each line end."""
     wrong = []
-    for line, wanted in expected.items():
+    for (line, wanted), end in product(expected.items(), ends):
+        shown = f"'{line}' with {repr(end)[2:-1]}"
         with link.talk() as talk:
             try:
-                reply = talk.ask(line)
+                talk.send(line.encode() + end)
+                reply = talk.reply()
             except OSError as fault:
-                wrong.append(f"{fault} to '{line}', which leaves a driver waiting")
+                wrong.append(f"{fault} to {shown}, which leaves a driver waiting")
                 continue
             if reply != wanted:
-                wrong.append(f"'{line}' was answered '{reply}'")
+                wrong.append(f"{shown} was answered '{reply}'")
             elif not talk.is_in_step():
-                wrong.append(f"'{line}' was answered twice: replies fall out of step")
-    return deviates("; ".join(wrong)) if wrong else SAME
+                wrong.append(f"{shown} was answered twice: replies fall out of step")
+    return same_unless(wrong)
 
 
-def _listed(words: set[str]) -> str:
-    return ", ".join(f"'{word}'" for word in sorted(words))
+def _parameters(taken: tuple[str, ...], rejected: tuple[str, ...], has_ours: bool, link: Link) -> Finding:
+    """Check which parameters the server takes; `has_ours` if iiwa-sim does the opposite.
 
-
-TAKEN = ("1", "1.", "+.5", "1e1", "1E-5")
-NOT_TAKEN = ("1_0", "1,5", "0x10", "one")
-NOT_FINITE = ("NaN", "Infinity")
-
-_WAY = "is reachable"
-_PLAIN = re.compile(r"-?\d+\.\d+")
-_JAVA = re.compile(r"-?\d+\.\d+(E-?\d+)?")
-_STATUS = (
-    "get joint position",
-    "get tool frame",
-    "get flange frame",
-    "get joint torque",
-    "get cartesian force",
-)
-_NEEDS_MOTION = "every command with parameters moves this server's robot: --allow-motion tries it"
-
-
-def _too_few(link: Link) -> Finding:
-    return _all_refused(link, ["1 2 3", "a b c d e f" if link.knows(_WAY) else "a b c d e f 0.05 0"])
-
-
-def _too_many(link: Link) -> Finding:
-    accepted = _accepted(link, ["{frame} 0.05 0 0 0" if not link.knows(_WAY) else "{frame} 0 0 0"])
-    if accepted is None:
-        return untried(_NEEDS_MOTION)
-    return SAME if accepted == [True] else OURS
-
-
-def _not_finite(link: Link) -> Finding:
-    accepted = _accepted(link, [_with(link, word) for word in NOT_FINITE])
-    if accepted is None:
-        return untried(_NEEDS_MOTION)
-    return SAME if all(accepted) else OURS if not any(accepted) else deviates("one of them is, one not")
-
-
-def _spellings(link: Link) -> Finding:
-    accepted = _accepted(link, [_with(link, word) for word in (*TAKEN, *NOT_TAKEN)])
-    if accepted is None:
-        return untried(_NEEDS_MOTION)
-    taken = dict(zip((*TAKEN, *NOT_TAKEN), accepted, strict=True))
-    wrong = [f"'{word}' is refused" for word in TAKEN if not taken[word]]
-    wrong += [f"'{word}' is taken" for word in NOT_TAKEN if taken[word]]
-    return deviates("; ".join(wrong)) if wrong else SAME
+    `{start}` stands for the present place, with room for one more number. `is reachable` tells without a
+    move. Without it, moves to the present place are sent.
+    """
+    asks = link.knows(_REACHABLE)
+    if not (asks or link.allow_motion):
+        return untried("every command with parameters moves this server's robot: --allow-motion tries it")
+    wrong = []
+    with link.talk() as talk:
+        start = " ".join(f"{value:.6f}" for value in talk.numbers("get tool frame"))
+        for each in (*taken, *rejected):
+            values = each.format(start=start if asks else f"{start} 0.05")
+            is_taken = talk.ask(f"{_REACHABLE if asks else 'ptp move'} : {values}") != "error"
+            if is_taken != (each in taken):
+                wrong.append(f"'{values}' is {'taken' if is_taken else 'refused'}")
+        if not asks:
+            talk.ask("stop")
+            time.sleep(0.2)
+    return OURS if has_ours and len(wrong) == len(taken) else same_unless(wrong)
 
 
 def _in_replies(link: Link) -> Finding:
+    asked = ("joint position", "tool frame", "flange frame", "joint torque", "cartesian force")
     with link.talk() as talk:
-        words = [word for command in _STATUS for word in talk.ask(command).split()]
+        words = [word for name in asked for word in talk.ask(f"get {name}").split()]
     for word in words:
         if not _JAVA.fullmatch(word):
             return deviates(f"'{word}' in a reply: not every driver reads that")
-    as_we_do = all(_PLAIN.fullmatch(word) and word != "-0.0" for word in words)
-    return OURS if as_we_do else SAME
-
-
-def _all_refused(link: Link, parameters: list[str]) -> Finding:
-    accepted = _accepted(link, parameters)
-    if accepted is None:
-        return untried(_NEEDS_MOTION)
-    wrong = [each for each, taken in zip(parameters, accepted, strict=True) if taken]
-    return deviates(f"accepted: {'; '.join(wrong)}") if wrong else SAME
-
-
-def _with(link: Link, word: str) -> str:
-    """The parameters of a move, with this text in place of the number that can do the least harm."""
-    return f"{{frame}} 0.05 {word}" if not link.knows(_WAY) else f"{word} 0 500 0 0 0"
-
-
-def _accepted(link: Link, parameters: list[str]) -> list[bool] | None:
-    """Which of these parameters the server accepts; None if that cannot be found out.
-
-    `is reachable` tells without a move. Without it, moves to the present position are sent.
-    """
-    if not link.knows(_WAY) and not link.allow_motion:
-        return None
-    command = _WAY if link.knows(_WAY) else "ptp move"
-    with link.talk() as talk:
-        frame = " ".join(f"{value:.6f}" for value in talk.numbers("get tool frame"))
-        replies = [talk.ask(f"{command} : {each.format(frame=frame)}") for each in parameters]
-        if command != _WAY:
-            _rest(talk)
-    return [reply != "error" for reply in replies]
-
-
-def _rest(talk: Talk) -> None:
-    talk.ask("stop")
-    time.sleep(0.2)
-
-
-AT_ONCE_S = 0.5
-"""Seconds within which an immediate reply comes."""
+    return OURS if all(_PLAIN.fullmatch(word) and word != "-0.0" for word in words) else SAME
 
 
 def _second_client(link: Link) -> Finding:
@@ -254,11 +160,9 @@ def _next_client(link: Link) -> Finding:
         first.is_in_step()
     left = time.monotonic()
     with link.talk() as second:
-        second.send(b"hello\r\n")
-        second.reply()
+        second.ask("hello")
     pause_s = time.monotonic() - left
-    seen = f"after {pause_s:.1f} s"
-    return Finding(Verdict.OURS if pause_s < AT_ONCE_S else Verdict.ORIGINAL, seen)
+    return Finding(Verdict.OURS if pause_s < AT_ONCE_S else Verdict.ORIGINAL, f"after {pause_s:.1f} s")
 
 
 def _bye(link: Link) -> Finding:
@@ -270,48 +174,77 @@ def _bye(link: Link) -> Finding:
             try:
                 if talk.connection.receive():
                     return deviates("more came behind it")
-            except OSError as fault:
-                if "within" in str(fault):
-                    return deviates("the connection stays open")
+            except TimeoutError:
+                return deviates("the connection stays open")
+            except OSError:
+                pass
         with link.talk() as talk:
             return SAME if talk.is_in_step() else deviates("the next client is not answered")
     except TranscriptFault:
         return Finding(Verdict.OURS, "nobody listens any more")
 
 
-ONE_REPLY = "`unknown command`, one reply to each line"
+_ONE_REPLY = "`unknown command`, one reply to each line"
+_NUMBERS = tuple(f"{{start}} {word}" for word in ("1", "1.", "+.5", "1e1", "1E-5"))
+_NO_NUMBERS = tuple(f"{{start}} {word}" for word in ("1_0", "1,5", "0x10", "one"))
 
+
+def _answers(expected: dict[str, str], **more: tuple[bytes, ...]) -> Callable[[Link], Finding]:
+    return lambda link: _replies(expected, link, **more)
+
+
+def _unknown(*lines: str) -> Callable[[Link], Finding]:
+    return _answers(dict.fromkeys(lines, "unknown command"))
+
+
+def _takes(*taken: str, but: tuple[str, ...] = (), has_ours: bool = False) -> Callable[[Link], Finding]:
+    return lambda link: _parameters(taken, but, has_ours, link)
+
+
+_ENDS = _answers({"hello": "hello"}, ends=(b"\n", b"\r", b"\r\n", b"\n\r"))
+_CASE = _answers({"HELLO": "hello", "Get Status": "stopped"})
+_IDLE = _answers({"get status : ": "stopped", "hello :x": "hello", "hello : 1 2": "hello"})
 PROBES = (
     Probe("any reply", "text and \\r\\n, in one write", "", _one_write),
-    Probe("a line that ends with \\n, \\r, \\r\\n or \\n\\r", "each is one line end", "", _line_ends),
+    Probe("a line that ends with \\n, \\r, \\r\\n or \\n\\r", "each is one line end", "", _ENDS),
     Probe("a line that comes in pieces", "it counts when its end has come", "", _split_lines),
     Probe("a rest without a line end, at the end of the stream", "it is answered", "", _rest_without_end),
-    Probe("an empty line, `:`, only blanks", ONE_REPLY, "", _empty_lines),
-    Probe("a command that does not exist", ONE_REPLY, "", _unknown),
-    Probe("capital and small letters", "count for the same", "", _case),
+    Probe("an empty line, `:`, only blanks", _ONE_REPLY, "", _unknown("", ":", "   ")),
+    Probe("a command that does not exist", _ONE_REPLY, "", _unknown(*sorted(NONSENSE - {""}))),
+    Probe("capital and small letters", "count for the same", "", _CASE),
     Probe(
         "blanks and tabs round a command and between its words",
         "are ignored at the ends only",
         "any run of them counts as one, as Appendix B says",
         _blanks,
     ),
-    Probe("more than one colon", "`unknown command`", "", _two_colons),
-    Probe("parameters behind a command that takes none", "are ignored", "", _idle_parameters),
+    Probe("more than one colon", "`unknown command`", "", _unknown("hello : :", "get status : 1 : 2")),
+    Probe("parameters behind a command that takes none", "are ignored", "", _IDLE),
     Probe("hundreds of lines at once", "are answered one by one, in their order", "", _pipelined),
-    Probe("stop, at rest", "`done`", "", _stop_at_rest),
-    Probe("too few parameters, or words for numbers", "`error`", "", _too_few),
+    Probe("stop, at rest", "`done`", "", _answers({"stop": "done"})),
+    Probe(
+        "too few parameters, or words for numbers",
+        "`error`",
+        "",
+        _takes(but=("1 2 3", "a b c d e f 0.05 0")),
+    ),
     Probe(
         "too many parameters",
         "those beyond are ignored",
         "the same, with a warning in the log; with --strict `error`",
-        _too_many,
+        _takes("{start} 0 0 0", has_ours=True),
     ),
-    Probe("`NaN`, `Infinity` as a parameter", "are taken", "`error`", _not_finite),
+    Probe(
+        "`NaN`, `Infinity` as a parameter",
+        "are taken",
+        "`error`",
+        _takes("{start} NaN", "{start} Infinity", has_ours=True),
+    ),
     Probe(
         "numbers as Java writes them: 1, 1., +.5, 1e1, 1E-5",
         "are taken, and 1_0, 1,5, 0x10 are not",
         "",
-        _spellings,
+        _takes(*_NUMBERS, but=_NO_NUMBERS),
     ),
     Probe(
         "numbers in replies",
@@ -339,4 +272,4 @@ BYE = Probe(
     'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
     _bye,
 )
-"""The last probes, as they may end the server."""
+"""The last probe, as it may end the server."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
 
 import pytest
 
@@ -19,16 +18,13 @@ BLANKS = "blanks and tabs round a command and between its words"
 NEXT = "a client that comes when another has gone"
 ON_PURPOSE = {
     BLANKS,
-    "`start gravity` while a move runs, and a joint move then",
     "`NaN`, `Infinity` as a parameter",
     "numbers in replies",
     "a second client",
     NEXT,
-    "`get status` in a servo mode, at rest",
     "a malformed move in another mode",
 }
 """Rows of the table of reference in which we do otherwise than the original, and can be seen to."""
-NEVER_TRIED = {"velocities of `smart joint move`", "a push while no move runs"}
 
 
 def checked(link: Link) -> dict[str, Finding]:
@@ -45,7 +41,7 @@ async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulato
     findings = await asyncio.to_thread(checked, link)
     assert found(findings, Verdict.DEVIATION) == set(), findings
     assert found(findings, Verdict.OURS) | {NEXT} == ON_PURPOSE  # a machine that stalls may look like a pause
-    assert found(findings, Verdict.UNTRIED) == NEVER_TRIED
+    assert found(findings, Verdict.UNTRIED) == set()
 
 
 async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
@@ -61,7 +57,7 @@ async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: 
     assert not {name for name in sent & set(COMMANDS) if COMMANDS[name].mode != "any"}
     assert set(link.sent) == sent, "the report names all of them"
     moving = {probe.event for probe in motion.PROBES if probe.moves}
-    assert moving | NEVER_TRIED < found(findings, Verdict.UNTRIED)
+    assert moving < found(findings, Verdict.UNTRIED)
     assert "the dialogue status.txt" in found(findings, Verdict.ORIGINAL)
     assert simulator.controller.joints == before
 
@@ -81,8 +77,12 @@ def test_the_original_does_as_the_original() -> None:
 @pytest.mark.parametrize(
     ("kind", "events", "words"),
     [
-        (original.Bare, {"any reply"}, r"compares with 'hello\\r\\n'"),
-        (original.MindsCase, {"capital and small letters", "the dialogue lines.txt"}, "'HELLO' was answered"),
+        (original.Bare, {"any reply"}, r"compares with 'hello\r\n'"),
+        (
+            original.MindsCase,
+            {"capital and small letters", "the dialogue lines.txt"},
+            r"'HELLO' with \r\n was answered",
+        ),
     ],
 )
 def test_a_deviation_is_told_by_its_name(kind: type[Deviating], events: set[str], words: str) -> None:
@@ -91,7 +91,7 @@ def test_a_deviation_is_told_by_its_name(kind: type[Deviating], events: set[str]
     deviations = found(findings, Verdict.DEVIATION)
     assert deviations == events
     (told,) = [findings[event].seen for event in events if not event.startswith("the dialogue")]
-    assert re.search(words, told.replace("\\\\", "\\")) or words in told
+    assert words in told
 
 
 def test_a_robot_that_moves_is_left_alone() -> None:
