@@ -7,21 +7,17 @@ import logging
 import os
 import socket
 import struct
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from iiwa_sim.protocols.ports import MAX_PORT
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 BACKLOG = 512
 """Length of the queue of connections that are not accepted yet."""
-
 LONGEST_HOST = 100
 """Characters of a host name that a message shows."""
-
 AGAIN_S = 0.25
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
 _USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
@@ -65,11 +61,13 @@ class Acceptor:
         self._listening.close()
 
     def refuse(self) -> None:
-        """Refuse new connections until `accept`. Raises ListenFault if the port cannot be kept."""
+        """Refuse new connections until `accept`."""
         if self._accepting is not None:
             family, address = self._listening.family, self._listening.getsockname()
             self.close()
-            self._listening = _bound(family, address)
+            self._listening = socket.socket(family)
+            self._listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self._listening.bind(address)
 
     def accept(self) -> None:
         """Accept connections again, where they are refused."""
@@ -98,8 +96,7 @@ class Acceptor:
     async def _open(self, connection: socket.socket) -> None:
         try:
             await self._loop.connect_accepted_socket(self._open_protocol, connection)
-        except OSError as fault:
-            logger.debug("a connection could not be opened: %s", why(fault))
+        except OSError:  # the client has gone already
             connection.close()
 
 
@@ -107,33 +104,19 @@ async def accept(listening: socket.socket, serve: Callable[[socket.socket, Any],
     """Call `serve` with each connection and its peer, until cancelled.
 
     It accepts one connection in each turn of the event loop, so that a flood of connections delays nobody.
-    When the system has no descriptor left, one line is logged and accepting is tried again later.
+    When the system has no descriptor left, that is logged once a second and accepting is tried again later.
     """
-    loop = asyncio.get_running_loop()
+    loop, quiet_until_s = asyncio.get_running_loop(), 0.0
     while True:
         try:
-            connection, peer = await loop.sock_accept(listening)
+            serve(*await loop.sock_accept(listening))
         except OSError as fault:  # others mean that the client has gone already
             if fault.errno in _USED_UP:
-                _tell_used_up(fault)
+                if loop.time() >= quiet_until_s:
+                    quiet_until_s = loop.time() + 1.0
+                    logger.warning("nobody can connect for the time being: %s", why(fault))
                 await asyncio.sleep(AGAIN_S)
-        else:
-            serve(connection, peer)
         await asyncio.sleep(0)
-
-
-def _bound(family: int, address: tuple[str, int]) -> socket.socket:
-    """A socket that reserves an address, bound as `socket.create_server` would bind it."""
-    bound = socket.socket(family)
-    try:
-        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if family == socket.AF_INET6:
-            bound.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-        bound.bind(address)
-    except OSError as fault:
-        bound.close()
-        raise ListenFault(f"cannot keep {host_and_port(*address[:2])}: {why(fault)}") from fault
-    return bound
 
 
 def _close(connection: socket.socket, reset: bool, _opening: object = None) -> None:
@@ -148,14 +131,6 @@ def reset_at_close(connection: socket.socket) -> None:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_CLOSE)
 
 
-_told = Throttle[str](1)  # one throttle for all ports: the process shares its descriptors
-
-
-def _tell_used_up(fault: OSError) -> None:
-    if _told.count("used up", time.monotonic_ns()) is not None:
-        logger.warning("nobody can connect for the time being: %s", why(fault))
-
-
 async def open_listener(host: str, port: int) -> socket.socket:
     """A socket that listens on `host`:`port`. Raises ListenFault.
 
@@ -166,7 +141,11 @@ async def open_listener(host: str, port: int) -> socket.socket:
     if not host:
         raise ListenFault("cannot listen on host '': expected an address or a host name, 0.0.0.0 for all")
     try:
-        family, address = await _resolve(host)
+        found = await asyncio.get_running_loop().getaddrinfo(
+            host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )
+        # One address only: with two, port 0 would stand for two ports.
+        family, _, _, _, (address, *_) = min(found, key=lambda info: info[0] != socket.AF_INET)
         return socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
@@ -190,12 +169,3 @@ def why(fault: Exception) -> str:
         # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
         return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)
     return str(fault)
-
-
-async def _resolve(host: str) -> tuple[socket.AddressFamily, str]:
-    # One address only: with two, port 0 would stand for two ports.
-    found = await asyncio.get_running_loop().getaddrinfo(
-        host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-    )
-    family, _, _, _, address = min(found, key=lambda info: info[0] != socket.AF_INET)
-    return family, str(address[0])

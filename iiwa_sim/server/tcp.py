@@ -1,8 +1,14 @@
-"""A TCP server for protocols that answer commands: one session for each connection."""
+"""A TCP server of sessions: bytes in, replies out, one session for each connection, in turns with the others.
+
+Connections that speak HTTP or TLS are rejected. A web browser sends data to any port of this machine and its
+network when a web page asks it to. The page chooses the body of an HTTP request, whose lines would be taken
+for commands, and parts of a TLS greeting.
+"""
 
 import asyncio
 import contextlib
 import logging
+import re
 import socket
 import sys
 import time
@@ -12,23 +18,31 @@ from collections.abc import Callable
 from iiwa_sim.protocols.faults import Close, Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
-from iiwa_sim.server.connection import Connection, Server
-from iiwa_sim.server.listening import reset_at_close
+from iiwa_sim.server.listening import Acceptor, open_listener, peer_of, reset_at_close, why
 
 READ_BYTES = 4096
+"""Bytes read from a client at once: making lines of them takes some ms at most."""
 SEND_BYTES = 131_072
-"""Size of the system's send buffer. When it is full, replies wait in asyncio's buffer of up to 64 KiB, and
-then commands wait."""
+"""Size of the system's send buffer. When it and asyncio's buffer of 64 KiB are full, commands wait."""
 MOST_BYTES = 32_768
 """Bytes of replies sent at once."""
 MOST_LATE = 1024
 """Replies, parts of replies and delays that wire faults may hold back for one client before its commands
 wait."""
+MOST_HELD = 2048
+"""Bytes held back at most while it is undecided whether the first line is HTTP."""
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 CLOSING_S = 0.3
 """Time (s) that a closing server gives its clients to take their last replies."""
 LONGEST_PAUSE_S = 86400.0
+
+_TARGET = rb"(?:/|\*|[A-Za-z]+:)[^\r\n]"
+_REQUEST = re.compile(rb"[A-Za-z]+ +(?:\S[^\r\n]* HTTP/[0-9]|%b{%d})" % (_TARGET, MOST_HELD))
+_TLS = b"\x16\x03"
+_UNDECIDED = re.compile(rb"[A-Za-z]+(?: +(?:%b*|[A-Za-z]*))?|\x16" % _TARGET)
+"""A beginning that may still become an HTTP request. Only that is held back: KRC4 messages have no line
+ends."""
 
 logger = logging.getLogger(__name__)
 
@@ -45,26 +59,24 @@ class Admission:
             raise ValueError(f"reconnect_pause_s is {pause_s}, expected 0 to {LONGEST_PAUSE_S:g} s")
         self._exclusive = exclusive
         self._pause_s = pause_s
-        self._served: set[LineConnection] = set()
-        self._waiting: dict[LineConnection, None] = {}  # in their order
+        self._served: set[Connection] = set()
+        self._waiting: dict[Connection, None] = {}  # in their order
         self._pause: asyncio.TimerHandle | None = None
 
-    def arrives(self, client: "LineConnection") -> bool:
-        """Return whether the client is admitted at once; if not, its `serve` is called later."""
-        if self._pause is not None or (self._exclusive and self._served):
-            self._waiting[client] = None
-            return False
-        self._served.add(client)
-        return True
+    def arrives(self, client: "Connection") -> bool:
+        """Return True if the client is admitted at once; its `serve` is called then or later."""
+        self._waiting[client] = None
+        if self._pause is None:
+            self._admit()
+        return client in self._served
 
-    def leaves(self, client: "LineConnection") -> None:
+    def leaves(self, client: "Connection") -> None:
         """Forget a client that has gone, served or not."""
         self._waiting.pop(client, None)
-        if client not in self._served:
-            return
-        self._served.remove(client)
-        if self._pause_s and not self._served:
-            self._pause = asyncio.get_running_loop().call_later(self._pause_s, self._admit)
+        was_served = client in self._served
+        self._served.discard(client)
+        if was_served and self._pause_s and not self._served:
+            self._pause = asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
         elif self._pause is None:
             self._admit()
 
@@ -76,8 +88,11 @@ class Admission:
             self._pause.cancel()
             self._pause = None
 
-    def _admit(self) -> None:
+    def _end_pause(self) -> None:
         self._pause = None
+        self._admit()
+
+    def _admit(self) -> None:
         while self._waiting and not (self._exclusive and self._served):
             client = next(iter(self._waiting))
             del self._waiting[client]
@@ -85,42 +100,73 @@ class Admission:
             client.serve()
 
 
-class LineConnection(Connection):
+class FromBrowserFault(Exception):
+    """The connection speaks HTTP or TLS. The message names which, for the log."""
+
+
+class Connection(asyncio.BufferedProtocol):
     """One client.
 
-    While lines wait nothing more is read, and while the client leaves replies unread no line is answered: a
-    client that floods fills only its own buffers. Nothing is read before the client is admitted. While wire
-    faults are set for it, lines are answered one by one, and replies are sent in the steps that the faults
-    make of them.
+    It is not read while its lines wait for their turn, and while it leaves replies unread no line is
+    answered: a client that floods fills only its own buffers. Nothing is read before the client is admitted.
+    While wire faults are set for it, lines are answered one by one, and replies are sent in the steps that
+    the faults make of them.
     """
 
-    _server: "TcpServer"
+    _transport: asyncio.Transport
+    _session: Session
     faulted = False
     """True if a wire fault is set for it, as `WireFaults` says."""
 
     def __init__(self, server: "TcpServer") -> None:
-        super().__init__(server)
+        self._server = server
+        self._loop = asyncio.get_running_loop()
+        self._received = b""
+        self._passed = False  # the first line is neither HTTP nor TLS
+        self._served = False
+        self._sent_end = False
+        self._told_end = False  # the session knows of the end
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._steps: deque[Step] = deque()  # behind the present delay
         self._delay: asyncio.TimerHandle | None = None
-        self._served = False
         self._ends = False  # to be closed after what still has to be sent
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        super().connection_made(transport)
-        if transport.is_closing():
-            return
-        if self._server.admission.arrives(self):
-            self._served = True
-        else:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport, server = transport, self._server
+        self._name = f"{peer_of(transport)}{server.suffix}"
+        self._mark = {"fields": {"session": self._name}}
+        self._session = server.open_session(self._name)
+        tune(transport.get_extra_info("socket"), server.send_bytes)
+        self._number = server.faults.arrives(self, self._name, server.protocol)
+        logger.info("%s connected", self._name, extra=self._mark)
+        server.on_client()
+        server.connections.add(self)
+        if not server.listening:  # accepted while the server closed
+            self.close()
+        elif not server.admission.arrives(self):
             logger.info("%s waits for its turn", self._name, extra=self._mark)
-            self._transport.pause_reading()
+            transport.pause_reading()
 
     def serve(self) -> None:
-        """Start reading."""
+        """Notice that the client is admitted: read from it."""
         self._served = True
-        logger.info("%s is served", self._name, extra=self._mark)
         self._transport.resume_reading()
+
+    def get_buffer(self, _sizehint: int) -> memoryview:
+        return self._server.buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self._received += self._server.buffer[:nbytes]
+        if self._server.budget.waits(self._work):
+            self._transport.pause_reading()
+        else:
+            self._ask()
+
+    def eof_received(self) -> bool:
+        self._sent_end = True
+        self._ask()
+        return True  # the transport stays open for what is to be sent
 
     def pause_writing(self) -> None:
         self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
@@ -129,21 +175,22 @@ class LineConnection(Connection):
         if self._unread is not None:
             self._unread.cancel()
             self._unread = None
-        self._share.ask()
+        self._ask()
 
     def connection_lost(self, exc: Exception | None) -> None:
         if self._unread is not None:
             self._unread.cancel()
         self._forget_steps()
         self._server.faults.leaves(self._number)
-        super().connection_lost(exc)
+        self._server.connections.discard(self)
+        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
         self._session.lost()
         self._server.admission.leaves(self)
 
     def go_on(self) -> None:
         """Answer waiting lines, now that a fault does not hold them back any more."""
         if self._served:
-            self._share.ask()
+            self._ask()
 
     def take(self, steps: list[Step]) -> None:
         """Queue these steps after those that are pending."""
@@ -151,6 +198,11 @@ class LineConnection(Connection):
         self._steps.extend(steps)
         if self._delay is None:
             self._make_steps()
+
+    def offer(self, data: Callable[[], bytes]) -> None:
+        """Send data now if the system has taken all that was sent before."""
+        if not (self._transport.get_write_buffer_size() or self._transport.is_closing()):
+            self._transport.write(data())
 
     def close(self) -> None:
         """Send the replies there are and close; commands without a reply get none."""
@@ -160,20 +212,48 @@ class LineConnection(Connection):
         if self._unread is None and self._transport.get_write_buffer_size():
             self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
 
-    def _begin(self) -> None:
-        tune(self._transport.get_extra_info("socket"))
-        self._number = self._server.faults.arrives(self, self._name, self._server.protocol)
+    def abort(self) -> None:
+        """Close at once, without sending what waits."""
+        self._transport.abort()
 
-    def _answer(self, until_s: float) -> bool:
-        if self._ends:
+    def _ask(self) -> None:
+        self._server.budget.ask(self._work)
+
+    def _work(self, until_s: float) -> bool:
+        """Answer what waits, up to `until_s`; return True if more can be done."""
+        if self._ends or self._transport.is_closing():
             return False
-        answered = bool(self._session.waiting)
-        self._answer_lines(until_s)
-        if answered and self._server.on_answered is not None:
-            self._server.on_answered(self._session.awaits)
-        return self._goes_on()
+        try:
+            self._hand_on()
+            answers = bool(self._session.waiting)
+            self._answer(until_s)
+            if answers:
+                self._server.on_answered(self._session.awaits)
+            return self._goes_on()
+        except FromBrowserFault as fault:
+            text = "%s closed: it sent %s, as a web page would have it"
+            logger.warning(text, self._name, fault, extra=self._mark)
+        except Exception:
+            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
+        self.abort()
+        return False
 
-    def _answer_lines(self, until_s: float) -> None:
+    def _hand_on(self) -> None:
+        """Pass the received bytes on to the session. Raises FromBrowserFault."""
+        if self._received and not self._passed:
+            if self._received.startswith(_TLS):
+                raise FromBrowserFault("a greeting of TLS")
+            if _REQUEST.match(self._received):
+                raise FromBrowserFault("an HTTP request")
+            self._passed = self._sent_end or not _UNDECIDED.fullmatch(self._received)
+        if self._received and self._passed:
+            self._session.receive(self._received)
+            self._received = b""
+        if self._sent_end and not self._told_end:
+            self._told_end = True
+            self._session.end()
+
+    def _answer(self, until_s: float) -> None:
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
         try:
             while session.waiting and not (self._ends or self._is_kept_from_answering()):
@@ -190,14 +270,9 @@ class LineConnection(Connection):
             self._send(replies)
 
     def _is_kept_from_answering(self) -> bool:
-        """Return whether a wire fault, unread replies or a pending reply hold back the next line."""
-        pending = self._session.pending
-        return (
-            (self.faulted and self._server.faults.silences(self._number))
-            or len(self._steps) > MOST_LATE
-            or self._unread is not None
-            or (pending is not None and not pending.done())
-        )
+        """Return True if a wire fault or unread replies hold back the next line."""
+        silent = self.faulted and self._server.faults.silences(self._number)
+        return silent or len(self._steps) > MOST_LATE or self._unread is not None
 
     def _send(self, replies: list[bytes]) -> None:
         """Send the replies and forget them."""
@@ -209,47 +284,42 @@ class LineConnection(Connection):
             self._steps.append(Send(data))
 
     def _goes_on(self) -> bool:
-        """Return whether lines can be answered at once; if not, arrange for the work to go on or to end."""
-        session = self._session
+        """Return True if lines can be answered at once; if not, arrange for the work to go on or to end."""
         if self._ends:
             return False
-        if session.waiting:
+        if self._session.waiting:
             self._transport.pause_reading()
-            pending = session.pending
-            if pending is not None and not pending.done():
-                pending.add_done_callback(lambda _: self._share.ask())
-                return False
             return not self._is_kept_from_answering()
-        if session.closing or self._sent_end:
+        if self._session.closing or (self._sent_end and not self._server.lasting):
             self.take([Close()])
-        elif self._unread is None:
-            self._transport.resume_reading()
-        else:
+        elif self._unread is not None:
             self._transport.pause_reading()
+        elif not self._sent_end:
+            self._transport.resume_reading()
         return False
 
     def _make_steps(self) -> None:
         while self._steps:
-            step = self._steps.popleft()
-            if isinstance(step, Send):
-                self._transport.write(step.data)
-            elif isinstance(step, Wait):
-                self._delay = self._loop.call_later(step.seconds, self._delay_is_over)
-                return
-            elif isinstance(step, Reset):
-                self._forget_steps()
-                reset_at_close(self._transport.get_extra_info("socket"))
-                self.abort()
-            else:
-                self.close()
-                if self._session.closing and self._server.on_good_bye is not None:
-                    self._server.on_good_bye()
+            match self._steps.popleft():
+                case Send(data):
+                    self._transport.write(data)
+                case Wait(seconds):
+                    self._delay = self._loop.call_later(seconds, self._delay_is_over)
+                    return
+                case Reset():
+                    self._forget_steps()
+                    reset_at_close(self._transport.get_extra_info("socket"))
+                    self.abort()
+                case Close():
+                    self.close()
+                    if self._session.closing and self._server.on_good_bye is not None:
+                        self._server.on_good_bye()
 
     def _delay_is_over(self) -> None:
         self._delay = None
         self._make_steps()
         if self._delay is None:
-            self._share.ask()
+            self._ask()
 
     def _forget_steps(self) -> None:
         self._steps.clear()
@@ -263,12 +333,11 @@ class LineConnection(Connection):
         self.abort()
 
 
-class TcpServer(Server[LineConnection]):
+class TcpServer:
     """Serves one session, from `open_session(client name)`, for every connection to `host`:`port`.
 
-    A client that does not read its replies for `unread_s` is dropped. A client that waits to be admitted is
-    connected, but nothing is read from it. `on_answered` is called after commands have been executed, with
-    what the session `awaits`, `on_good_bye` after a client has said good-bye and been answered.
+    Port 0 picks a free one. A client that does not read its replies for `unread_s` is dropped. A client that
+    waits to be admitted is connected, but nothing is read from it.
     """
 
     def __init__(
@@ -280,39 +349,91 @@ class TcpServer(Server[LineConnection]):
         unread_s: float = UNREAD_S,
         admission: Admission | None = None,
         budget: Budget | None = None,
-        on_answered: Callable[[bool], None] | None = None,
+        on_client: Callable[[], None] = lambda: None,
+        on_answered: Callable[[bool], None] = lambda _awaits: None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
         protocol: str = "",
+        suffix: str = "",
+        send_bytes: int = SEND_BYTES,
+        lasting: bool = False,
     ) -> None:
-        """`admission`, `budget` and wire `faults` may be shared with other servers of the loop.
+        """Create a server.
 
-        `protocol` names the protocol of this port, where `faults` are shared with ports of other protocols.
+        Args:
+            open_session: Opens the session of a client, by its name.
+            host: Address or host name to listen on.
+            port: Port to listen on.
+            unread_s: Time (s) for which a client may leave its replies unread.
+            admission: Shared with other servers of the loop, as are `budget` and `faults`.
+            budget: Turns of the connections.
+            on_client: Called before a client is added.
+            on_answered: Called after commands have been executed, with what the session `awaits`.
+            on_good_bye: Called after a client has said good-bye and been answered.
+            faults: Wire faults.
+            protocol: Protocol of this port, where `faults` are shared with ports of other protocols.
+            suffix: Follows the address of a client in its name.
+            send_bytes: Size of the system's send buffer.
+            lasting: Keep connections whose client sends no more.
         """
-        super().__init__(lambda: LineConnection(self), open_session, host, port, budget, READ_BYTES)
+        self.open_session = open_session
         self.unread_s = unread_s
         self.admission = admission or Admission()
+        self.budget = budget or Budget()
+        self.on_client = on_client
         self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
         self.protocol = protocol
+        self.suffix = suffix
+        self.send_bytes = send_bytes
+        self.lasting = lasting
+        self.buffer = memoryview(bytearray(READ_BYTES))  # of all connections: read and emptied at once
+        self.connections: set[Connection] = set()
+        self._asked = (host, port)
+        self._acceptor: Acceptor | None = None
+
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        self._acceptor = Acceptor(await open_listener(*self._asked), lambda: Connection(self))
+
+    @property
+    def listening(self) -> bool:
+        return self._acceptor is not None
+
+    @property
+    def acceptor(self) -> Acceptor:
+        """The listening port. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the server does not listen")
+        return self._acceptor
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on."""
+        return self.acceptor.address
 
     async def close(self) -> None:
         """Stop listening and close every connection; takes little more than CLOSING_S at most."""
         self.admission.close()
-        late = asyncio.get_running_loop().call_later(CLOSING_S, self._abort_all)
-        await super().close()
-        late.cancel()
-
-    def _abort_all(self) -> None:
+        if self._acceptor is None:
+            return
+        self._acceptor.close()
+        self._acceptor = None
         for connection in list(self.connections):
-            connection.abort()
+            connection.close()
+        late_s = time.monotonic() + CLOSING_S
+        while self.connections:
+            await asyncio.sleep(0.001)
+            if time.monotonic() > late_s:
+                for connection in self.connections:
+                    connection.abort()
 
 
-def tune(connection: socket.socket) -> None:
+def tune(connection: socket.socket, send_bytes: int) -> None:
     """Disable Nagle's algorithm, size the send buffer, and detect a vanished host in about 11 s."""
     with contextlib.suppress(OSError):  # already gone
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, send_bytes)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         if sys.platform == "linux":

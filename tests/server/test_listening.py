@@ -12,7 +12,6 @@ import pytest
 
 from iiwa_sim.server import listening
 from iiwa_sim.server.listening import Acceptor
-from iiwa_sim.throttle import Throttle
 from tests.talking import DEADLINE_S
 
 
@@ -33,11 +32,6 @@ class NoneLeft:
             self.failures -= 1
             raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
         return self._real.accept()
-
-
-@pytest.fixture(autouse=True)
-def nothing_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listening, "_told", Throttle[str](1))
 
 
 async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_once(
