@@ -4,6 +4,7 @@ Its docstring stands in its --help. It imports what it needs when it runs: other
 """
 
 import argparse
+import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -49,7 +50,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.recordings.fault import needs_mcap
 
     with needs_mcap():
-        from iiwa_sim.plot.motion import PlotFault, motion_in, read_script, run
+        from iiwa_sim.plot.motion import PlotFault, motion_in, run
     try:
         from iiwa_sim.plot.draw import picture
     except ModuleNotFoundError as fault:
@@ -61,7 +62,8 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
             motion = motion_in(recorded)
     else:
         cell = cell_of(settings.robot, settings.cell)
-        motion = run(read_script(str(own.commands)), cell, settings.rate_hz)
+        logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
+        motion = run(own.commands, cell, settings.rate_hz)
     try:
         own.output.write_bytes(picture(motion, own.output.suffix[1:].lower()))
     except OSError as fault:

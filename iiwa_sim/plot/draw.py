@@ -1,13 +1,10 @@
 """Draws a motion: joints, TCP and forces over time, and the path of the TCP.
 
-The module avoids pyplot and its global state, and writes no date and no random names: the same motion gives
-the same bytes.
+The module avoids pyplot and its global state.
 """
 
 import warnings
-from collections.abc import Sequence
 from io import BytesIO
-from math import dist
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +12,12 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.gridspec import GridSpec
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
-from matplotlib.transforms import Bbox
 
 from iiwa_sim.plot.motion import Array, Motion
 from iiwa_sim.wording import harmless, shortened
 
-FORMATS = ("png", "svg")
 MOST_NUMBERS = 40
 """Most moves that are drawn with numbers and listed."""
 
@@ -39,7 +33,6 @@ _STYLE: dict[str, Any] = {
     "legend.fontsize": 8.0,
     "path.simplify_threshold": 0.3,
     "savefig.dpi": 110.0,
-    "svg.hashsalt": "iiwa-sim",
 }
 # Colours of Okabe and Ito, which colour-blind readers can tell apart; without yellow.
 _COLOURS = ("#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7")
@@ -52,23 +45,16 @@ _NUMBER: dict[str, Any] = {
     "textcoords": "offset points",
 }
 _BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "handlelength": 1.2}
-_LAYOUT_DIGITS = 6  # fraction of the figure; further digits vary between runs
 _LONGEST_NAME = 60
-_CLOSEST = 0.03  # part of the panel: numbers nearer to each other share a label
 _SMALLEST_MM = 1.0  # margin round the path: a TCP at rest has no extent of its own
-_NO_TRACES: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
 
 
 def picture(motion: Motion, file_format: str) -> bytes:
-    """Return the picture as the bytes of a file in one of the FORMATS."""
+    """Return the picture as the bytes of a PNG or SVG file."""
     with matplotlib.style.context(_STYLE, after_reset=True), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # in the name of a user's file
-        file, figure = BytesIO(), draw(motion)
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
-        for axes in figure.axes:
-            axes.set_position(Bbox(axes.get_position().get_points().round(_LAYOUT_DIGITS)))
-        figure.savefig(file, format=file_format, metadata=_NO_TRACES[file_format])
+        file = BytesIO()
+        draw(motion).savefig(file, format=file_format)
         return file.getvalue()
 
 
@@ -77,9 +63,9 @@ def draw(motion: Motion) -> Figure:
     rows = 5 if motion.force_n.any() else 4
     figure = Figure(figsize=(_WIDTH_IN, rows * _PANEL_IN), layout="constrained")
     figure.suptitle(_title(motion), parse_math=False, fontsize=10.5)
-    grid = figure.add_gridspec(rows, 2, width_ratios=[1.5, 1.0])
+    left, right = figure.subfigures(1, 2, width_ratios=[1.5, 1.0], squeeze=False)[0]
+    panels = list(left.subplots(rows, sharex=True))
     robot, times_s = motion.description, motion.times_s
-    panels = _panels(figure, grid, rows)
     positions, velocities, places, speed = panels[:4]
     positions.set_ylabel("joints (deg)")
     velocities.set_ylabel("joint velocities\n(% of limits)")
@@ -99,27 +85,21 @@ def draw(motion: Motion) -> Figure:
         _draw_axes(panels[4], times_s, motion.force_n)
     panels[-1].set_xlabel("time (s)")
     panels[-1].set_xlim(0.0, max(float(times_s[-1]), 1e-9))
-    figure.align_ylabels(panels)
+    left.align_ylabels(panels)
     _mark_times(panels, motion)
-    beside = grid[:, 1].subgridspec(2, 1, height_ratios=[2.5, 1.0])
-    _draw_path(figure.add_subplot(beside[0]), motion)
-    _list_moves(figure.add_subplot(beside[1]), motion)
+    path, moves = right.subplots(2, height_ratios=[2.5, 1.0])
+    _draw_path(path, motion)
+    moves.set_axis_off()
+    names = [f"{number} {motion.moves[index].name}".rstrip() for number, index in _numbered(motion)]
+    for column, part in enumerate((names[: MOST_NUMBERS // 2], names[MOST_NUMBERS // 2 :])):
+        moves.text(0.5 * column, 1.0, "\n".join(part), va="top", fontsize=7.5, parse_math=False)
     return figure
 
 
 def _title(motion: Motion) -> str:
-    names = [
-        shortened(harmless(each), _LONGEST_NAME) for each in (Path(motion.path).name, motion.description.name)
-    ]
-    return f"{names[0]} on {names[1]}: {motion.times_s[-1]:.2f} s"
-
-
-def _panels(figure: Figure, grid: GridSpec, rows: int) -> list[Axes]:
-    first = figure.add_subplot(grid[0, 0])
-    panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, rows))]
-    for panel in panels[:-1]:
-        panel.tick_params(labelbottom=False)
-    return panels
+    names = (Path(motion.path).name, motion.description.name)
+    file, robot = (shortened(harmless(each), _LONGEST_NAME) for each in names)
+    return f"{file} on {robot}: {motion.times_s[-1]:.2f} s"
 
 
 def _draw_axes(panel: Axes, times_s: Array, values: Array) -> None:
@@ -131,29 +111,19 @@ def _draw_axes(panel: Axes, times_s: Array, values: Array) -> None:
 def _numbered(motion: Motion) -> list[tuple[str, int]]:
     """Return numbers and indices of the moves that have numbers: none if there are too many."""
     found = [index for index, move in enumerate(motion.moves) if not move.streamed]
-    return (
-        [(str(number), index) for number, index in enumerate(found, 1)] if len(found) <= MOST_NUMBERS else []
-    )
+    return [(str(n), index) for n, index in enumerate(found, 1)] if len(found) <= MOST_NUMBERS else []
 
 
 def _mark_times(panels: list[Axes], motion: Motion) -> None:
     """Mark the ends of moves, and the beginning of the error state with its code."""
-    ended = [
-        ((move.end_s / max(float(motion.times_s[-1]), 1e-9), 0.0), number)
-        for number, index in _numbered(motion)
-        if (move := motion.moves[index]).end_s is not None
-    ]
     transform = panels[0].get_xaxis_transform()
-    for (share, _), label in together(ended):
-        time_s = share * float(motion.times_s[-1])
+    ends = [(motion.moves[index].end_s, number) for number, index in _numbered(motion)]
+    marks = [(time_s, number, "#999999", 3.0) for time_s, number in ends if time_s is not None]
+    marks += [(time_s, f"error {code}", _RED, -10.0) for time_s, code in motion.faults]
+    for time_s, text, colour, above in marks:
         for panel in panels:
-            panel.axvline(time_s, color="#999999", linestyle=":", linewidth=1.0, zorder=1.0)
-        panels[0].annotate(label, (time_s, 1.0), (0.0, 3.0), xycoords=transform, ha="center", **_NUMBER)
-    for time_s, code in motion.faults:
-        for panel in panels:
-            panel.axvline(time_s, color=_RED, linewidth=1.2, zorder=1.5)
-        text = f"error {code}"
-        panels[0].annotate(text, (time_s, 1.0), (3.0, -10.0), xycoords=transform, color=_RED, **_NUMBER)
+            panel.axvline(time_s, color=colour, linewidth=1.0, zorder=1.0)
+        panels[0].annotate(text, (time_s, 1.0), (0.0, above), xycoords=transform, color=colour, **_NUMBER)
 
 
 def _draw_path(view: Axes, motion: Motion) -> None:
@@ -170,38 +140,11 @@ def _draw_path(view: Axes, motion: Motion) -> None:
             view.add_patch(Circle(tuple(goal), move.blending_mm, color=_COLOURS[1], alpha=0.2, linewidth=0.0))
     if len(goals):
         view.plot(*goals.T, color=_OF_AXES[2], marker="+", linestyle="", label="target")
-    extent_mm = float(np.ptp(path, axis=0).max()) + _SMALLEST_MM
-    places = [(tuple(goals[index] / extent_mm), number) for number, index in _numbered(motion)]
-    for place, label in together(places):
-        view.annotate(label, tuple(extent_mm * np.array(place)), (5.0, 5.0), **_NUMBER)
+    for number, index in _numbered(motion):
+        view.annotate(number, tuple(goals[index]), (5.0, 5.0), **_NUMBER)
     view.update_datalim([path.min(axis=0) - _SMALLEST_MM, path.max(axis=0) + _SMALLEST_MM])
     view.ticklabel_format(useOffset=False)
     view.set_aspect("equal", adjustable="datalim")
     view.set_xlabel(f"{'xyz'[first]} (mm)")
     view.set_ylabel(f"{'xyz'[second]} (mm)")
     view.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
-
-
-def _list_moves(beside: Axes, motion: Motion) -> None:
-    """List the moves that have numbers, in two columns if there are many."""
-    beside.set_axis_off()
-    names = [f"{number} {motion.moves[index].name}".rstrip() for number, index in _numbered(motion)]
-    rows = max(-(-len(names) // 2), 10)
-    for column, start in enumerate(range(0, len(names), rows)):
-        text = "\n".join(names[start : start + rows])
-        beside.text(0.5 * column, 1.0, text, va="top", fontsize=7.5, parse_math=False)
-
-
-def together(numbered: Sequence[tuple[tuple[float, ...], str]]) -> list[tuple[tuple[float, ...], str]]:
-    """Merge the numbers of places closer than `_CLOSEST` into one label at the first of them."""
-    groups: list[tuple[tuple[float, ...], list[str]]] = []
-    for place, number in numbered:
-        for first, others in groups:
-            if dist(first, place) < _CLOSEST:
-                others.append(number)
-                break
-        else:
-            groups.append((place, [number]))
-    return [
-        (place, ", ".join(each if len(each) < 5 else [*each[:3], "...", each[-1]])) for place, each in groups
-    ]

@@ -1,6 +1,7 @@
 """Recordings read: whole ones, and those that were cut off, up to the last whole chunk."""
 
 import struct
+import tempfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ from iiwa_sim.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
 from iiwa_sim.recordings.writer import METADATA
+from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 from iiwa_sim.transcript.lines import Transcript, read
 from iiwa_sim.transcript.record import Lines
 
@@ -170,6 +172,13 @@ class Recorded:
         except (msgspec.DecodeError, UnicodeDecodeError) as fault:
             told = f"{self.path}: {message.topic}: expected messages as iiwa-sim writes them: {fault}"
             raise RecordingFault(told) from None
+
+    def description(self) -> RobotDescription:
+        """Load the robot whose files are attached. Raises RobotFault."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name in (SETTINGS_FILE, URDF_FILE):
+                Path(folder, name).write_bytes(self.head.attachments.get(name, b""))
+            return load_robot(folder)
 
     def _decoded(self, topic: str, kind: type[T]) -> Iterator[T]:
         return (self.content(message, kind) for message in self.messages((topic,)))

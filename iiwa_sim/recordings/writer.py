@@ -19,7 +19,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.schemas import channels
+from iiwa_sim.recordings.schemas import CHANNELS, schemas
 
 METADATA = "iiwa_sim"
 """Name of the metadata record by which a recording of ours is known."""
@@ -126,11 +126,13 @@ class Writer:
         self._file.add_metadata(METADATA, dict(head.metadata))
         for name, (media_type, content) in head.attachments.items():
             self._file.add_attachment(head.began_ns, head.began_ns, name, media_type, content)
-        self._ids = {}
-        for channel in channels():
-            text = msgspec.json.encode(channel.schema)
-            schema = self._file.register_schema(channel.schema_name, "jsonschema", text)
-            self._ids[channel.topic] = self._file.register_channel(channel.topic, "json", schema)
+        known = {
+            name: self._file.register_schema(name, "jsonschema", msgspec.json.encode(schema))
+            for name, schema in schemas().items()
+        }
+        self._ids = {
+            topic: self._file.register_channel(topic, "json", known[name]) for topic, name in CHANNELS.items()
+        }
         self._stream.flush()
 
     def _write(self) -> None:

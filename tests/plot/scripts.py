@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, robot_alone
-from iiwa_sim.plot.motion import Motion, parse_script, run
+from iiwa_sim.plot.motion import Motion, run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EXAMPLE = EXAMPLES / "blending.txt"
@@ -23,4 +24,7 @@ Cmd I1=25 R1=-90 R2=90 R4=90 # home
 
 
 def moved(text: str, robot: str = "lbr_iiwa_7_r800", rate_hz: int = 500, cell: Cell | None = None) -> Motion:
-    return run(parse_script("moves.txt", text.encode()), cell or robot_alone(robot), rate_hz)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "moves.txt")
+        path.write_text(text)
+        return run(path, cell or robot_alone(robot), rate_hz)

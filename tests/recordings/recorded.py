@@ -17,8 +17,6 @@ from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder
 
-PUBLISHED = json.loads(Path(__file__).with_name("foxglove_schemas.json").read_text(encoding="utf-8"))
-"""Foxglove's schemas by their names, as `foxglove.Log`."""
 RATE_HZ = 500
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 

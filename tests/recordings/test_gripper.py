@@ -14,7 +14,7 @@ from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
 from tests.cell.cells import GRIPPER
-from tests.recordings.recorded import PUBLISHED, contents, found_in
+from tests.recordings.recorded import contents, found_in
 
 CELL = f"""{GRIPPER}
 [[part]]
@@ -53,7 +53,6 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     assert openings_mm[0] == 80.0
     assert openings_mm[-1] == pytest.approx(40.0)
     frames = contents(path, FRAMES)
-    Draft7Validator(PUBLISHED["foxglove.FrameTransforms"]).validate(frames[-1])
     places = [
         {each["child_frame_id"]: each["translation"]["y"] for each in message["transforms"]}
         for message in (frames[0], frames[-1])
@@ -68,7 +67,6 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     assert bodies["part block"] == "part block"
     assert "part pin" not in bodies, "which is gone"
     first = contents(path, SCENE)[0]
-    Draft7Validator(PUBLISHED["foxglove.SceneUpdate"]).validate(first)
     assert {"part block", "part pin"} <= {each["id"] for each in first["entities"]}
     (block,) = (each for each in frames[0]["transforms"] if each["child_frame_id"] == "part block")
     assert block["translation"] == pytest.approx({"x": 0.6, "y": 0.0, "z": 0.06}, abs=1e-4)

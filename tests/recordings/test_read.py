@@ -15,7 +15,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import channels
+from iiwa_sim.recordings.schemas import CHANNELS
 from tests.recordings.recorded import FAR, Robot
 from tests.samples import some
 
@@ -53,8 +53,7 @@ def messages_in(data: bytes) -> tuple[int, bool]:
         path = Path(folder, "a.mcap")
         path.write_bytes(data)
         recorded = Recorded(path)
-        topics = [channel.topic for channel in channels()]
-        count = sum(1 for _ in recorded.messages(topics))
+        count = sum(1 for _ in recorded.messages(CHANNELS))
         return count, recorded.cut
 
 
