@@ -55,12 +55,19 @@ class SettingsFault(Unusable):
 class Reader:
     """Reads one file and checks its values; every error is raised as the same kind of fault."""
 
-    def __init__(self, path: str, fault: type[SettingsFault]) -> None:
+    def __init__(self, path: str, fault: type[SettingsFault], prefix: str = "") -> None:
+        """`prefix` stands before the keys in messages."""
         self.path = path
         self._fault = fault
+        self._prefix = prefix
+
+    def under(self, prefix: str) -> Reader:
+        """Return a reader of a table in the file, whose keys begin so."""
+        return Reader(self.path, self._fault, prefix)
 
     def fault(self, key: str, value: object, expected: str) -> SettingsFault:
         """The exception to raise for a key whose value cannot be used."""
+        key = f"{self._prefix}{key}" if key else ""
         return self._fault(self.path, key, MISSING if value is None else quoted(value), expected)
 
     def text(self, file: Traversable, missing: str) -> str:

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.cell.cell import Cell, cell_of
+from iiwa_sim.cell.cell import Cell, cells_of, single
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
 from iiwa_sim.clock.pace import Pace, pace
@@ -86,7 +86,7 @@ class Simulator:
         named = {"robot": robot, "cell": None if known else cell}
         self.settings = settings = from_keywords(named | options, settings)
         self._thread: LoopThread | None = None
-        self.cell = known or cell_of(settings.robot, settings.cell)
+        self.cell = known or single(cells_of(settings.robot, settings.cell))
         for line in differing_limits(self.cell.description):
             logger.warning("%s", line)
         self.clock = Clock(settings.rate_hz, _pace(settings.clock))

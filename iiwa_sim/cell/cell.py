@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from pathlib import Path
 
 from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
-from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, metres, read_settings
+from iiwa_sim.cell.settings import HOME, CellFault, OneRobotSettings, RobotSettings, metres, read_settings
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
@@ -19,18 +19,18 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
-from iiwa_sim.frames import Transform, compose
+from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
-from iiwa_sim.world.part import Mesh
+from iiwa_sim.world.part import Part
 
 CELL_SUFFIX = ".toml"
 
 
 @dataclass(frozen=True)
 class Cell:
-    """The robot and surroundings from which a simulator is built."""
+    """A robot and its surroundings, which it may share with others."""
 
     description: RobotDescription
     start: tuple[float, ...]
@@ -40,6 +40,7 @@ class Cell:
     contact_radius_m: float = 0.0
     """Radius (m) of the sphere round the TCP that touches surfaces."""
     surfaces: tuple[Surface, ...] = ()
+    """In the world, the base of a robot that stands alone."""
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
@@ -48,13 +49,26 @@ class Cell:
     tool: Tool | None = None
     """The tool at the flange, with its mass."""
     handled: HandlingSetup | None = None
-    """The gripper, what it is wired to, and the parts."""
+    """The gripper, what it is wired to, and the parts, which are in the world."""
+    name: str = ""
+    """The name of one of several robots."""
+    base: Transform = IDENTITY
+    """The pose of the robot's base in the world."""
+    ports: dict[str, int] = field(default_factory=dict)
+    """The port of each protocol of a robot with a name; 0 for a free one."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 
     def world(self) -> TcpContact:
         """A new world with the surfaces, none of them touched yet."""
-        return TcpContact(self.surfaces, self.contact_radius_m)
+        return TcpContact(self.seen(), self.contact_radius_m)
+
+    def seen(self) -> tuple[Surface, ...]:
+        """Return the surfaces in the robot's base."""
+        if self.base == IDENTITY:
+            return self.surfaces
+        to_base = inverse(self.base)
+        return tuple(each._replace(pose=compose(to_base, each.pose)) for each in self.surfaces)
 
     def controller(
         self,
@@ -94,24 +108,36 @@ def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
     return Cell(description, description.home, description.tool_in_flange)
 
 
-def cell_of(robot: str | Path | None, cell: str | Path | Cell | None) -> Cell:
-    """The cell of what a simulator is given: a robot by name or folder, or a cell, read or as a file.
+def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, ...]:
+    """The cells of what a simulator is given: a robot by name or folder, or the file of a cell.
 
-    What ends with .toml is a cell. Raises ValueError for both, and what `robot_alone` and `load_cell` do.
+    What ends with .toml is a cell. Raises ValueError for both, and what `robot_alone` and `load_cells` do.
     """
     if robot is not None and cell is not None:
         raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
     if robot is not None and Path(robot).suffix == CELL_SUFFIX:
         robot, cell = None, robot
     if cell is None:
-        return robot_alone(DEFAULT_ROBOT if robot is None else robot)
-    return cell if isinstance(cell, Cell) else load_cell(cell)
+        return (robot_alone(DEFAULT_ROBOT if robot is None else robot),)
+    return load_cells(cell)
 
 
 def load_cell(path: str | Path) -> Cell:
-    """The cell of a file.
+    """The cell of a file with a single robot; raises what `load_cells` does, and `CellFault` for several."""
+    return single(load_cells(path))
 
-    Raises `CellFault` if the file is missing or does not describe a cell, and `RobotFault` if the robot's
+
+def single(cells: tuple[Cell, ...]) -> Cell:
+    """Return the only cell; raises `CellFault` where there are several robots."""
+    if len(cells) > 1:
+        raise CellFault(str(cells[0].path), "robot", f"{len(cells)} of them", "a single robot here")
+    return cells[0]
+
+
+def load_cells(path: str | Path) -> tuple[Cell, ...]:
+    """The cell of a file, once for each robot in it.
+
+    Raises `CellFault` if the file is missing or does not describe a cell, and `RobotFault` if a robot's
     folder cannot be used. A relative robot folder starts at the folder of the file.
     """
     file = Path(path)
@@ -123,45 +149,55 @@ def load_cell(path: str | Path) -> Cell:
         raise CellFault("cell", "file", quoted(str(path)), f"an existing file{why}")
     reader = Reader(str(file), CellFault)
     settings = read_settings(str(file), reader.text(file, "an existing file"))
-    description = load_robot(_robot(reader, settings.robot, file.parent))
-    tool = settings.tool_in_flange
-    noise = settings.noise
-    meshes = {
-        each.name: each.read(reader, file.parent, f"part[{index}]")
-        for index, each in enumerate(settings.part)
+    parts = tuple(
+        (part_of(each, each.read(reader, file.parent, f"part[{index}]")), each.pose())
         if isinstance(each, MeshPartSettings)
-    }
-    cell = Cell(
-        description=description,
-        start=_start(reader, settings.start_deg, description),
-        tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
-        contact_radius_m=1e-3 * settings.contact_radius_mm,
-        tool=None if settings.tool is None else settings.tool.tool(),
-        handled=_handled(settings, meshes),
-        surfaces=tuple(map(surface_of, settings.surfaces().values())),
-        noise_levels=None
-        if noise is None
-        else NoiseLevels(noise.seed, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
-        input_names=settings.io.input_names(),
-        output_names=settings.io.output_names(),
-        safety=settings.safety.safety(),
-        path=file,
+        else (part_of(each, None), each.pose())
+        for index, each in enumerate(settings.part)
     )
-    _check_start(reader, settings, cell)
-    check_places(reader, [] if cell.handled is None else cell.handled.parts, cell.surfaces)
-    return cell
+    noise, cells = settings.noise, []
+    surfaces = tuple(map(surface_of, settings.surfaces().values()))
+    for number, (prefix, robot) in enumerate(settings.robots().items()):
+        its = reader.under(prefix)
+        if isinstance(robot, RobotSettings):
+            description = load_robot(_robot(its, "model", robot.model, file.parent))
+        else:
+            description = load_robot(_robot(its, "robot", str(settings.robot), file.parent))
+        cell = Cell(
+            description=description,
+            start=_start(its, robot.start_deg, description),
+            tool_in_flange=description.tool_in_flange
+            if robot.tool_in_flange is None
+            else robot.tool_in_flange.to_transform(),
+            contact_radius_m=1e-3 * robot.contact_radius_mm,
+            tool=None if robot.tool is None else robot.tool.tool(),
+            handled=_handled(robot, parts),
+            surfaces=surfaces,
+            noise_levels=None
+            if noise is None
+            else NoiseLevels(noise.seed + number, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
+            input_names=robot.io.input_names(),
+            output_names=robot.io.output_names(),
+            safety=robot.safety.safety(),
+            path=file,
+        )
+        if isinstance(robot, RobotSettings):
+            cell = replace(cell, name=robot.name, base=robot.base(), ports=robot.ports())
+        _check_start(its, robot, cell)
+        cells.append(cell)
+    check_places(reader, parts, surfaces)
+    return tuple(cells)
 
 
-def _handled(settings: CellSettings, meshes: Mapping[str, Mesh]) -> HandlingSetup | None:
-    """The gripper and the parts; `meshes` are the shapes of parts that are in files, by name."""
-    if settings.gripper is None and not settings.part:
+def _handled(robot: OneRobotSettings, parts: tuple[tuple[Part, Transform], ...]) -> HandlingSetup | None:
+    """The gripper and the parts."""
+    if robot.gripper is None and not parts:
         return None
-    kind, wiring = (None, Wiring(NOTHING)) if settings.gripper is None else settings.gripper.gripper()
-    parts = tuple((part_of(each, meshes.get(each.name)), each.pose()) for each in settings.part)
+    kind, wiring = (None, Wiring(NOTHING)) if robot.gripper is None else robot.gripper.gripper()
     return HandlingSetup(kind, wiring, parts)
 
 
-def _robot(reader: Reader, name: str, folder: Path) -> str | Path:
+def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:
     """A built-in robot, or the one of a folder."""
     names = built_in_robots()
     if name in names:
@@ -171,7 +207,7 @@ def _robot(reader: Reader, name: str, folder: Path) -> str | Path:
         is_folder = name != "" and own.is_dir()
     except (OSError, ValueError):  # a name that is too long, or a parent folder without permission
         is_folder = False
-    reader.check("robot", name, is_folder, f"a folder, or one of {', '.join(names)}")
+    reader.check(key, name, is_folder, f"a folder, or one of {', '.join(names)}")
     return own
 
 
@@ -206,7 +242,7 @@ def surface_of(settings: AnySurface) -> Surface:
     )
 
 
-def _check_start(reader: Reader, settings: CellSettings, cell: Cell) -> None:
+def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None:
     """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
     within one, nor out of the box that it may not leave."""
     if not cell.surfaces and cell.safety.box is None:
@@ -216,7 +252,7 @@ def _check_start(reader: Reader, settings: CellSettings, cell: Cell) -> None:
         for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
             within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
             reader.check("start_deg", settings.start_deg, low <= at <= high, within)
-    for surface in cell.surfaces:
+    for surface in cell.seen():
         depth_mm = -1e3 * surface.nearest(x, y, z)[0]
         outside = f"a pose with the TCP outside of surface {surface.name!r}, not {depth_mm:.3f} mm within it"
         reader.check("start_deg", settings.start_deg, depth_mm <= 0.0, outside)

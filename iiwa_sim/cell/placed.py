@@ -35,7 +35,7 @@ def body_ranges(size: Range, **others: Range) -> dict[str, Range]:
 
 
 class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A name and a pose in the base: mm, and rad about z, y and x."""
+    """A name and a pose in the world, the base of a single robot: mm, and rad about z, y and x."""
 
     name: str
     x_mm: float = 0.0
@@ -51,7 +51,7 @@ class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
 
 
 def check_ranges(
-    reader: Reader, prefix: str, settings: Placed, ranges: Mapping[str, Range], suffix: str = ""
+    reader: Reader, prefix: str, settings: msgspec.Struct, ranges: Mapping[str, Range], suffix: str = ""
 ) -> None:
     """Raises an error if a number, or one of several under a key, is out of its range.
 

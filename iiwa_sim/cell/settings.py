@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from operator import attrgetter
 
 import msgspec
@@ -14,7 +15,7 @@ from iiwa_sim.cell.handled import (
     check_gripper,
     check_parts,
 )
-from iiwa_sim.cell.placed import POSE_RANGES
+from iiwa_sim.cell.placed import POSE_RANGES, check_ranges
 from iiwa_sim.cell.surfaces import (
     AnySurface,
     BoxSettings,
@@ -27,7 +28,8 @@ from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.limits_watch import GREATEST, Safety
-from iiwa_sim.frames import Vector
+from iiwa_sim.frames import Frame, Transform, Vector
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, IIWA, MAX_PORT
 from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.robot.description import DEFAULT_ROBOT, LENGTH, ToolSettings
 from iiwa_sim.settings import Range, Reader, SettingsFault
@@ -37,21 +39,25 @@ DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
 
+MOST_ROBOTS = 32
+
 _INERTIA: Range = (-1000.0, 1000.0, " kg m^2")
-OTHER_RANGES: dict[str, Range] = {
+ROBOT_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
     "tool.mass_kg": (0.001, 1000.0, " kg"),
     **GRIPPER_RANGES,
-    "noise.seed": (0, 999_999_999, ""),
-    "noise.force_n": (0.0, 1000.0, " N"),
-    "noise.torque_nm": (0.0, 1000.0, " Nm"),
-    "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
     "safety.collision_force_n": (0.1, GREATEST, " N"),
     "safety.collision_torque_nm": (0.1, GREATEST, " Nm"),
     "safety.tcp_speed_mm_per_s": (1.0, 100_000.0, " mm/s"),
 }
 """Least and greatest value, and the unit."""
+NOISE_RANGES: dict[str, Range] = {
+    "noise.seed": (0, 999_999_999, ""),
+    "noise.force_n": (0.0, 1000.0, " N"),
+    "noise.torque_nm": (0.0, 1000.0, " Nm"),
+    "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
+}
 
 
 class CellFault(SettingsFault):
@@ -118,21 +124,57 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
         return Tool(ToolLoad(self.mass_kg, metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 
-class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    robot: str = DEFAULT_ROBOT
+class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The keys of a robot in its cell: at the top level for the only one, else in its `[[robot]]`."""
+
     start_deg: str | list[float] = HOME
     contact_radius_mm: float = DEFAULT_CONTACT_RADIUS_MM
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None
     gripper: GripperSettings | None = None
+    io: IoSettings = IoSettings()
+    safety: SafetySettings = SafetySettings()
+
+
+class RobotSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A `[[robot]]`; the pose is that of its base in the world."""
+
+    name: str
+    model: str = DEFAULT_ROBOT
+    protocol: str | list[str] = IIWA
+    port: int | list[int] = 0
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    z_mm: float = 0.0
+    alpha: float = 0.0
+    beta: float = 0.0
+    gamma: float = 0.0
+
+    def base(self) -> Transform:
+        """The pose of the base in the world (m)."""
+        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+
+    def ports(self) -> dict[str, int]:
+        """Return the port of each protocol; 0 for a free one."""
+        protocols = [self.protocol] if isinstance(self.protocol, str) else self.protocol
+        ports = [self.port] * len(protocols) if isinstance(self.port, int) else self.port
+        return dict(zip(protocols, ports, strict=True))
+
+
+class CellSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    robot: str | list[RobotSettings] = DEFAULT_ROBOT
     part: list[AnyPart] = []
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
     cylinder: list[CylinderSettings] = []
     noise: NoiseSettings | None = None
-    io: IoSettings = IoSettings()
-    safety: SafetySettings = SafetySettings()
+
+    def robots(self) -> dict[str, OneRobotSettings]:
+        """Return the robots, each with the beginning of its keys in the file."""
+        if isinstance(self.robot, str):
+            return {"": self}
+        return {f"robot[{index}].": robot for index, robot in enumerate(self.robot)}
 
     def surfaces(self) -> dict[str, AnySurface]:
         """Return the surfaces, each with its key in the file."""
@@ -147,21 +189,68 @@ def read_settings(path: str, text: str) -> CellSettings:
     """The settings in the text of a cell.toml; raises `CellFault`."""
     reader = Reader(path, CellFault)
     settings = reader.settings(text, CellSettings)
-    for key, allowed in OTHER_RANGES.items():
+    _check_ranges(reader, settings, NOISE_RANGES)
+    check_surfaces(reader, settings.surfaces())
+    for prefix, robot in settings.robots().items():
+        _check_robot(reader.under(prefix), robot)
+    if not isinstance(settings.robot, str):
+        _check_robots(reader, settings, settings.robot)
+    check_parts(reader, settings.part, [each.name for each in settings.surfaces().values()])
+    return settings
+
+
+def _check_ranges(reader: Reader, settings: msgspec.Struct, ranges: dict[str, Range]) -> None:
+    for key, allowed in ranges.items():
         table = key.rpartition(".")[0]
         if (not table or attrgetter(table)(settings) is not None) and (
             value := attrgetter(key)(settings)
         ) is not None:
             reader.check_range(key, value, allowed)
-    check_surfaces(reader, settings.surfaces())
-    _check_tool(reader, settings.tool)
-    _check_box(reader, settings.safety)
-    _check_io(reader, "io.inputs", settings.io.inputs)
-    _check_io(reader, "io.outputs", settings.io.outputs)
-    inputs, outputs = len(settings.io.input_names()), len(settings.io.output_names())
-    check_gripper(reader, settings.gripper, inputs, outputs)
-    check_parts(reader, settings.part, [each.name for each in settings.surfaces().values()])
-    return settings
+
+
+def _check_robot(reader: Reader, robot: OneRobotSettings) -> None:
+    _check_ranges(reader, robot, ROBOT_RANGES)
+    _check_tool(reader, robot.tool)
+    _check_box(reader, robot.safety)
+    _check_io(reader, "io.inputs", robot.io.inputs)
+    _check_io(reader, "io.outputs", robot.io.outputs)
+    inputs, outputs = len(robot.io.input_names()), len(robot.io.output_names())
+    check_gripper(reader, robot.gripper, inputs, outputs)
+
+
+def _check_robots(reader: Reader, settings: CellSettings, robots: list[RobotSettings]) -> None:
+    """Raises an error for keys of a single robot beside `[[robot]]`, and for names and ports that are wrong
+    or taken."""
+    for key in OneRobotSettings.__struct_fields__:
+        given = getattr(settings, key)
+        alone = given == getattr(OneRobotSettings(), key)
+        expected = "this key in a [[robot]], where there are such"
+        reader.check(key, msgspec.to_builtins(given), alone, expected)
+    reader.check("robot", "none", 1 <= len(robots) <= MOST_ROBOTS, f"1 to {MOST_ROBOTS} robots")
+    names: dict[str, str] = {}
+    taken: dict[int, str] = {}
+    for index, robot in enumerate(robots):
+        place = f"robot[{index}]"
+        is_name = re.fullmatch(r"[A-Za-z0-9_-]{1,40}", robot.name) is not None
+        reader.check(f"{place}.name", robot.name, is_name, "up to 40 letters, digits, - and _")
+        other = names.setdefault(robot.name, place)
+        reader.check(f"{place}.name", robot.name, other == place, f"another name than that of {other}")
+        check_ranges(reader, f"{place}.", robot, POSE_RANGES)
+        spoken = [robot.protocol] if isinstance(robot.protocol, str) else robot.protocol
+        known = bool(spoken) and len({*spoken} & DEFAULT_PORTS.keys()) == len(spoken)
+        reader.check(f"{place}.protocol", robot.protocol, known, "iiwa, krc4, or a list of both")
+        ports = robot.port if isinstance(robot.port, list) else [robot.port]
+        one = "0, or a list of one for each protocol" if len(spoken) > 1 else "one port"
+        reader.check(f"{place}.port", robot.port, len(ports) == len(spoken) or ports == [0], one)
+        for port in ports:
+            reader.check_range(f"{place}.port", port, (0, MAX_PORT, ""))
+            other = taken.setdefault(port, robot.name) if port else robot.name
+            reader.check(
+                f"{place}.port",
+                port,
+                port == 0 or (other == robot.name and ports.count(port) == 1),
+                f"another port than that of {other!r}",
+            )
 
 
 def _check_tool(reader: Reader, tool: CarriedToolSettings | None) -> None:

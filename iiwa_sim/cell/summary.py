@@ -16,8 +16,10 @@ def summary(cell: Cell) -> str:
     """The lines, each with its end."""
     tcp = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange)
     radius_mm = 1e3 * cell.contact_radius_m
+    name = harmless(cell.description.name)
+    lines = [f"robot {cell.name}: {name}", f"base: {_frame(Frame.from_transform(cell.base))}"]
     lines = [
-        f"robot: {harmless(cell.description.name)}",
+        *(lines if cell.name else [f"robot: {name}"]),
         f"start: {_numbers(*map(degrees, cell.start))} deg",
         f"TCP in the flange: {_frame(Frame.from_transform(cell.tool_in_flange))}",
         f"TCP at the start: {_frame(Frame.from_transform(tcp))}",
@@ -29,7 +31,7 @@ def summary(cell: Cell) -> str:
         lines.append(f"tool: {_numbers(mass_kg)} kg, its centre at {place} mm in the flange")
     if cell.handled is not None:
         lines += _handled(cell)
-    for surface in cell.surfaces:
+    for surface in cell.seen():
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"
         kind = type(surface.shape).__name__.lower()

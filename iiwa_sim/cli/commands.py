@@ -46,7 +46,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     settings, is_recorded = settings_of(given), _is_recording(own.commands)
     for key in given if is_recorded else ():
         raise SettingError(f"--{key}: expected none with a recording, which names its own")
-    from iiwa_sim.cell.cell import cell_of
+    from iiwa_sim.cell.cell import cells_of, single
     from iiwa_sim.recordings.fault import needs_mcap
 
     with needs_mcap():
@@ -61,7 +61,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         with _opened(own.commands) as recorded:
             motion = motion_in(recorded)
     else:
-        cell = cell_of(settings.robot, settings.cell)
+        cell = single(cells_of(settings.robot, settings.cell))
         logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
         motion = run(own.commands, cell, settings.rate_hz)
     try:
@@ -78,13 +78,15 @@ def check_cell(parser: Parser, words: Sequence[str]) -> int:
     """
     parser.add_argument("file", metavar="CELL.toml")
     own, _ = parser.parsed(words)
-    from iiwa_sim.cell.cell import load_cell
+    from iiwa_sim.cell.cell import load_cells
     from iiwa_sim.cell.summary import summary
     from iiwa_sim.protocols.protocols import fitting_protocols
     from iiwa_sim.simulator import Simulator
 
-    cell = load_cell(own.file)
-    say(summary(Simulator(cell=cell, protocol=fitting_protocols(cell.description)).cell))
+    cells = load_cells(own.file)
+    for cell in cells:
+        Simulator(cell=cell, protocol=fitting_protocols(cell.description))
+    say("\n".join(map(summary, cells)))
     return 0
 
 

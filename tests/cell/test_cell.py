@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cell.cell import load_cell, robot_alone
+from iiwa_sim.cell.cell import load_cell, load_cells, robot_alone
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.world.gripper import Jaws
 from tests.cell.cells import cell_from
@@ -221,3 +221,69 @@ def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
 def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_bytes(b"\xef\xbb\xbfcontact_radius_mm = 4\r\n")
     assert load_cell(tmp_path / "cell.toml").contact_radius_m == 0.004
+
+
+TWO = """
+[[robot]]
+name = "left"
+tool = { mass_kg = 1.0 }
+[[robot]]
+name = "right"
+model = "lbr_iiwa_14_r820"
+x_mm = 1000
+gamma = 0.5
+protocol = ["iiwa", "krc4"]
+port = [30000, 30005]
+start_deg = [0, 20, 0, -90, 0, 45, 0]
+[[plane]]
+name = "floor"
+z_mm = -100
+stiffness_n_per_m = 1e5
+"""
+
+
+def test_each_robot_sees_the_cell_from_its_base(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(TWO + "friction = 0.2\n[noise]\nseed = 7\nforce_n = 1")
+    left, right = load_cells(tmp_path / "cell.toml")
+    assert (left.name, left.ports, left.tool is None) == ("left", {"iiwa": 0}, False)
+    assert (right.name, right.ports, right.tool) == ("right", {"iiwa": 30000, "krc4": 30005}, None)
+    assert right.description.name == "LBR iiwa 14 R820"
+    for cell in (left, right):
+        depth = [surface.nearest(*apply(inverse(cell.base), (0.3, 0.2, -0.05)))[0] for surface in cell.seen()]
+        assert depth == pytest.approx([0.05])
+    assert left.noise_levels != right.noise_levels, "or both would read the same noise"
+
+
+THIRD = '[[robot]]\nname = "third"\n'
+
+
+@pytest.mark.parametrize(
+    ("added", "says"),
+    [
+        ("", "robot = 2 of them: expected a single robot here"),
+        ('[[robot]]\nname = "left"', "robot[2].name = 'left': expected another name than that of robot[0]"),
+        ('[[robot]]\nname = "a/b"', "robot[2].name = 'a/b': expected up to 40 letters, digits, - and _"),
+        ("[[robot]]\nmodel = 'kr_6_r900_sixx'", "robot[2].name = (missing): expected this key"),
+        (f'{THIRD}model = "r2d2"', "robot[2].model = 'r2d2': expected a folder, or one of kr_6"),
+        (f"{THIRD}port = 30005", "robot[2].port = 30005: expected another port than that of 'right'"),
+        (f"{THIRD}port = 70000", "robot[2].port = 70000: expected a number from 0 to 65535"),
+        (f"{THIRD}port = [1, 2]", "robot[2].port = [1, 2]: expected one port"),
+        (f'{THIRD}protocol = "smtp"', "robot[2].protocol = 'smtp': expected iiwa, krc4, or a list"),
+        (f"{THIRD}y_mm = 1e9", "robot[2].y_mm = 1000000000.0: expected a number from -10000 to"),
+        (f"{THIRD}speed = 1", "robot[2].speed = 1: expected no key of this name"),
+        (f"{THIRD}contact_radius_mm = -1", "robot[2].contact_radius_mm = -1.0: expected a number"),
+        (f"{THIRD}z_mm = -1500", "robot[2].start_deg = 'home': expected a pose with the TCP outside"),
+        ("[tool]\nmass_kg = 1.0", "tool = {'mass_kg': 1.0, "),
+    ],
+)
+def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str, says: str) -> None:
+    with pytest.raises(CellFault) as fault:
+        cell_from(tmp_path, TWO + added)
+    assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {says}")
+    assert str(fault.value).isprintable()
+
+
+@pytest.mark.parametrize("text", ["robot = []", "contact_radius_mm = 3" + TWO])
+def test_keys_that_do_not_go_with_several_robots(tmp_path: Path, text: str) -> None:
+    with pytest.raises(CellFault, match=r"(1 to 32 robots|= 3.0: expected this key in a \[\[robot\]\])"):
+        cell_from(tmp_path, text)
