@@ -21,7 +21,8 @@ from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.part import GONE, Part
 
 if TYPE_CHECKING:
-    from iiwa_sim.world.world import Tell, World
+    from iiwa_sim.world.arm import Arm, Tell
+    from iiwa_sim.world.world import World
 
 SENSORS = ("open", "closed", "holds")
 MOST_CAPSULES = 8
@@ -136,15 +137,19 @@ class Handling:
         self._parts_at = -1
         self.world: World | None = None
         """The bodies; None in a cell without parts."""
+        self.arm: Arm | None = None
+        """The robot among them."""
         if handled.parts:
-            from iiwa_sim.world.build import ArmShape  # MuJoCo takes 0.2 s to load
+            from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
             from iiwa_sim.world.world import World
 
             shape = ArmShape(
                 description, load.tool_in_flange, () if tool is None else tool.capsules, load.world.radius_m
             )
             surfaces = tuple(load.world.surfaces.values())
-            self.world = load.bodies = World(shape, joints, surfaces, handled.parts, self.gripper, tick_s)
+            setup = ArmSetup(shape, joints, self.gripper)
+            self.world = World([setup], surfaces, handled.parts, tick_s)
+            self.arm = load.bodies = self.world.arms[0]
         self._place_jaws()
         self._tell()
 
@@ -163,12 +168,12 @@ class Handling:
     @property
     def under_way(self) -> bool:
         """True if jaws or parts move by themselves, or may after surfaces have."""
-        return not self.settled and not (self.world is not None and self.world.compliance)
+        return not self.settled and not (self.arm is not None and self.arm.compliance)
 
     @property
     def holds(self) -> bool:
         """True if a part is held."""
-        return self.world is not None and self.world.held >= 0
+        return self.arm is not None and self.arm.held >= 0
 
     def step(
         self,
@@ -178,10 +183,10 @@ class Handling:
         coming_tcp: Transform | None,
         compliance: int,
     ) -> None:
-        """Make a tick, as `World.step` does."""
-        gripper, world, load = self.gripper, self.world, self._load
+        """Make a tick, as `Arm.go` and `World.step` do."""
+        gripper, world, arm, load = self.gripper, self.world, self.arm, self._load
         driven = self._driven()
-        if world is None:
+        if world is None or arm is None:
             if gripper is not None and not gripper.settled(driven):
                 gripper.step(driven, self._tick_s)
                 self._place_jaws()
@@ -191,8 +196,9 @@ class Handling:
             self._changes = load.world.changes
             world.set_surfaces(tuple(load.world.surfaces.values()))
         assert tcp is not None
-        world.step(joints, coming, tcp, coming_tcp, driven, compliance)
-        load.hand(world.wrench, world.push, world.torques)
+        arm.go(joints, coming, tcp, coming_tcp, driven, compliance)
+        world.step()
+        load.hand(arm.wrench, arm.push, arm.torques)
         if gripper is not None and (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
             self._looked = gripper.opening_m, gripper.blocked, gripper.driven
             self._place_jaws()
@@ -201,9 +207,9 @@ class Handling:
     def tcp_is(self, joints: Joints, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
         self._place_jaws()
-        if self.world is not None:
-            self.world.place(joints, tcp, self._load.tool_in_flange)
-            self._load.hand(self.world.wrench, self.world.push, self.world.torques)
+        if self.arm is not None:
+            self.arm.place(joints, tcp, self._load.tool_in_flange)
+            self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
 
     def kept(self) -> HandlingState:
         """Return what a named state keeps."""
@@ -221,10 +227,10 @@ class Handling:
         if self.gripper is not None:
             self.gripper.opening_m, self.gripper.driven, self.gripper.blocked = kept[:3]
         self._place_jaws()
-        if self.world is not None:
+        if self.world is not None and self.arm is not None:
             self._changes = self._load.world.changes
             self.world.restore(kept.world)
-            self._load.hand(self.world.wrench, self.world.push, self.world.torques)
+            self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
         # Inputs are as they were saved, when sensors may have told something else.
         self._told, self._looked = (), None
         self._tell()
@@ -250,14 +256,14 @@ class Handling:
     def tell_of_parts(self, tell: Tell) -> None:
         """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
         taken away."""
-        if self.world is not None:
-            self.world.tell = tell
+        if self.arm is not None:
+            self.arm.tell = tell
 
     def lose(self) -> None:
         """Have the held part fall. Raises `Refused` where the gripper holds none."""
-        if self.world is None or self.world.held < 0:
+        if self.arm is None or self.arm.held < 0:
             raise Refused(EXECUTION, "the gripper holds no part")
-        self.world.let_go()
+        self.arm.let_go()
 
     def remove(self, name: str) -> None:
         """Take a part away. Raises `Refused` where there is none of this name."""

@@ -1,4 +1,4 @@
-"""Builds the MuJoCo model of a cell: surfaces, the arm and its gripper, parts."""
+"""Builds the MuJoCo model of a cell: a scene, arms and their grippers, surfaces, parts."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from iiwa_sim.frames import (
     quaternion_from_rotation,
     rotation_from_quaternion,
 )
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Link, arm_model
-from iiwa_sim.world.details import ALL, ARM, HELD, LOST, PARTS, SURFACES, soften
-from iiwa_sim.world.gripper import Cup, Jaws
-from iiwa_sim.world.material import Law
+from iiwa_sim.world.details import ALL, ARMS, HELD, LOST, PARTS, SURFACES, arm_bit, soften
+from iiwa_sim.world.gripper import Cup, Gripper, Jaws
+from iiwa_sim.world.material import RIGID_N_PER_M, Law, law_of_arms
 from iiwa_sim.world.part import Mesh, Part
+from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
-FREE, GRASPED, LIGHT = 1, 2, 3
-"""Priorities: which part's law and friction a contact has. A light free part would swing on the spring of a
-held one."""
+YIELDS, FREE, GRASPED, LIGHT = -1, 1, 2, 3
+"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least. A light free
+part would swing on the spring of a held one."""
 LIGHTEST = 2.0
 """A part is light if its stiffness times the square of a tick is more than so many times its mass."""
-RIGID_N_PER_M = 1e8
-"""Stiffness of links, jaws and tools, as parts feel it."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05
@@ -57,91 +57,102 @@ class ArmShape(NamedTuple):
     radius_m: float  # of the contact sphere round the TCP
 
 
-class Built(NamedTuple):
-    """A compiled model, and the numbers of its geoms and bodies."""
+class ArmSetup(NamedTuple):
+    """An arm at the start."""
 
-    model: Any
-    touching: dict[int, str]  # geoms of the arm, with the name of the link, jaw or tool
+    shape: ArmShape
+    joints: Joints  # rad, at rest
+    gripper: Gripper | None = None
+    base: Transform = IDENTITY  # in the world
+    name: str = ""
+
+
+class BuiltArm(NamedTuple):
+    """Numbers of an arm in a compiled model."""
+
+    hinge: int  # joint of the first link; those of the others follow, then gripper and jaws
+    gripper: int  # body
+    touching: dict[int, str]  # geoms, with the name of the link, jaw or tool
     tip: int  # geom of the contact sphere; -1 for none
     pads: tuple[int, ...]  # geoms of the pads, which collide with nothing, or of the cup
     fingers: tuple[int, ...]  # geoms of the jaws, or of the cup
+
+
+class Built(NamedTuple):
+    """A compiled model, and the numbers of its geoms and bodies; those of the scene come first."""
+
+    model: Any
+    arms: tuple[BuiltArm, ...]
     parts: NDArray[np.intp]  # geom of each part
     surfaces: NDArray[np.intp]  # body of each surface
     offsets: tuple[Transform | None, ...]  # frame of each part in its body; None where they are the same
     points: NDArray[np.intc]  # for each geom the least number of points in which it rests
     masses: NDArray[np.float64]  # for each part the inertia of its six dofs
-    stands: NDArray[np.int8]  # for each geom 1 if it is that of a surface
+    kinds: NDArray[np.int8]  # for each geom `OF_PART`, `STANDS`, `OF_ARM` or `OF_SCENE`
 
 
 def build(
-    arm: ArmShape,
-    kind: Jaws | Cup | None,
+    arms: Sequence[ArmSetup],
     surfaces: Sequence[Surface],
     parts: Sequence[tuple[Part, Transform]],
     law: Law,
     tick_s: float,
+    scene: Any = None,
 ) -> Built:
-    """Build the model. First in it are the hinges of the arm, then the gripper, jaws, and parts."""
-    spec = mj.MjSpec()
-    option = spec.option
+    """Build the model.
+
+    Arms, surfaces and parts are added to a copy of the `MjSpec` of a scene. They have no names, so all names
+    are those of the scene. A contact of a part has the part's law and friction, also with the scene; one of
+    an arm with the scene has the scene's.
+    """
+    spec = mj.MjSpec() if scene is None else scene.copy()
+    option, foreign = spec.option, len(spec.geoms)
     option.timestep, option.gravity = tick_s, [0.0, 0.0, -GRAVITY_M_S2]
     option.cone, option.impratio, option.tolerance = mj.mjtCone.mjCONE_ELLIPTIC, 100.0, 1e-12
-    option.integrator = mj.mjtIntegrator.mjINT_EULER
-    option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)
+    # Servos of a scene may be stiffer than an explicit step integrates.
+    kinds = mj.mjtIntegrator
+    option.integrator = kinds.mjINT_IMPLICITFAST if len(spec.actuators) else kinds.mjINT_EULER
+    if not any(each.type == mj.mjtSensor.mjSENS_TOUCH for each in spec.sensors):
+        option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)  # bodies that sleep have no contacts to feel
     common = {"solref": law.solref, "solimp": law.solimp, "margin": MARGIN_M}
-    rigid = {**common, "contype": ARM, "conaffinity": PARTS, "mass": 0.0}
-    _add_arm(spec, arm.description, rigid)
-    _add_gripper(spec, arm, kind, rigid)
-    for number, surface in enumerate(surfaces):
-        name, laid = f"surface {number}", {"contype": SURFACES, "conaffinity": PARTS + HELD + LOST}
-        body = _add_body(spec.worldbody, name, surface.pose)
-        geom = _add_shape(body, surface.shape, name, friction=[surface.friction, 0.0, 0.0], **common, **laid)
+    of_arms = [_add_arm(spec, arm, number, law) for number, arm in enumerate(arms)]
+    of_surfaces = []
+    for surface in surfaces:
+        laid = {"contype": SURFACES, "conaffinity": PARTS + HELD + LOST, **common}
+        body = _add_body(spec.worldbody, surface.pose)
+        geom = _add_shape(body, surface.shape, friction=[surface.friction, 0.0, 0.0], **laid)
         if any(surface.surface_velocity):
             geom.surfacevel = [*surface.surface_velocity, 0.0, 0.0, 0.0]
-    for number, (part, pose) in enumerate(parts):
-        name, shape = f"part {number}", part.shape
-        body = _add_body(spec.worldbody, name, pose)
-        body.add_freejoint(name=name, align=isinstance(shape, Mesh))
-        radius = shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
-        loose: dict[str, Any] = {"contype": PARTS, "conaffinity": ALL, "mass": part.mass_kg}
-        loose |= {
-            "priority": priority(part, tick_s),
-            "friction": [part.friction, SPINNING * radius, ROLLING * radius],
-        }
-        loose["condim"] = 6 if radius else 3
-        if isinstance(shape, Mesh):
-            spec.add_mesh(name=name, uservert=np.ravel(shape.corners).tolist())
-            body.add_geom(type=mj.mjtGeom.mjGEOM_MESH, name=name, meshname=name, **common, **loose)
-        else:
-            _add_shape(body, shape, name, **common, **loose)
+        of_surfaces.append(body)
+    of_parts = [_add_part(spec, number, *each, tick_s, common) for number, each in enumerate(parts)]
     model = spec.compile()
-    for number, surface in enumerate(surfaces):
-        soften(model, model.body(f"surface {number}").id, surface.stiffness, law)
-    for number, (part, _) in enumerate(parts):
-        soften(model, model.body(f"part {number}").id, part.stiffness, law)
-    arms = [geom for geom in range(model.ngeom) if model.geom_contype[geom] == ARM]
-    for geom in arms:
-        soften(model, model.geom_bodyid[geom], RIGID_N_PER_M, law)
-    kinds = mj.mjtGeom
-    of_kind = {kinds.mjGEOM_SPHERE: 1, kinds.mjGEOM_CAPSULE: 1, kinds.mjGEOM_CYLINDER: 2}
+    for body, surface in zip(of_surfaces, surfaces, strict=True):
+        soften(model, body.id, surface.stiffness, law)
+    for geom, (part, _) in zip(of_parts, parts, strict=True):
+        soften(model, model.geom_bodyid[geom.id], part.stiffness, law)
+    of_kind = {mj.mjtGeom.mjGEOM_SPHERE: 1, mj.mjtGeom.mjGEOM_CAPSULE: 1, mj.mjtGeom.mjGEOM_CYLINDER: 2}
     points = [of_kind.get(mj.mjtGeom(each), 4) for each in model.geom_type]
-    names = (CUP,) if isinstance(kind, Cup) else JAWS if isinstance(kind, Jaws) else ()
-    pads = names if isinstance(kind, Cup) else [f"pad {number}" for number in range(1, len(names) + 1)]
+    geoms = np.array([geom.id for geom in of_parts], np.intp)
+    told = np.full(model.ngeom, OF_SCENE, np.int8)
+    told[foreign:] = OF_ARM
+    told[geoms] = OF_PART
+    told[model.body_weldid[model.geom_bodyid] == 0] = STANDS
+    built = tuple(_numbers(each) for each in of_arms)
+    for geom in (each for arm in built for each in arm.touching):
+        soften(model, model.geom_bodyid[geom], RIGID_N_PER_M, law)
+    first = int(model.body_dofadr[model.geom_bodyid[geoms[0]]]) if parts else model.nv
     return Built(
         model,
-        {geom: model.geom(geom).name.partition("/")[0] for geom in arms},
-        model.geom(TIP).id if arm.radius_m > 0.0 else -1,
-        tuple(model.geom(name).id for name in pads),
-        tuple(model.geom(name).id for name in names),
-        np.array([model.geom(f"part {number}").id for number in range(len(parts))], np.intp),
-        np.array([model.body(f"surface {number}").id for number in range(len(surfaces))], np.intp),
+        built,
+        geoms,
+        np.array([body.id for body in of_surfaces], np.intp),
         tuple(
-            _offset(model, f"part {number}", pose) if isinstance(part.shape, Mesh) else None
-            for number, (part, pose) in enumerate(parts)
+            _offset(model, int(model.geom_bodyid[geom]), pose) if isinstance(part.shape, Mesh) else None
+            for geom, (part, pose) in zip(geoms, parts, strict=True)
         ),
         np.array(points, np.intc),
-        model.dof_M0[model.nv - 6 * len(parts) :].reshape(-1, 6).copy(),
-        (model.geom_contype == SURFACES).astype(np.int8),
+        model.dof_M0[first:].reshape(-1, 6).copy(),
+        told,
     )
 
 
@@ -162,39 +173,50 @@ def pose_of(position: Sequence[float]) -> Transform:
     return Transform(rotation_from_quaternion((a, b, c, w)), (x, y, z))
 
 
-def _offset(model: Any, name: str, pose: Transform) -> Transform:
+def _offset(model: Any, body: int, pose: Transform) -> Transform:
     """Return the part's frame in its body, which MuJoCo has put along the principal axes of inertia."""
-    body = model.body(name)
-    return compose(inverse(pose_of([*body.pos.tolist(), *body.quat.tolist()])), pose)
+    return compose(inverse(pose_of([*model.body_pos[body].tolist(), *model.body_quat[body].tolist()])), pose)
 
 
-def _add_body(parent: Any, name: str, pose: Transform) -> Any:
-    return parent.add_body(name=name, pos=list(pose.translation), quat=wxyz(pose.rotation))
+def _add_body(parent: Any, pose: Transform) -> Any:
+    return parent.add_body(pos=list(pose.translation), quat=wxyz(pose.rotation))
 
 
-def _add_shape(body: Any, shape: Shape, name: str, **more: Any) -> Any:
+def _add_shape(body: Any, shape: Shape, **more: Any) -> Any:
     kinds = mj.mjtGeom
     match shape:
         case Plane():
-            return body.add_geom(type=kinds.mjGEOM_PLANE, name=name, size=[5.0, 5.0, 0.1], **more)
+            return body.add_geom(type=kinds.mjGEOM_PLANE, size=[5.0, 5.0, 0.1], **more)
         case Box():
-            return body.add_geom(type=kinds.mjGEOM_BOX, name=name, size=list(shape), **more)
+            return body.add_geom(type=kinds.mjGEOM_BOX, size=list(shape), **more)
         case Cylinder():
-            return body.add_geom(
-                type=kinds.mjGEOM_CYLINDER, name=name, size=[shape.radius, shape.half_z, 0.0], **more
-            )
+            return body.add_geom(type=kinds.mjGEOM_CYLINDER, size=[shape.radius, shape.half_z, 0.0], **more)
         case Sphere():
-            return body.add_geom(type=kinds.mjGEOM_SPHERE, name=name, size=[shape.radius, 0.0, 0.0], **more)
+            return body.add_geom(type=kinds.mjGEOM_SPHERE, size=[shape.radius, 0.0, 0.0], **more)
 
 
-def _add_capsule(body: Any, capsule: Capsule, back: Transform, name: str, **more: Any) -> None:
-    """Add a capsule whose ends are told in a frame; `back` brings that to the body."""
-    size = [capsule.radius_m, 0.0, 0.0]
-    start, end = apply(back, capsule.start), apply(back, capsule.end)
-    if capsule.start == capsule.end:
-        body.add_geom(type=mj.mjtGeom.mjGEOM_SPHERE, name=name, size=size, pos=list(start), **more)
-    else:
-        body.add_geom(type=mj.mjtGeom.mjGEOM_CAPSULE, name=name, size=size, fromto=[*start, *end], **more)
+def _add_part(
+    spec: Any, number: int, part: Part, pose: Transform, tick_s: float, common: dict[str, Any]
+) -> Any:
+    """Add a part; returns its geom."""
+    shape, is_mesh = part.shape, isinstance(part.shape, Mesh)
+    body = _add_body(spec.worldbody, pose)
+    body.add_freejoint(align=is_mesh)
+    radius = shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
+    loose = {
+        **common,
+        "contype": PARTS,
+        "conaffinity": ALL,
+        "mass": part.mass_kg,
+        "priority": priority(part, tick_s),
+        "friction": [part.friction, SPINNING * radius, ROLLING * radius],
+        "condim": 6 if radius else 3,
+    }
+    if not isinstance(shape, Mesh):
+        return _add_shape(body, shape, **loose)
+    name = f"mesh of part {number}"
+    spec.add_mesh(name=name, uservert=np.ravel(shape.corners).tolist())
+    return body.add_geom(type=mj.mjtGeom.mjGEOM_MESH, meshname=name, **loose)
 
 
 def _make_light(body: Any) -> None:
@@ -203,61 +225,103 @@ def _make_light(body: Any) -> None:
     body.gravcomp = 1.0
 
 
-def _add_arm(spec: Any, description: RobotDescription, rigid: dict[str, Any]) -> None:
-    """Add the moving links of an arm as capsules on a chain of hinges."""
+class _Added(NamedTuple):
+    """Elements of an arm in a model that is not compiled yet."""
+
+    hinge: Any
+    gripper: Any
+    touching: list[tuple[Any, str]]
+    tip: Any
+    pads: list[Any]
+    fingers: list[Any]
+
+
+def _numbers(added: _Added) -> BuiltArm:
+    return BuiltArm(
+        added.hinge.id,
+        added.gripper.id,
+        {geom.id: name for geom, name in added.touching},
+        -1 if added.tip is None else added.tip.id,
+        tuple(geom.id for geom in added.pads),
+        tuple(geom.id for geom in added.fingers),
+    )
+
+
+def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> _Added:
+    """Add an arm: the moving links as capsules on a chain of hinges, then its gripper."""
+    description, bit, on = arm.shape.description, arm_bit(number), law_of_arms(law)
+    rigid = {"solref": on.solref, "solimp": on.solimp, "margin": MARGIN_M, "condim": 1, "priority": YIELDS}
+    rigid |= {"contype": bit, "conaffinity": PARTS + ARMS - bit, "mass": 0.0}
     all_links = arm_model(description).links
     chain: list[Link] = []
     link: Link | None = next(each for each in all_links if each.name == description.flange)
     while link is not None and link.parent is not None:
         chain.insert(0, link)
         link = all_links[link.parent]
-    body, pose = spec.worldbody.add_body(name="base"), IDENTITY
+    body, pose = _add_body(spec.worldbody, arm.base), IDENTITY
     links: list[tuple[Any, Transform]] = [(body, inverse(pose))]
+    hinges: list[Any] = []
     for each in chain:
-        body = body.add_body(pos=list(each.pose.translation), quat=wxyz(each.pose.rotation))
+        body = _add_body(body, each.pose)
         pose = compose(pose, each.pose)
         if each.joint is not None:
-            body.add_joint(
-                name=f"hinge {each.joint}",
-                type=mj.mjtJoint.mjJNT_HINGE,
-                axis=list(each.axis),
-                armature=HEAVY,
-            )
+            hinge = {"type": mj.mjtJoint.mjJNT_HINGE, "axis": list(each.axis), "armature": HEAVY}
+            hinges.append(body.add_joint(**hinge))
             _make_light(body)
             links.append((body, inverse(pose)))
-    for number, capsule in enumerate(capsules_of(description)):
+    added = _add_gripper(spec, arm, hinges[0], rigid)
+    for capsule in capsules_of(description):
         if capsule.joints > 0:
-            moved, back = links[capsule.joints]
-            _add_capsule(moved, capsule, back, f"{capsule.link}/{number}", **rigid)
+            added.touching.append((_add_capsule(*links[capsule.joints], capsule, rigid), capsule.link))
+    return added
 
 
-def _add_gripper(spec: Any, arm: ArmShape, kind: Jaws | Cup | None, rigid: dict[str, Any]) -> None:
+def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, Any]) -> Any:
+    """Add a capsule whose ends are told in a frame; `back` brings that to the body."""
+    size, kinds = [capsule.radius_m, 0.0, 0.0], mj.mjtGeom
+    start, end = apply(back, capsule.start), apply(back, capsule.end)
+    if capsule.start == capsule.end:
+        return body.add_geom(type=kinds.mjGEOM_SPHERE, size=size, pos=list(start), **rigid)
+    return body.add_geom(type=kinds.mjGEOM_CAPSULE, size=size, fromto=[*start, *end], **rigid)
+
+
+def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) -> _Added:
     """Add the gripper as a free body at the TCP, with jaws, or a cup, the contact sphere and the tool.
 
     It is no link of the chain: MuJoCo leaves out of contacts what turning links add to accelerations (the
     derivative of the Jacobian), so a part that is carried fast round the base would drift at the end of a
     chain, by some 4 mm/s. The constraint forces on its six dofs are the wrench at the TCP.
     """
-    body = spec.worldbody.add_body(name="gripper")
+    shape, kind = arm.shape, None if arm.gripper is None else arm.gripper.kind
+    body = spec.worldbody.add_body()
     _make_light(body)
-    body.add_joint(name="gripper", type=mj.mjtJoint.mjJNT_FREE, armature=HEAVY)
-    if arm.radius_m > 0.0:
-        _add_shape(body, Sphere(arm.radius_m), TIP, **rigid)
-    for number, capsule in enumerate(arm.tool):
-        _add_capsule(body, capsule, inverse(arm.tool_in_flange), f"{capsule.link}/{number}", **rigid)
+    body.add_joint(type=mj.mjtJoint.mjJNT_FREE, armature=HEAVY)
+    added = _Added(hinge, body, [], None, [], [])
+    if shape.radius_m > 0.0:
+        added = added._replace(tip=_add_shape(body, Sphere(shape.radius_m), **rigid))
+        added.touching.append((added.tip, TIP))
+    for capsule in shape.tool:
+        geom = _add_capsule(body, inverse(shape.tool_in_flange), capsule, rigid)
+        added.touching.append((geom, capsule.link))
     if isinstance(kind, Cup):
         half = 0.5 * kind.length_m
-        _add_shape(body, Cylinder(kind.radius_m, half), CUP, pos=[0.0, 0.0, -half], **rigid)
+        cup = _add_shape(body, Cylinder(kind.radius_m, half), pos=[0.0, 0.0, -half], **rigid)
+        added.touching.append((cup, CUP))
+        added.pads.append(cup)
+        added.fingers.append(cup)
     if not isinstance(kind, Jaws):
-        return
+        return added
     for name, side in zip(JAWS, (1.0, -1.0), strict=True):
         wide, thick, long = kind.jaw_m
-        jaw = body.add_body(name=name)
+        jaw = body.add_body()
         _make_light(jaw)
-        jaw.add_joint(name=name, type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, side, 0.0], armature=HEAVY)
+        jaw.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, side, 0.0], armature=HEAVY)
         middle = [0.0, 0.5 * side * thick, -0.5 * long]
-        _add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), name, pos=middle, **rigid)
+        geom = _add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), pos=middle, **rigid)
+        added.touching.append((geom, name))
+        added.fingers.append(geom)
         # The pad, against which it is measured whether a part is between the jaws.
         pad = Box(0.5 * kind.pad_wide_m, 0.25 * thick, 0.5 * kind.pad_long_m)
         middle = [0.0, 0.25 * side * thick, -0.5 * kind.pad_long_m]
-        _add_shape(jaw, pad, f"pad {name[-1]}", pos=middle, contype=0, conaffinity=0, mass=0.0)
+        added.pads.append(_add_shape(jaw, pad, pos=middle, contype=0, conaffinity=0, mass=0.0))
+    return added

@@ -12,13 +12,22 @@ from iiwa_sim.world.material import Law
 from iiwa_sim.world.tick_kernel import BASE, correct
 
 Vector = NDArray[np.float64]
-PARTS, SURFACES, HELD, ARM, LOST = 1, 2, 4, 8, 16
-"""Collision bits: parts meet everything, surfaces and the arm meet parts; a held part does not meet the arm,
-nor does one that the gripper has lost, until it is out of it."""
+PARTS, SURFACES, HELD, LOST = 1, 2, 4, 8
+"""Collision bits, beside one of each arm: parts meet everything, surfaces parts, arms parts and other arms. A
+held part does not meet the arm that holds it, nor does one that a gripper has lost, until it is out of it."""
 ALL = 0x7FFFFFFF
+ARMS = ALL - PARTS - SURFACES - HELD - LOST
 SPINS_RAD_S = 2.0
 """Bodies that turn more slowly need no correction."""
 _SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
+
+
+def arm_bit(number: int) -> int:
+    """Return the collision bit of an arm."""
+    bit = 2 * LOST << number
+    if not bit & ARMS:
+        raise ValueError(f"{number + 1} arms in a world: MuJoCo has collision bits for 27")
+    return bit
 
 
 def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
@@ -27,7 +36,7 @@ def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
 
 
 def find_forces(
-    model: Any, data: Any, points: NDArray[np.intc], stands: NDArray[np.int8], imposed: Any, tick_s: float
+    model: Any, data: Any, points: NDArray[np.intc], kinds: NDArray[np.int8], imposed: Any, tick_s: float
 ) -> None:
     """Find what `mj_forward` does, with corrected contacts: `mj_fwdVelocity` has found `efc_aref` before the
     solver reads it, and `efc_KBIP` says by which law.
@@ -36,15 +45,21 @@ def find_forces(
     `imposed` as without contacts, how the arm moves changes no bit of parts that it does not touch.
     """
     mj.mj_fwdPosition(model, data)
+    if model.nsensor:
+        mj.mj_sensorPos(model, data)
     mj.mj_fwdVelocity(model, data)
     if data.ncon:
         c, law = data.contact, data.efc_KBIP.reshape(-1, 4)
         rows = c.geom, c.efc_address, c.dim, c.includemargin, c.friction
-        correct(data.efc_aref, data.efc_pos, law, *rows, points, stands, tick_s)
+        correct(data.efc_aref, data.efc_pos, law, *rows, points, kinds, tick_s)
     mj.mj_fwdActuation(model, data)
     mj.mj_fwdAcceleration(model, data)
     data.qacc_warmstart[imposed] = data.qacc_smooth[imposed]
     mj.mj_fwdConstraint(model, data)
+    if model.nsensor:
+        mj.mj_sensorVel(model, data)
+        mj.mj_rnePostConstraint(model, data)  # `force` sensors read what nothing else asks for
+        mj.mj_sensorAcc(model, data)
 
 
 def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector | float:
@@ -73,26 +88,28 @@ def set_law(model: Any, geom: int, law: Law, priority: int) -> None:
     model.geom_priority[geom] = priority
 
 
-def set_imposed(model: Any, body: int, geom: int, inertia: Vector) -> None:
+def set_imposed(model: Any, body: int, inertia: Vector) -> None:
     """Give a part's dofs an inertia and no weight: of free bodies with aligned inertia MuJoCo reads `dof_M0`.
 
-    The part stays awake, and meets all but the arm. `body_gravcomp` counts at run time if a body has had one
-    when the model was compiled, as the arm has.
+    The part stays awake. `body_gravcomp` counts at run time if a body has had one when the model was
+    compiled, as arms have.
     """
     first = int(model.body_dofadr[body])
     model.dof_M0[first : first + 6], model.body_gravcomp[body] = inertia, 1.0
     never_sleeps(model, body)
-    model.geom_contype[geom], model.geom_conaffinity[geom] = HELD, ALL - ARM - HELD
 
 
-def set_free(model: Any, data: Any, body: int, geom: int, inertia: Vector, bit: int) -> None:
-    """Let a part move freely: `PARTS`, or `LOST` for one that does not meet the arm."""
+def set_free(model: Any, data: Any, body: int, inertia: Vector) -> None:
+    """Let a part move freely."""
     first = int(model.body_dofadr[body])
     model.dof_M0[first : first + 6], model.body_gravcomp[body] = inertia, 0.0
     model.tree_sleep_policy[model.body_treeid[body]] = mj.mjtSleepPolicy.mjSLEEP_ALLOWED
-    model.geom_contype[geom] = bit
-    model.geom_conaffinity[geom] = ALL if bit == PARTS else ALL - ARM - LOST
     data.qfrc_applied[first : first + 6] = 0.0
+
+
+def set_bits(model: Any, geom: int, bit: int, passes: int) -> None:
+    """Have a part meet all but the bits that it `passes`; its own is `PARTS`, `HELD` or `LOST`."""
+    model.geom_contype[geom], model.geom_conaffinity[geom] = bit, ALL - passes
 
 
 def set_gone(model: Any, data: Any, body: int, geom: int) -> None:
@@ -118,9 +135,10 @@ def wake_all(model: Any, data: Any) -> None:
     data.xfrc_applied[:, 2] += 1e-9
     mj.mj_fwdPosition(model, data)
     data.xfrc_applied[:] = forces
+    flags = model.opt.enableflags
     model.opt.enableflags &= ~_SLEEP
     mj.mj_fwdPosition(model, data)
-    model.opt.enableflags |= _SLEEP
+    model.opt.enableflags = flags
 
 
 def is_quiet(data: Any, imposed: int) -> bool:

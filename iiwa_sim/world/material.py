@@ -10,6 +10,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from iiwa_sim.world.tick_kernel import BASE
+
+RIGID_N_PER_M = 1e8
+"""Stiffness of links, jaws and tools, as parts feel it."""
+ARMS_N_PER_M = 5e4
+"""Stiffness of arms against each other."""
+
 
 class Law(NamedTuple):
     """Parameters of MuJoCo's contact in direct mode, with a constant impedance."""
@@ -32,3 +39,9 @@ def law_of_free(tick_s: float) -> Law:
 def law_of_imposed(free: Law) -> Law:
     """Return the law for what is imposed, f = k r without lag, with the same scale."""
     return _law(free.scale * 0.9, -free.solref[1], 0.1)
+
+
+def law_of_arms(free: Law) -> Law:
+    """Return the law of arms against each other, whose bodies are rigid: f = k d, without lag."""
+    softer = ARMS_N_PER_M * BASE / RIGID_N_PER_M
+    return _law(free.scale * 0.9 * softer, 5.0, 0.1)

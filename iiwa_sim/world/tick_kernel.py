@@ -14,6 +14,11 @@ from iiwa_sim.motion.joints import Joints
 BASE = 2
 """Number of contact points that share the stiffness of two bodies before their count is known: with 2, one
 point is stable for the lightest body, and eight are not too slow."""
+OF_PART, STANDS, OF_ARM, OF_SCENE = 0, 1, 2, 3
+"""Kinds of geoms: of a part, fixed to the world, of an arm, or of a scene's body that moves."""
+_STANDS = cython.declare(cython.int, 1)
+_OF_SCENE = cython.declare(cython.int, 3)
+_BOTH_ARMS = cython.declare(cython.int, 4)
 _BASE = cython.declare(cython.double, 2.0)
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
@@ -31,7 +36,7 @@ def correct(
     margin: cython.double[:],
     friction: cython.double[:, :],
     points: cython.int[::1],
-    stands: cython.char[::1],
+    kinds: cython.char[::1],
     tick_s: cython.double,
 ) -> None:
     """Correct the reference accelerations of contacts before the solver uses them.
@@ -46,7 +51,7 @@ def correct(
         aref, pos, law: Arrays `efc_aref`, `efc_pos`, `efc_KBIP` of the data.
         geom, address, dim, margin, friction: Arrays of the contacts.
         points: For each geom the least number of points in which it rests: 1, 2 or 4.
-        stands: For each geom whether it is that of a surface.
+        kinds: For each geom `OF_PART`, `STANDS`, `OF_ARM` or `OF_SCENE`.
         tick_s: Duration of a tick.
     """
     n: cython.Py_ssize_t = geom.shape[0]
@@ -57,6 +62,11 @@ def correct(
         end: cython.Py_ssize_t = c + 1
         while end < n and geom[end, 0] == a and geom[end, 1] == b:
             end += 1
+        both: cython.int = kinds[a] + kinds[b]
+        if max(kinds[a], kinds[b]) == _OF_SCENE and both > _OF_SCENE:
+            c = end  # a body of the scene on another, or on an arm, as the scene has it
+            continue
+        still: cython.bint = kinds[a] == _STANDS or kinds[b] == _STANDS or both == _BOTH_ARMS
         least: cython.int = min(points[a], points[b])
         share: cython.double = _BASE / max(end - c, least)
         root: cython.double = sqrt(share)
@@ -67,7 +77,7 @@ def correct(
             spring: cython.double = law[row, 0] * law[row, 2]
             deep: cython.double = -spring * pos[row]
             imposed: cython.bint = law[row, 2] < 0.5
-            if imposed and (stands[a] or stands[b]):  # nothing moves by these forces
+            if imposed and still:  # nothing moves by these forces
                 aref[row] = share * deep
                 for i in range(1, dim[k]):
                     aref[row + i] *= _RUBS
@@ -133,7 +143,8 @@ def lower(
 ) -> None:
     """Lower bounds of distances by how far their movers have gone since `was` (places and rotations).
 
-    A pair, of a mover by its number and two geoms, is no nearer than the balls round both.
+    A pair is two geoms, and their numbers as movers: the second may be that of no mover, where `moved` is 0.
+    It is no nearer than the balls round both.
     """
     for k in range(movers.shape[0]):
         geom: cython.Py_ssize_t = movers[k]
@@ -149,6 +160,7 @@ def lower(
     for p in range(bounds.shape[0]):
         square = 0.0
         for i in range(3):
-            apart: cython.double = places[pairs[p, 1], i] - places[pairs[p, 2], i]
+            apart: cython.double = places[pairs[p, 0], i] - places[pairs[p, 1], i]
             square += apart * apart
-        bounds[p] = max(bounds[p] - moved[pairs[p, 0]], sqrt(square) - reaches[p])
+        gone: cython.double = moved[pairs[p, 2]] + moved[pairs[p, 3]]
+        bounds[p] = max(bounds[p] - gone, sqrt(square) - reaches[p])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.controller.handling import Handling, PartState
 from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.world.arm import Arm
 from iiwa_sim.world.build import wxyz
 from iiwa_sim.world.gripper import CLOSES
 from iiwa_sim.world.world import World
@@ -92,15 +93,16 @@ def down(x_mm: float, y_mm: float, z_mm: float) -> Frame:
 
 def hold(handling: Handling, in_tcp: Transform, opening_m: float = 0.04) -> None:
     """Have the jaws hold the first part at a pose in the TCP, wherever it was."""
-    world, gripper = handling.world, handling.gripper
+    world, arm, gripper = handling.world, handling.arm, handling.gripper
     assert world is not None
+    assert arm is not None
     assert gripper is not None
-    world._catch_up(now=True)
-    pose = compose(world._tcp, in_tcp)
-    world._part_q[0] = [*pose.translation, *wxyz(pose.rotation)]
-    world._tcp_before = world._tcp
+    world.catch_up(now=True)
+    pose = compose(arm.tcp, in_tcp)
+    world.part_q[0] = [*pose.translation, *wxyz(pose.rotation)]
+    arm.tcp_before = arm.tcp
     gripper.opening_m, gripper.driven, gripper.blocked = opening_m, CLOSES, True
-    world._hold(0)
+    arm.hold(0)
     world.wake()
 
 
@@ -126,6 +128,10 @@ class Scene:
         assert self.handling.world is not None
         return self.handling.world
 
+    @property
+    def arm(self) -> Arm:
+        return self.world.arms[0]
+
     def part(self, name: str) -> PartState:
         return next(each for each in self.handling.parts if each.name == name)
 
@@ -135,7 +141,7 @@ class Scene:
     @property
     def speeds(self) -> NDArray[np.float64]:
         """Of all parts: m/s, and rad/s."""
-        return self.world._part_v
+        return self.world.part_v
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):

@@ -62,13 +62,13 @@ def settles(case: Case) -> tuple[float, float]:
         scene.controller.move(lin_stiff_move(target, 0.05, stiffness, (0.0,) * 6))
         scene.step(1500)
     if what == "hit":
-        held, q = scene.world.pose(0).translation, scene.world._part_q[1]
+        held, q = scene.world.pose(0).translation, scene.world.part_q[1]
         q[:3] = held[0], held[1] + 0.012, held[2] + 0.145
         scene.world.wake()
     forces = []
     for _ in range(1000):
         scene.step()
-        forces.append(scene.world.wrench[2])
+        forces.append(scene.arm.wrench[2])
     last = np.array(forces[-200:])
     return float(last.mean()), float(np.ptp(last))
 
@@ -116,6 +116,6 @@ friction = 0.3
     forces = []
     for _ in range(1500):
         scene.step()
-        forces.append(scene.world.wrench[:3])
+        forces.append(scene.arm.wrench[:3])
     last = np.array(forces[-200:])
     assert np.ptp(last, axis=0).max() < 0.01 * np.abs(last).max()

@@ -61,7 +61,7 @@ def test_invweight_is_a_compliance_in_contacts_and_contacts_of_a_pair_follow_eac
 
 def test_what_is_read_belongs_to_the_places_of_this_tick_and_the_law_is_read_at_run_time() -> None:
     scene = Scene(sleep=False)
-    details.set_imposed(scene.model, 2, 1, np.full(6, 1e3))
+    details.set_imposed(scene.model, 2, np.full(6, 1e3))
     details.set_law(scene.model, 1, law_of_imposed(LAW), 2)
     for deep in (1e-4, 5e-4, 2e-4):
         scene.data.qpos[2], scene.data.qvel[:6] = 0.05 - deep, 0.0
@@ -71,11 +71,11 @@ def test_what_is_read_belongs_to_the_places_of_this_tick_and_the_law_is_read_at_
 
 def test_dof_m0_makes_a_free_body_heavy_and_gravcomp_weightless() -> None:
     scene = Scene(sleep=False)
-    details.set_imposed(scene.model, 4, 3, np.full(6, 1e3))
+    details.set_imposed(scene.model, 4, np.full(6, 1e3))
     scene.data.qfrc_applied[12] = 1e3
     scene.find()
     assert scene.data.qacc[12:15] == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
-    details.set_free(scene.model, scene.data, 4, 3, np.full(6, 1.0), details.PARTS)
+    details.set_free(scene.model, scene.data, 4, np.full(6, 1.0))
     scene.find()
     assert scene.data.qacc[12:15] == pytest.approx((0.0, 0.0, -G), abs=1e-9)
 

@@ -136,8 +136,8 @@ def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed
     slipping = []
     while scene.controller.moving:
         scene.step()
-        if hypot(*scene.world._slip) > 0.0:
-            x, _, z = scene.world.wrench[:3]
+        if hypot(*scene.arm.slip) > 0.0:
+            x, _, z = scene.arm.wrench[:3]
             slipping.append(hypot(x, z))
     assert max(slipping) == pytest.approx(limit, rel=0.03)
     scene.step(100)

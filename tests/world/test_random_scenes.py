@@ -103,14 +103,14 @@ class RandomScene:
             if scene.world._quiet or scene.world._frozen:
                 continue
             world = scene.world
-            assert np.isfinite(world._data.qpos).all()
-            assert np.isfinite(world._data.qvel).all()
+            assert np.isfinite(world.data.qpos).all()
+            assert np.isfinite(world.data.qvel).all()
             here = [number for number in range(len(world.parts)) if number not in world._gone]
-            speeds = np.linalg.norm(world._part_v[here, :3], axis=1)
+            speeds = np.linalg.norm(world.part_v[here, :3], axis=1)
             self.fastest = max(self.fastest, float(speeds.max(initial=0.0)))
             assert self.fastest < FASTEST_M_S
             for number in here:
-                place = world._part_q[number, :3].tolist()
+                place = world.part_q[number, :3].tolist()
                 for surface in world.surfaces:
                     assert surface.nearest(*place)[0] > -DEEPEST_M, (world.parts[number].name, surface.name)
 

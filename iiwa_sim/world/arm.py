@@ -1,0 +1,588 @@
+"""An arm among the bodies: its imposed motion, its gripper with what that holds, and what acts on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import hypot
+from typing import TYPE_CHECKING, Any
+
+import mujoco as mj
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.contact.links import LinkContact
+from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
+from iiwa_sim.frames import IDENTITY, Transform, apply, compose, inverse, rotate, transpose
+from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.model import Model
+from iiwa_sim.wording import harmless
+from iiwa_sim.world import details
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
+from iiwa_sim.world.details import ARMS, PARTS, arm_bit
+from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
+from iiwa_sim.world.material import law_of_imposed
+from iiwa_sim.world.tick_kernel import BASE, way
+from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.world import World
+
+HOLDS = "the gripper holds part {!r}"
+LETS_GO = "part {!r} is let go: the jaws have opened"
+SLIPS = "part {!r} has slipped out of the jaws"
+LOSES = "part {!r} falls out of the jaws: made to through the backdoor"
+LINKS_M = 0.25
+"""No point of a link is farther from the line through its joints."""
+FELT_N, ON_PAD_M = 1.0, 2e-4
+"""A jaw has met a part that presses on it by more; a pad touches a part that is no farther."""
+STALL_TICKS, JAW_STILL_M = 50, 1e-4
+"""Jaws that stay within this for so many ticks stand, as long as what they press on does."""
+TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
+"""Apparent inertia (kg, kg m2) of a robot that gives way at its TCP."""
+JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
+"""The same of each joint of a robot that gives way in its joints, and of its TCP in rotation."""
+STICKS = 1.002
+"""A part that has slid is held against so many times the friction, until the force has fallen."""
+
+Vector = NDArray[np.float64]
+Tell = Callable[[str, bool], None]
+"""Takes a line on a part, and True for a warning."""
+NOWHERE = (0.0, 0.0)
+
+
+class Arm:
+    """One robot of a world: `go` tells where a tick brings it, then `World.step` finds what acts on it."""
+
+    def __init__(self, world: World, number: int, setup: ArmSetup) -> None:
+        self._world, self._number, self.setup = world, number, setup
+        self.name, self.gripper = setup.name, setup.gripper
+        self.base: Transform | None = None if setup.base == IDENTITY else setup.base
+        """Pose of the base in the world; None where they are the same."""
+        self.model = Model(setup.shape.description)
+        self.tell: Tell = lambda _line, _warns: None
+        self.held = -1
+        """The number of the part that the gripper holds; -1 for none."""
+        self.leads = False
+        """True if it imposes the motion of what it holds: the first does of several."""
+        self.lost = -1
+        """The number of a part that it has let go, and does not meet until it is out of it; -1 for none."""
+        self.inside = IDENTITY  # the body of the held part in the TCP
+        self.compliance = STIFF  # or how the robot gives way
+        self.joints = self.before = setup.joints
+        self.coming: Joints | None = None
+        self.tcp = self.tcp_before = self.tcp_older = self.in_world(
+            self.model.tcp(setup.shape.tool_in_flange).pose(setup.joints)
+        )
+        self.coming_tcp: Transform | None = None
+        self.driven, self._complies = STAYS, STIFF
+        self._at: Vector = np.zeros(len(setup.joints) + 12)
+        self._levers: Vector = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
+        self.far_m = self.tool_far_m = self.links_m = self.tool_m = 0.0
+        """How far a tick may bring links and tool, and how far they are from what they may meet."""
+        self._turned, self._jaw_m = 0.0, 0.0
+        self.motion = TcpMotion(self.tcp)
+        self.moments: Moments | None = None
+        self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
+        self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
+        self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
+        self._firm, self._force_was = True, 0.0
+        self.jaw_speed, self.jaws_move, self._jaw_stall = 0.0, False, 0
+        self._jaw_still_m, self._jaws_rest = -1.0, False
+        self.with_jaws: list[int] = []
+        self._v_was: Vector = np.zeros(0)
+        self._felt_was: Vector = np.zeros(0)
+        self.contacts_found: tuple[LinkContact, ...] | None = None
+        self._felt = self._on_held = self._weight = self._carried = NO_WRENCH
+        self.wrench: Wrench = NO_WRENCH
+        """Wrench of bodies on the TCP, along its axes: contacts, and weight and inertia of the held part."""
+        self.push: Wrench = NO_WRENCH
+        """The same without inertia: a compliant robot gives way to that."""
+        self.torques: tuple[float, ...] | None = None
+        """Torques of bodies on the joints, by links (Nm); None for no contact."""
+
+    def in_world(self, pose: Transform) -> Transform:
+        """Return a pose in the world of one in the base."""
+        return pose if self.base is None else compose(self.base, pose)
+
+    def in_base(self, pose: Transform) -> Transform:
+        """Return a pose in the base of one in the world."""
+        return pose if self.base is None else compose(inverse(self.base), pose)
+
+    def go(
+        self,
+        joints: Joints,
+        coming: Joints | None,
+        tcp: Transform,
+        coming_tcp: Transform | None,
+        driven: int,
+        compliance: int,
+    ) -> None:
+        """Have the next step bring the arm to `joints` (rad), and the one after that to `coming`.
+
+        Args:
+            joints: Joint positions (rad).
+            coming: The same a tick later; None where the plan does not tell them.
+            tcp: Pose of the TCP in the base.
+            coming_tcp: The same a tick later.
+            driven: How outputs drive the jaws.
+            compliance: How the robot gives way.
+        """
+        self.before, self.joints, self.coming = self.joints, joints, coming
+        self.tcp_older, self.tcp_before = self.tcp_before, self.tcp
+        if self.base is None:
+            self.tcp, self.coming_tcp = tcp, coming_tcp
+        else:
+            self.tcp = compose(self.base, tcp)
+            self.coming_tcp = None if coming_tcp is None else compose(self.base, coming_tcp)
+        self.driven, self._complies = driven, compliance
+
+    @property
+    def stands(self) -> bool:
+        """True if the arm, its jaws and what it holds stand, and do not give way."""
+        at_rest = self.joints == self.before and not self.jaws_move and not self.compliance
+        return at_rest and not self.carries_on
+
+    @property
+    def carries_on(self) -> bool:
+        """True while what it holds moves."""
+        return self.moments is not None and not self.motion.still
+
+    @property
+    def contacts(self) -> tuple[LinkContact, ...]:
+        """Contacts of links, tool and jaws with bodies: deepest point and summed force of each pair."""
+        if self.contacts_found is None:
+            self.contacts_found = () if self._world.behind else tuple(self._find_contacts())
+        return self.contacts_found
+
+    def _find_contacts(self) -> list[LinkContact]:
+        data, touching, force = self._data, self._numbers.touching, np.zeros(6)
+        found: dict[tuple[str, str], tuple[float, Any, Any]] = {}
+        for k, (a, b) in enumerate(data.contact.geom.tolist()):
+            own, other = (a, b) if a in touching else (b, a)
+            if own not in touching or (self.jaws_move and own in self._numbers.fingers):
+                continue  # no contact of the arm, or jaws that grip or let go
+            mj.mj_contactForce(self._built.model, data, k, force)
+            if force[0] > 0.0:
+                acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if own == a else 1.0)
+                names, here = (
+                    (touching[own], self._world.name_of(other)),
+                    (data.contact.dist[k], data.contact.pos[k]),
+                )
+                *nearest, total = found.get(names, (*here, 0.0))
+                found[names] = (*min(here, nearest, key=lambda each: each[0]), total + acting)
+        contacts = [(names, tuple(p.tolist()), tuple(f.tolist())) for names, (_, p, f) in found.items()]
+        if self.base is not None:
+            back = inverse(self.base)
+            contacts = [(names, apply(back, p), rotate(back.rotation, f)) for names, p, f in contacts]
+        return [LinkContact(*names, p, f) for names, p, f in contacts]
+
+    # A tick
+
+    def begin(self) -> float:
+        """Begin a tick; returns how far (m) links or jaws go at most."""
+        self.far_m, tcp_m, turned = way(self.joints, self.tcp, self._at, self._levers)
+        jaw_m = 0.0
+        if self._complies or self.compliance:
+            self._comply(self._complies)
+        gripper = self.gripper
+        if gripper is not None and not (self._jaws_rest and self.driven == gripper.driven):
+            jaw_m = self._drive(gripper, self.driven)
+        self.tool_far_m, self._turned = tcp_m + jaw_m, turned
+        return self.far_m + jaw_m
+
+    def carry(self) -> bool:
+        """Find what the held part makes of the motion; returns True if the gripper can hold that."""
+        assert self.moments is not None
+        self.motion.step(self.tcp, self._world.tick_s, self.coming_tcp)
+        self._carried = self._weight = self.motion.wrench(self.moments)
+        if self.compliance:
+            self._weight = self.motion.weight(self.moments)
+        return self._load_n(self._carried) <= self._most_n
+
+    def goes_m(self, reach_m: float) -> float:
+        """Return how far (m) a tick brings what moves with the gripper."""
+        return self.tool_far_m + reach_m * self._turned
+
+    def skip(self) -> None:
+        """End a tick in which it meets nothing."""
+        self._felt, self.torques, self.contacts_found = NO_WRENCH, None, ()
+        self.wrench, self.push = self._carried, self._weight
+        if self.jaws_move:
+            self.move_jaws(computed=False)
+
+    def slides(self, before: Vector) -> None:
+        """Move the held part by what it slides in a tick, also in the positions `before`."""
+        if self.slip == NOWHERE:
+            return
+        h = self._world.tick_s
+        x, y, z = self.inside.translation
+        moved = (x + self.slip[0] * h, y, z + self.slip[1] * h)
+        self.inside = self.inside._replace(translation=moved)
+        self._weigh_held()
+        # What it touches rubs on it as fast as the gripper goes: it slides as friction lets it.
+        self.place_in(before, self.before, self.tcp_before)
+
+    def place_in(self, q: Vector, joints: Joints, tcp: Transform) -> None:
+        """Write the poses of arm, gripper and held part into positions."""
+        n, first = len(joints), self._q
+        q[first : first + n], q[first + n : first + n + 7] = joints, _position(tcp)
+        if self.leads:
+            first = self._world.part_first + 7 * self.held
+            q[first : first + 7] = _position(compose(tcp, self.inside))
+
+    def impose(self, v_of_all: Vector, ahead: Vector | None) -> None:
+        """Give arm, gripper and held part their velocity and acceleration in this tick.
+
+        Both are the velocities of all dofs, now and in the next tick.
+        """
+        h, n, data, dofs = self._world.tick_s, len(self.joints), self._data, self.dofs
+        v, was, felt = v_of_all[dofs], self._v_was, data.qfrc_constraint[dofs]
+        if self.compliance:
+            # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
+            push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
+            push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
+        elif ahead is None or not self.is_foreseen:
+            push = np.zeros(len(dofs))
+        else:
+            push = (HEAVY / h) * (ahead[dofs] - v)
+        self._v_was, self._felt_was = v, felt
+        data.qvel[dofs], data.qfrc_applied[dofs] = v, push
+
+    @property
+    def is_foreseen(self) -> bool:
+        """True if the next tick is known, and counts."""
+        return not self.compliance and self.coming is not None and self.coming_tcp is not None
+
+    def feel(self) -> None:
+        """Find what contacts do to the arm and to what it holds."""
+        data, first, n = self._data, self._dof, len(self.joints)
+        self.contacts_found = self.torques = None
+        self._felt = self._on_held = NO_WRENCH
+        if data.ncon:
+            self._felt = self._at_tcp(first + n, IDENTITY)
+            if self.leads:
+                self._on_held = self._at_tcp(self._held_dof, self.inside)
+            torques = data.qfrc_constraint[first : first + n].tolist()
+            self.torques = tuple(torques) if any(torques) else None
+        if self.leads:
+            self._slide()
+
+    def _at_tcp(self, first: int, inside: Transform) -> Wrench:
+        """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
+        x, y, z, a, b, c = self._acting[first : first + 6].tolist()
+        if x == y == z == a == b == c == 0.0:
+            return NO_WRENCH
+        x, y, z = rotate(transpose(self.tcp.rotation), (x, y, z))
+        a, b, c = rotate(inside.rotation, (a, b, c))
+        dx, dy, dz = inside.translation
+        return x, y, z, a + dy * z - dz * y, b + dz * x - dx * z, c + dx * y - dy * x
+
+    def sum_up(self) -> None:
+        """Add up what acts at the TCP."""
+        self.wrench = self.push = self._felt
+        if self.leads:
+            self.wrench = add(self._felt, self._at_most(add(self._carried, self._on_held)))
+            self.push = add(self._felt, self._at_most(add(self._weight, self._on_held)))
+
+    # Jaws
+
+    def _drive(self, gripper: Gripper, driven: int) -> float:
+        """Have outputs drive the gripper for a tick; returns how far (m) a jaw goes at most."""
+        if gripper.stuck:
+            gripper.blocked = gripper.blocked and self.held >= 0
+            self.jaws_move, self.jaw_speed = False, 0.0
+            return 0.0
+        self.jaws_move, self._jaws_rest, gripper.driven = driven != gripper.driven, False, driven
+        if driven == OPENS and self.held >= 0:
+            self.let_go(LETS_GO)
+        closes = driven == CLOSES and self.held < 0 and (self._sucks or gripper.opening_m > 0.0)
+        if isinstance(gripper.kind, Cup):
+            if closes and (found := self._meets(self._numbers.fingers[0])):
+                self.hold(min(found))
+            gripper.blocked = self.held >= 0
+            return 0.0
+        if self.held < 0:
+            press_n = min(self._acting[self._jaw_dofs].tolist())
+            gripper.blocked = driven != OPENS and press_n > min(FELT_N, 0.5 * gripper.kind.force_n)
+        if closes and gripper.blocked and (number := self._between_pads()) >= 0:
+            gripper.opening_m += self._pressed_in_m(number)
+            self.hold(number)
+        end_m = 0.0 if driven == CLOSES else gripper.stroke_m
+        if self.jaws_move:
+            self._jaw_stall = 0
+            self._jaw_v[:] = 0.5 * gripper.kind.speed_m_per_s * driven
+        if self.held >= 0 or driven == STAYS or gripper.opening_m == end_m:
+            self.jaw_speed, self._jaws_rest = 0.0, not self.jaws_move
+            return 0.0
+        if self._jaw_stall >= STALL_TICKS:
+            return 0.0
+        self.jaws_move = True
+        return 0.5 * gripper.kind.speed_m_per_s * self._world.tick_s
+
+    def move_jaws(self, *, computed: bool) -> None:
+        """Move the jaws by a tick, both as fast as their force allows the one that is held up more."""
+        gripper, jaws = self.gripper, None if self.gripper is None else self.gripper.kind
+        if gripper is None or not isinstance(jaws, Jaws):
+            return
+        h, driven = self._world.tick_s, gripper.driven
+        wanted = 0.5 * jaws.speed_m_per_s * driven
+        end_m = 0.0 if driven == CLOSES else gripper.stroke_m
+        drives = self.held < 0 and driven != STAYS and not gripper.stuck and gripper.opening_m != end_m
+        if drives:
+            speed = wanted
+            if computed:
+                speed = float(max(self._jaw_v) if driven == CLOSES else min(self._jaw_v))
+                speed = wanted if abs(speed - wanted) < 1e-3 * abs(wanted) else speed
+                speed = min(max(speed, -abs(wanted)), abs(wanted))
+            was_m = gripper.opening_m
+            gripper.opening_m = min(max(was_m + 2.0 * h * speed, 0.0), gripper.stroke_m)
+            self.jaw_speed = 0.5 * (gripper.opening_m - was_m) / h
+            least_m = min(JAW_STILL_M, 0.25 * abs(wanted) * STALL_TICKS * h)
+            if abs(gripper.opening_m - self._jaw_still_m) > least_m:
+                self._jaw_stall, self._jaw_still_m = 0, gripper.opening_m
+            self._jaw_stall += 1
+            self._set_tip()
+        if computed:
+            drives = drives and gripper.opening_m != end_m
+            mass = jaws.force_n * h / abs(wanted) if drives else HEAVY
+            force = mass * (wanted - self.jaw_speed) / h if drives else 0.0
+            self._built.model.dof_armature[self._jaw_dofs] = mass
+            self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
+            self._data.qfrc_applied[self._jaw_dofs] = min(max(force, -jaws.force_n), jaws.force_n)
+
+    def _set_tip(self) -> None:
+        """Have the contact sphere meet parts only between jaws that are closer than it is thick."""
+        tip, gripper, model = self._numbers.tip, self.gripper, self._built.model
+        if tip < 0 or gripper is None or isinstance(gripper.kind, Cup):
+            return
+        bit = self.bit if gripper.opening_m < 2.0 * self.setup.shape.radius_m else 0
+        if model.geom_contype[tip] != bit:
+            model.geom_contype[tip], model.geom_conaffinity[tip] = bit, PARTS + ARMS - bit if bit else 0
+            self._world.forget_distances()
+
+    def _between_pads(self) -> int:
+        """Return the number of a part that both pads press on along their axis; -1 for none."""
+        y = self._data.xmat[self._numbers.gripper].reshape(3, 3)[:, 1]
+        across = np.abs(self._data.contact.frame[:, :3] @ y) > 0.7
+        one, two = (self._meets(geom, across) for geom in self._numbers.fingers)
+        return min(filter(self._is_on_pads, one & two), default=-1)
+
+    def _meets(self, geom: int, which: Any = slice(None)) -> set[int]:
+        """Return the numbers of the parts in these contacts of a geom, without one that was lost."""
+        pairs = self._data.contact.geom[which].tolist()
+        others = {b if a == geom else a for a, b in pairs if geom in (a, b)}
+        numbers = self._world.numbers
+        return {numbers[other] for other in others & numbers.keys()} - {self.lost}
+
+    def _is_on_pads(self, number: int) -> bool:
+        """Return True if both pads touch a part."""
+        geom, apart = self._world.geoms[number], self._world.apart
+        return all(apart(geom, pad) < ON_PAD_M for pad in self._numbers.pads)
+
+    def _pressed_in_m(self, number: int) -> float:
+        """Return how deep both jaws are in a part, together."""
+        geom, contact = self._world.geoms[number], self._data.contact
+        pairs = [set(pair) for pair in contact.geom.tolist()]
+        fingers = self._numbers.fingers
+        of_each = [contact.dist[[pair == {finger, geom} for pair in pairs]] for finger in fingers]
+        return -float(sum(min(dist.tolist(), default=0.0) for dist in of_each))
+
+    # What the gripper holds
+
+    def hold(self, number: int) -> None:
+        """Hold a part where it is, from now on."""
+        self.held = number
+        self._world.holders.setdefault(number, []).append(self)
+        self.lead()
+        self._say(HOLDS, number)
+
+    def lead(self) -> None:
+        """Impose the motion of what it holds from now on."""
+        number, world = self.held, self._world
+        self.leads = True
+        pose = pose_of(world.part_q[number].tolist())
+        self.inside = compose(inverse(self.tcp_before), pose)
+        self.motion = TcpMotion(self.tcp_before)
+        self.slip, self._firm, self._force_was = NOWHERE, True, 0.0
+        assert self.gripper is not None
+        force_n = self.gripper.kind.force_n
+        self._most_n = force_n if self._sucks else 2.0 * world.parts[number].friction * force_n
+        world.q_was[:] = self._data.qpos
+        self._weigh_held()
+        self.note_imposed()
+        self.weigh_imposed()
+        world.wake_up()
+
+    def let_go(self, why: str = LOSES) -> None:
+        """Let the held part go on with the velocity of the gripper."""
+        number, world, data = self.held, self._world, self._data
+        if world.behind:  # the velocity is that of the last tick, which was not computed
+            older = data.qpos.copy()
+            self.place_in(older, self.before, self.tcp_older)
+            world.catch_up(now=False)
+            world.part_v[number] = world.velocity(older, data.qpos)[self.dofs][-6:]
+        self.held, self.leads, self.moments, self.slip, self._jaws_rest = -1, False, None, NOWHERE, False
+        self._on_held = self._weight = self._carried = NO_WRENCH
+        self.lost = number
+        world.holders.pop(number)
+        world.free(number)
+        self.note_imposed()
+        world.wake_up()
+        if self.gripper is not None:
+            self.gripper.blocked = False
+        if why:
+            self._say(why, number)
+
+    def _load_n(self, wrench: Wrench) -> float:
+        """Return the force of a wrench along the pads, or that pulls at the cup (N)."""
+        x, y, z = wrench[:3]
+        return hypot(x, y, max(z, 0.0)) if self._sucks else hypot(x, z)
+
+    def _at_most(self, wrench: Wrench) -> Wrench:
+        """Return a wrench on the held part as the gripper feels it: along the pads at most friction."""
+        load, most = self._load_n(wrench), self._most_n * (1.0 if self._firm else STICKS)
+        if load <= most or self._sucks:
+            return wrench
+        share = most / load - 1.0
+        fx, fz = share * wrench[0], share * wrench[2]
+        x, y, z = self.inside.translation
+        return add(wrench, (fx, 0.0, fz, y * fz, z * fx - x * fz, -y * fx))
+
+    def _slide(self) -> None:
+        """Let the part slide while what acts along the pads is more than their friction."""
+        load = add(self._carried, self._on_held)
+        if self._sucks:
+            if self._load_n(load) > self._most_n:
+                self.let_go(SLIPS)
+            return
+        world, h, limit = self._world, self._world.tick_s, self._most_n
+        x, _, z = load[:3]
+        force, (sx, sz) = hypot(x, z), self.slip
+        self._firm = force < limit and (self._firm or force < 0.9 * limit)
+        grows, self._force_was = max(force - self._force_was, 0.0), force
+        if self.slip == NOWHERE and force + grows <= limit * (1.0 if self._firm else STICKS):
+            return
+        self._firm = False
+        # With such a mass a tick takes the force away. That of the next tick, which grows on as it does, is
+        # to be the limit; friction is along the way on which the part would go on without it.
+        gain = h / (self._stiffness() * h * h or world.parts[self.held].mass_kg)
+        more = gain * (1.0 + grows / force) if force else gain
+        on_x, on_z = sx + more * x, sz + more * z
+        on = hypot(on_x, on_z)
+        share = max(0.0, 1.0 - limit * gain / on) if on else 0.0
+        self.slip = (share * on_x, share * on_z)
+        world.stir()
+        if not self._is_on_pads(self.held):
+            self.let_go(SLIPS)
+
+    def _stiffness(self) -> float:
+        """Return the stiffness (N/m) of the stiffest contact of what is held; 0 without one."""
+        model, geom = self._built.model, self._world.geoms[self.held]
+        soft, of = model.body_invweight0[:, 0], model.geom_bodyid
+        both = [soft[of[a]] + soft[of[b]] for a, b in self._data.contact.geom.tolist() if geom in (a, b)]
+        return float(BASE * self._world.law.scale / min(both)) if both else 0.0
+
+    def _weigh_held(self) -> None:
+        """Find the moments of the held part as they are in the TCP."""
+        kg, *_, xx, yy, zz = self._built.masses[self.held].tolist()
+        own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
+        self.moments = seen_from(own, self.inside)
+
+    def note_imposed(self) -> None:
+        """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
+        n, world, first = len(self.joints), self._world, self._dof
+        self._held_dof = world.part_dof + 6 * self.held if self.leads else -1
+        held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
+        self.dofs = np.array([*range(first, first + n + 6), *held])
+        self.with_jaws = [*range(first, self._jaw_dofs.stop), *held]
+        self._v_was, self._felt_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
+        world.note_imposed()
+
+    def _comply(self, compliance: int) -> None:
+        """Impose the apparent inertia of a compliant robot, or make all heavy again."""
+        changed, self.compliance = compliance != self.compliance, compliance
+        if changed or compliance == COMPLIANT_JOINTS:
+            self.weigh_imposed()
+        if changed:
+            self._world.thaw()
+
+    def weigh_imposed(self) -> None:
+        """Set the inertia of all that is imposed, and the contact law of the held part."""
+        world, model, n = self._world, self._built.model, len(self.joints)
+        compliant = self.compliance != STIFF
+        inertia = TCP_INERTIA if self.compliance == COMPLIANT_TCP else np.full(6, HEAVY)
+        if self.compliance == COMPLIANT_JOINTS:
+            # No more than the joints have at the TCP, in the direction in which they have the least.
+            jacobian = self.model.tcp(self.setup.shape.tool_in_flange).jacobian(self.joints)[:3]
+            most = float(np.linalg.eigvalsh(jacobian @ jacobian.T)[-1])
+            mass = min(JOINT_INERTIA_KGM2, 0.5 * JOINT_INERTIA_KGM2 / most)
+            inertia = np.array([mass] * 3 + [TURNING_KGM2] * 3)
+        joints = np.full(n, JOINT_INERTIA_KGM2 if compliant else HEAVY)
+        self._inertia = np.concatenate([joints, inertia, inertia[: 6 * self.leads]])
+        model.dof_armature[self._dof : self._dof + n + 6] = self._inertia[: n + 6]
+        if self.leads:
+            details.set_imposed(model, world.bodies[self.held], inertia)
+            law = world.law if compliant else law_of_imposed(world.law)
+            details.set_law(model, world.geoms[self.held], law, GRASPED)
+            world.set_bits(self.held)
+
+    # Changes from outside
+
+    def place(self, joints: Joints, tcp: Transform, tool_in_flange: Transform) -> None:
+        """Put arm and held part at rest at joint positions (rad), with the TCP there in the base."""
+        world, tcp = self._world, self.in_world(tcp)
+        self.joints = self.before = joints
+        self.tcp = self.tcp_before = self.tcp_older = tcp
+        way(joints, tcp, self._at, self._levers)
+        if tool_in_flange != self.setup.shape.tool_in_flange:
+            shape = self.setup.shape._replace(tool_in_flange=tool_in_flange)
+            self.setup = self.setup._replace(shape=shape)
+            world.rebuild()
+        self.put(joints, tcp)
+        world.q_was[:] = self._data.qpos
+        if self.moments is not None:
+            self.motion.rest(tcp)
+            self._weight = self._carried = self.motion.weight(self.moments)
+        world.wake()
+
+    def put(self, joints: Joints, tcp: Transform) -> None:
+        """Put the arm at rest there, with what it holds."""
+        data = self._data
+        self.place_in(data.qpos, joints, tcp)
+        for array in (data.qvel, data.qfrc_applied, data.qacc):
+            array[self.dofs] = 0.0
+        data.qacc[self._jaw_dofs] = 0.0
+        if self.gripper is not None:
+            self._jaw_q[:], self._jaw_v[:] = 0.5 * self.gripper.opening_m, self.jaw_speed
+        self._v_was, self._felt_was = np.zeros((2, len(self.dofs)))
+
+    def bind(self, built: Built, data: Any) -> None:
+        """Take views of the arrays of a model and its data."""
+        self._built, self._data, model, n = built, data, built.model, len(self.joints)
+        self._numbers = numbers = built.arms[self._number]
+        self._q, self._dof = int(model.jnt_qposadr[numbers.hinge]), int(model.jnt_dofadr[numbers.hinge])
+        jaws = len(numbers.pads) if self.gripper is not None and isinstance(self.gripper.kind, Jaws) else 0
+        q, dof = self._q + n + 7, self._dof + n + 6
+        self._jaw_dofs = slice(dof, dof + jaws)
+        self._jaw_q: Vector = data.qpos[q : q + jaws]
+        self._jaw_v: Vector = data.qvel[self._jaw_dofs]
+        self._acting: Vector = data.qfrc_constraint[:]
+        self.bit = arm_bit(self._number)
+        details.never_sleeps(model, int(model.jnt_bodyid[numbers.hinge]))
+        details.never_sleeps(model, numbers.gripper)
+
+    def begin_anew(self) -> None:
+        """Continue in a model that was built anew."""
+        self.note_imposed()
+        self.weigh_imposed()
+        self.put(self.joints, self.tcp)
+        self._set_tip()
+
+    def _say(self, what: str, number: int) -> None:
+        self.tell(harmless(what.format(self._world.parts[number].name)), what == SLIPS)
+
+
+def _position(pose: Transform) -> list[float]:
+    """Return a pose as a place and a quaternion w x y z."""
+    return [*pose.translation, *wxyz(pose.rotation)]
