@@ -33,7 +33,7 @@ in an asyncio loop inherit the present value."""
 
 
 class SessionLog:
-    """The `ProtocolLog` that writes to logging and throttles refusals.
+    """The log of sessions. It writes to logging and throttles refusals.
 
     For each session and code the first `REFUSALS_TOLD` in a second are logged, and the last of these says so.
     The number of further ones is logged before the next refusal of any session. At debug level all are

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Coroutine
 from contextlib import AsyncExitStack
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -22,9 +23,9 @@ from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import from_keywords
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.protocols import Protocol, command_names, protocol_for
+from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
-from iiwa_sim.protocols.status import StatusLines, StatusSession
+from iiwa_sim.protocols.status import StatusSession, status_line
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.robot_events import RobotEvents, log_discarded
@@ -109,20 +110,21 @@ class Simulator:
         self._canned = faults.canned
         self._canned.heard = IIWA in settings.protocol
         budget = Budget(self.clock.catch_up)
-        spoken = [protocol_for(name, self.cell.description) for name in settings.protocol]
+        for protocol in settings.protocol:
+            check_axes(protocol, self.cell.description)
         self._servers = {
-            protocol.name: TcpServer(
-                self._session_opener(protocol),
+            protocol: TcpServer(
+                partial(self._open_session, protocol),
                 settings.host,
                 port,
                 admission=admission,
                 budget=budget,
                 on_answered=self.clock.commanded,
-                on_good_bye=on_bye if protocol.says_bye else None,
+                on_good_bye=on_bye if protocol == IIWA else None,
                 faults=faults,
-                protocol=protocol.name if len(spoken) > 1 else "",
+                protocol=protocol if len(settings.protocol) > 1 else "",
             )
-            for protocol, port in zip(spoken, settings.port, strict=True)
+            for protocol, port in zip(settings.protocol, settings.port, strict=True)
         }
         self._recorder: Recorder | None = None
         self.backdoor = Backdoor(
@@ -153,7 +155,7 @@ class Simulator:
         self._status: StatusStream | None = None
         if settings.status_port is not None:
             self._status = StatusStream(
-                StatusLines(self._controller).line,
+                partial(status_line, self._controller),
                 lambda name: StatusSession(self._controller, self._log, name),
                 settings.host,
                 settings.status_port,
@@ -380,9 +382,9 @@ class Simulator:
         watchers = [*self._recordings.recorders, *others]
         return ObservedRobot(self._controller, watchers) if watchers else self._controller
 
-    def _session_opener(self, protocol: Protocol) -> Callable[[str], Session]:
-        return lambda name: protocol.open_session(
-            self._controller, self._log, name, self.dialogue, self.settings.strict, self._canned
+    def _open_session(self, protocol: str, name: str) -> Session:
+        return open_session(
+            protocol, self._controller, self._log, name, self.dialogue, self.settings.strict, self._canned
         )
 
     def _recording(self, path: Path) -> Recorder:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class Journal:
-    """A `ProtocolLog` whose entries tests read."""
+    """A `SessionLog` whose entries tests read."""
 
     def __init__(self, commands: bool = False, *, fails: bool = False) -> None:
         """With `fails` an internal error is raised again, for tests that expect none."""

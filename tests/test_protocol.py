@@ -61,7 +61,7 @@ def test_commands_take_and_answer_what_appendix_b_says():
     for name, (parameters, reply) in APPENDIX_B.items():
         command = TABLE.commands[name]
         assert [each.name for each in command.parameters] == parameters.split(), name
-        assert [each.name for each in command.reply_values] or list(command.reply_words) == reply.split(), (
+        assert [each.name for each in command.reply.values] or list(command.reply.words) == reply.split(), (
             name
         )
         assert not command.phrase, name
@@ -134,4 +134,4 @@ def test_the_controller_keeps_the_tables_ranges():
             assert not robot.moving
             for value in inside:
                 line = fitting_line(name, robot, quantity.name, value)
-                assert talk.ask(line) in command.reply_words, line
+                assert talk.ask(line) in command.reply.words, line

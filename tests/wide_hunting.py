@@ -14,10 +14,11 @@ from math import dist, radians
 
 import numpy as np
 
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, turn_between
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.plan_kernel import Polynomial

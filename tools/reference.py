@@ -63,7 +63,7 @@ def commands() -> str:
     """Return the page of the text protocol's commands."""
     table = load_table("iiwa").commands.values()
     text = COMMANDS_HEAD.format(written=WRITTEN) + "".join(map(_command, table))
-    values = chain.from_iterable((*each.parameters, *each.optional, *each.reply_values) for each in table)
+    values = chain.from_iterable((*each.parameters, *each.optional, *each.reply.values) for each in table)
     rows = {each.name: _value(each) for each in values}
     return text + VALUES_HEAD + "".join(rows.values())
 
@@ -77,7 +77,7 @@ def _command(command: Command) -> str:
             *takes,
         ]
     )
-    words = command.reply_words or (" ".join(each.name for each in command.reply_values),)
+    words = command.reply.words or (" ".join(each.name for each in command.reply.values),)
     reply = ", ".join(f"`{word}`" for word in words if word) or "text"
     return f"| `{line}`{'*' if command.extension else ''} | {_cell(command.summary)} | {reply} |\n"
 

@@ -17,11 +17,9 @@ from math import degrees
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
-from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.ports import IIWA, KRC4
-from iiwa_sim.protocols.protocols import protocol_for
+from iiwa_sim.protocols.protocols import open_session
 from iiwa_sim.robot.model import Model
 
 PROGRAMS = 200
@@ -142,10 +140,7 @@ def digest(seed: int) -> str:
         on_contact=lambda contact: seen.update(f"contact {contact}".encode()),
     )
     controller.endings.listeners.append(lambda ending: seen.update(repr(tuple(ending)).encode()))
-    protocol = protocol_for(program.protocol, cell.description)
-    session = protocol.open_session(
-        controller, Quiet(), "a program", Dialogue(lambda: 0), False, CannedReplies()
-    )
+    session = open_session(program.protocol, controller, Quiet(), "a program")
 
     def step() -> None:
         controller.step()

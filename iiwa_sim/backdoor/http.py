@@ -23,8 +23,8 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.faults import Fault
-from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.server.listening import accept, host_and_port, open_listener
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
@@ -102,7 +102,7 @@ class BackdoorHttp:
     """
 
     def __init__(
-        self, backdoor: Backdoor, log: ProtocolLog, host: str, port: int, token: Token | None = None
+        self, backdoor: Backdoor, log: SessionLog, host: str, port: int, token: Token | None = None
     ) -> None:
         self.token = token
         self.access = WebAccess()

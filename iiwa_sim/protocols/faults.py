@@ -7,7 +7,6 @@ which the server carries out in order, and so replies keep their order.
 """
 
 import re
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from random import Random
@@ -16,7 +15,6 @@ from typing import NamedTuple, Protocol
 import msgspec
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.protocols.lines import WONT_TIMING_MARK
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.wording import harmless, shortened
@@ -31,10 +29,9 @@ LONGEST_WAIT_S = 3600.0
 
 _LONGEST_TOLD = 80  # characters of a reply shown in the log
 _PRINTABLE = range(33, 127)
-# A reply of the iiwa's protocol (a WONT_TIMING_MARK is none), or of KRC4.
-_REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
+_REPLIES = re.compile(rb"<Res>.*?</Res>|[^\n]*\n")  # of KRC4, or of the iiwa's protocol
 # The bytes that frame a reply, which a garbled reply keeps.
-_FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
+_FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)\Z", re.DOTALL)
 
 
 class Send(NamedTuple):
@@ -125,12 +122,6 @@ class _Rule:
     left: int | None  # replies left; None for any number
 
 
-@dataclass
-class _Canned:
-    text: str
-    left: int | None  # lines; None for any number
-
-
 class CannedReplies:
     """Replies of the iiwa's protocol that a test has set for one robot, for all its clients together.
 
@@ -143,7 +134,7 @@ class CannedReplies:
         """True if the robot speaks the iiwa's protocol."""
         self.any = False
         """True if one is set: asked for at each line."""
-        self._replies: dict[str, deque[_Canned]] = {}
+        self._replies: dict[str, list[tuple[str, int | None]]] = {}  # text, and lines; None for any number
 
     def set(self, command: str, reply: str, times: int = 1) -> None:
         """Answer the next `times` lines of a command by `reply`, 0 for all until `clear`.
@@ -151,35 +142,32 @@ class CannedReplies:
         Raises ValueError for an unknown command, a reply that is not one line of printable ASCII, a number
         below 0, and if the robot does not speak the iiwa's protocol: KRC4 messages cannot be canned.
         """
+        shown = f"'{shortened(harmless(command), 60)}'"
         if not self.heard:
-            raise ValueError(f"reply to {_quoted(command)}: expected a robot that speaks {IIWA}")
+            raise ValueError(f"reply to {shown}: expected a robot that speaks {IIWA}")
         table, spelling = load_table(IIWA), command.encode("ascii", "backslashreplace")
         known = table.find(spelling)
         if known is None:
             meant = table.meant(spelling)
             hint = f"; did you mean {meant}" if meant else ""
-            raise ValueError(f"command {_quoted(command)}: expected a command of the robot's port{hint}")
+            raise ValueError(f"command {shown}: expected a command of the robot's port{hint}")
         if not (reply.isascii() and reply.isprintable()):
-            raise ValueError(f"reply {_quoted(reply)}: expected one line of printable ASCII")
+            text = shortened(harmless(reply), 60)
+            raise ValueError(f"reply '{text}': expected one line of printable ASCII")
         if times < 0:
             raise ValueError(f"times={times}: expected 0 or more")
-        self._replies.setdefault(known.name, deque()).append(_Canned(reply, times or None))
+        self._replies.setdefault(known.name, []).append((reply, times or None))
         self.any = True
 
     def take(self, command: str) -> str | None:
         """Return the reply to the next line of a command, by its name; None if the robot answers."""
         waiting = self._replies.get(command)
-        if waiting is None:
+        if not waiting:
             return None
-        first = waiting[0]
-        if first.left is not None:
-            first.left -= 1
-            if first.left == 0:
-                waiting.popleft()
-                if not waiting:
-                    del self._replies[command]
-                    self.any = bool(self._replies)
-        return first.text
+        text, left = waiting[0]
+        waiting[:1] = [] if left == 1 else [(text, left and left - 1)]
+        self.any = any(self._replies.values())
+        return text
 
     def clear(self) -> None:
         """Remove all."""
@@ -212,7 +200,7 @@ class WireFaults:
         for rule in self._rules:
             if rule.connection == NEXT:
                 rule.connection = self._count
-        peer.faulted = self._first(self._count) is not None
+        self._mark_peers()
         return self._count
 
     def leaves(self, connection: int) -> None:
@@ -237,14 +225,13 @@ class WireFaults:
 
         Raises `Refused` if there is no such connection.
         """
-        if connection not in (EVERY, NEXT):
+        if connection != NEXT:
             self._peers_of(connection)
         self._rules.append(_Rule(fault, connection, replies or None))
-        self._tell_peers()
+        self._mark_peers()
 
     def end(self, step: Close | Reset, connection: int = EVERY) -> None:
-        """End a connection, after replies that are delayed. Raises `Refused` if there is no such
-        connection."""
+        """End a connection, after delayed replies. Raises `Refused` if there is no such connection."""
         for peer, name, _ in self._peers_of(connection):
             self._tell(name, _text_of(step, b""))
             peer.take([step])
@@ -254,7 +241,7 @@ class WireFaults:
         self.canned.clear()
         self._rules.clear()
         self._silent.clear()
-        self._tell_peers()
+        self._mark_peers()
         for peer, _, _ in list(self._peers.values()):
             peer.go_on()
 
@@ -270,7 +257,7 @@ class WireFaults:
     def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
         """Yield the steps for replies, up to where the connection ends."""
         for reply in _REPLIES.findall(replies):
-            rule = None if reply == WONT_TIMING_MARK else self._first(connection)
+            rule = self._first(connection)
             if rule is None:
                 yield Send(reply)
                 continue
@@ -278,7 +265,7 @@ class WireFaults:
                 rule.left -= 1
                 if rule.left == 0:
                     self._rules.remove(rule)
-                    self._tell_peers()
+                    self._mark_peers()
             made = _steps(rule.fault, reply, self._random)
             if made != [Send(reply)]:
                 told = ", ".join(_text_of(step, reply) for step in made) or "nothing"
@@ -289,12 +276,9 @@ class WireFaults:
                     return
 
     def _first(self, connection: int) -> _Rule | None:
-        for rule in self._rules:
-            if rule.connection in (EVERY, connection):
-                return rule
-        return None
+        return next((rule for rule in self._rules if rule.connection in (EVERY, connection)), None)
 
-    def _tell_peers(self) -> None:
+    def _mark_peers(self) -> None:
         for connection, (peer, _, _) in self._peers.items():
             peer.faulted = self._first(connection) is not None
 
@@ -317,9 +301,7 @@ def _steps(fault: Fault, reply: bytes, random: Random) -> list[Step]:
         case Drop():
             return []
         case Garble():
-            framed = _FRAMED.fullmatch(reply)
-            assert framed is not None  # anything matches
-            begin, text, end = framed.groups()
+            begin, text, end = next(_FRAMED.finditer(reply)).groups()
             noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
             return [Send(begin + noise + end)]
         case CloseBefore():
@@ -343,7 +325,3 @@ def _text_of(step: Step, reply: bytes) -> str:
             return "the end (FIN)"
         case Reset():
             return "the end (RST)"
-
-
-def _quoted(text: str) -> str:
-    return f"'{shortened(harmless(text), 60)}'"

@@ -19,10 +19,11 @@ from iiwa_sim.controller.requests import (
 )
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
+from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.session import LineSession, OwnMoves, ProtocolLog, written
+from iiwa_sim.protocols.session import LineSession, written
 from iiwa_sim.protocols.table import Request, helped, load_table, with_hint
 from iiwa_sim.wording import harmless, shortened
 
@@ -40,31 +41,47 @@ Handler = Callable[["IiwaSession", Request], bytes]
 
 
 def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
-    """A command that makes a move. It may take planning time even if it is refused, so it ends its batch
-    of lines."""
+    """A command that makes a move."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
-        session.ends_batch = True
-        session.moves.add(session.controller.move(request_of(request.values), session.moves.has_ended))
+        session.move(request_of(request.values))
         return _DONE
 
     return handler
 
 
-def _to_frame(kind: Kind, values: Values) -> MoveRequest:
+def _to_frame(kind: Kind) -> Callable[[Values], MoveRequest]:
     """A move to a frame, from a frame, a speed and a blending."""
-    return MoveRequest(kind, Frame(*values[:6]), values[6], values[7])
+    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7])
 
 
-def _by_shift(kind: Kind, values: Values, *, in_tool: bool) -> MoveRequest:
-    shift = RelativeTarget(Frame(*values[:6]), in_tool)
-    return MoveRequest(kind, speed=values[6], blending=values[7], shift=shift)
+def _to_redundancy(kind: Kind) -> Callable[[Values], MoveRequest]:
+    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7], redundancy=v[8])
 
 
-def _compliant(kind: Kind, values: Values) -> MoveRequest:
+def _to_turned(kind: Kind) -> Callable[[Values], MoveRequest]:
+    """A move to x y z (mm) and a quaternion."""
+    return lambda v: MoveRequest(
+        kind, from_quaternion((v[0], v[1], v[2]), (v[3], v[4], v[5], v[6])), v[7], v[8]
+    )
+
+
+def _by_shift(kind: Kind, *, in_tool: bool) -> Callable[[Values], MoveRequest]:
+    return lambda v: MoveRequest(
+        kind, speed=v[6], blending=v[7], shift=RelativeTarget(Frame(*v[:6]), in_tool)
+    )
+
+
+def _until_force(kind: Kind) -> Callable[[Values], MoveRequest]:
+    """A move that a force along x, y or z ends; with one threshold along z only."""
+    return lambda v: MoveRequest(
+        kind, Frame(*v[:6]), v[6], v[7], thresholds=(v[8], v[9], v[10]) if len(v) > 9 else (None, None, v[8])
+    )
+
+
+def _compliant(kind: Kind) -> Callable[[Values], MoveRequest]:
     """A compliant move, from a frame, a speed, a stiffness and a wrench."""
-    compliance = TcpCompliance(values[7], values[8:])
-    return MoveRequest(kind, Frame(*values[:6]), values[6], compliance=compliance)
+    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], compliance=TcpCompliance(v[7], v[8:]))
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
@@ -109,12 +126,6 @@ def _prose(text: str) -> bytes:
     return written(shortened(harmless(text), LONGEST_REPLY - len("\r\n")))
 
 
-def _turned(values: Values) -> Frame:
-    """The frame of x y z (mm) and a quaternion."""
-    x, y, z, qx, qy, qz, qw, *_ = values
-    return from_quaternion((x, y, z), (qx, qy, qz, qw))
-
-
 def _tool_load(values: Values) -> ToolLoad:
     """The load of a mass (kg) and its centre (mm)."""
     mass_kg, x, y, z, *_ = values
@@ -152,22 +163,22 @@ COMMANDS: dict[str, Handler] = {
     "clear queue": _does(lambda robot, _: robot.clear_queue()),
     "joint move": _move(lambda v: MoveRequest(Kind.PTP, v[:7], speeds=v[7:], blending=JOINT_BLENDING)),
     "lin joint move": _move(lambda v: MoveRequest(Kind.LIN, v[:7], v[7], v[8])),
-    "lin move": _move(lambda v: _to_frame(Kind.LIN, v)),
-    "ptp move": _move(lambda v: _to_frame(Kind.PTP, v)),
-    "linr move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(redundancy=v[8])),
-    "ptpr move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(redundancy=v[8])),
-    "lin quaternion move": _move(lambda v: MoveRequest(Kind.LIN, _turned(v), v[7], v[8])),
-    "ptp quaternion move": _move(lambda v: MoveRequest(Kind.PTP, _turned(v), v[7], v[8])),
-    "lin relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=False)),
-    "lin tool relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=True)),
-    "ptp relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=False)),
-    "ptp tool relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=True)),
-    "linforcez move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(None, None, v[8]))),
-    "ptpforcez move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(None, None, v[8]))),
-    "linforce move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(v[8], v[9], v[10]))),
-    "ptpforce move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(v[8], v[9], v[10]))),
-    "linstiff move": _move(lambda v: _compliant(Kind.LIN, v)),
-    "ptpstiff move": _move(lambda v: _compliant(Kind.PTP, v)),
+    "lin move": _move(_to_frame(Kind.LIN)),
+    "ptp move": _move(_to_frame(Kind.PTP)),
+    "linr move": _move(_to_redundancy(Kind.LIN)),
+    "ptpr move": _move(_to_redundancy(Kind.PTP)),
+    "lin quaternion move": _move(_to_turned(Kind.LIN)),
+    "ptp quaternion move": _move(_to_turned(Kind.PTP)),
+    "lin relative move": _move(_by_shift(Kind.LIN, in_tool=False)),
+    "lin tool relative move": _move(_by_shift(Kind.LIN, in_tool=True)),
+    "ptp relative move": _move(_by_shift(Kind.PTP, in_tool=False)),
+    "ptp tool relative move": _move(_by_shift(Kind.PTP, in_tool=True)),
+    "linforcez move": _move(_until_force(Kind.LIN)),
+    "ptpforcez move": _move(_until_force(Kind.PTP)),
+    "linforce move": _move(_until_force(Kind.LIN)),
+    "ptpforce move": _move(_until_force(Kind.PTP)),
+    "linstiff move": _move(_compliant(Kind.LIN)),
+    "ptpstiff move": _move(_compliant(Kind.PTP)),
     "start gravity": _move(lambda v: MoveRequest(Kind.HOLD, hold_nm_per_rad=v[0])),
     "smart joint move": _move(lambda v: MoveRequest(Kind.SMART, v[:7], speeds=v[7:])),
     "smart cartesian move": _move(lambda v: MoveRequest(Kind.SMART, Frame(*v[:6]), v[6])),
@@ -207,39 +218,22 @@ COMMANDS: dict[str, Handler] = {
 class IiwaSession(LineSession):
     """One connection to the robot.
 
-    A move, or a check whether one is possible, ends a batch of replies: plans in numbers do not delay ticks.
+    Values after the last parameter of a command are ignored, as by the original controller, and logged once
+    for each command; a strict session refuses them. Angles of more than a turn are logged once, too.
     """
 
     def __init__(
         self,
         controller: Controller,
-        log: ProtocolLog,
+        log: SessionLog,
         name: str,
         dialogue: Dialogue | None = None,
         strict: bool = False,
         canned: CannedReplies | None = None,
     ) -> None:
-        """`name` identifies this connection in the log and in `dialogue`, which is told every line if it is
-        given.
-
-        Values after the last parameter of a command are ignored, as by the original controller, and logged
-        once for each command; with `strict` they are refused. Angles of more than a turn are logged once for
-        each command, too. Lines with a `canned` reply get that reply and are not carried out.
-        """
         table = load_table(IIWA)
-        super().__init__(controller, log, name, table, COMMANDS, dialogue, strict=strict, canned=canned)
-        self.moves = OwnMoves()
+        super().__init__(controller, log, name, table, COMMANDS, dialogue, IIWA, strict=strict, canned=canned)
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
-        self.dialogue.event(name, "connected", IIWA)
-
-    def _moved_last(self) -> bool:
-        return self.controller.accepted in self.moves
-
-    def lost(self) -> None:
-        """Notice that the connection has gone: stop the robot if a move of this session is pending."""
-        super().lost()
-        self.dialogue.event(self.name, "disconnected")
-        self.moves.abandon(self.controller, self.log, self.name)
 
     def said_bye(self) -> None:
         """Notice that the client has said bye: stop the robot."""

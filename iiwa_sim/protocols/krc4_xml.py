@@ -14,6 +14,8 @@ from functools import cache
 from html import escape
 from importlib.resources import files
 from typing import Literal, NamedTuple
+from xml.etree.ElementTree import Element as XmlElement
+from xml.etree.ElementTree import TreeBuilder
 from xml.parsers import expat
 
 import msgspec
@@ -53,31 +55,22 @@ class XmlStream:
     """Splits the bytes of one connection into messages."""
 
     def __init__(self) -> None:
-        self._data = b""
+        self._data = b""  # from the beginning of the present message on
         self._place = 0  # bytes up to here have been parsed
-        self._size = 0  # bytes of the present message
         self._ends = 0  # number of `>` in the present message
-        self._message: _Message | None = None
-        self._pieces: list[bytes] = []  # open elements of the present message
+        self._parser: _Parser | None = None
         self._ended = False
         self._broken = False
+        self.wire = b""
+        """The bytes of what `next` returned last; none if the length or the end of the stream broke it."""
 
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""
-        self._data = self._data[self._place :] + data
-        self._place = 0
+        self._data += data
 
     def end(self) -> None:
         """The client sends no more."""
         self._ended = True
-
-    @property
-    def wire(self) -> bytes:
-        """The bytes of what `next` returned last.
-
-        For what broke the stream, enough bytes to break another one; none if its length or its end broke it.
-        """
-        return b"".join(self._pieces)
 
     def next(self) -> Element | Broken | None:
         """The next message; None if it is incomplete, and after the stream has broken."""
@@ -86,88 +79,69 @@ class XmlStream:
         try:
             return self._next()
         except _BrokenStream as broken:
-            return self._break(str(broken))
+            reason = str(broken)
         except expat.ExpatError as fault:
-            return self._break(f"no XML: {expat.ErrorString(fault.code)}")
+            reason = f"no XML: {expat.ErrorString(fault.code)}"
+        self._broken, self._data = True, b""
+        return Broken(reason)
 
     def _next(self) -> Element | None:
+        if self._parser is None:
+            self._data = _NOTHING.sub(b"", self._data, 1)
+            begin = self._data[: len(_BYTE_ORDER_MARK)]
+            if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
+                return None
+            if not begin.startswith(b"<"):
+                self.wire = self._data[:MAX_MESSAGE_BYTES]
+                raise _BrokenStream("a message begins with <")
+            self._parser, self._place, self._ends = _Parser(), 0, 0
         while True:
-            if self._message is None:
-                self._place = self._behind_blanks()
-                begin = self._data[self._place : self._place + len(_BYTE_ORDER_MARK)]
-                if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
-                    return None
-                self._pieces = []
-                if not begin.startswith(b"<"):
-                    self._pieces.append(self._data[self._place :][:MAX_MESSAGE_BYTES])
-                    raise _BrokenStream("a message begins with <")
-                self._message, self._size, self._ends = _Message(), 0, 0
             end = self._data.find(b">", self._place) + 1
-            size = self._size + (end or len(self._data)) - self._place
-            if size > MAX_MESSAGE_BYTES:
-                self._pieces = []
+            if (end or len(self._data)) > MAX_MESSAGE_BYTES:
+                self.wire = b""
                 raise _BrokenStream(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
             if not end:
                 if self._ended:
-                    self._pieces = []
+                    self.wire = b""
                     raise _BrokenStream("the stream ends within a message")
                 return None
-            piece = self._data[self._place : end]
-            self._pieces.append(piece)
+            self.wire, piece, self._place = self._data[:end], self._data[self._place : end], end
             if b"\0" in piece:  # UTF-16, which Expat would detect by itself
                 raise _BrokenStream("expected UTF-8")
             self._ends += 1
             if self._ends > MAX_ENDS:
                 raise _BrokenStream(f"more than {MAX_ENDS} > in a message")
-            self._message.feed(piece)
-            self._place, self._size = end, size
-            if self._message.complete:
-                element, self._message = self._message.element(), None
-                return element
-
-    def _behind_blanks(self) -> int:
-        found = _NOTHING.match(self._data, self._place)
-        assert found is not None  # it matches nothing, too
-        return found.end()
-
-    def _break(self, reason: str) -> Broken:
-        self._broken = True
-        self._data, self._place, self._message = b"", 0, None
-        return Broken(reason)
+            root = self._parser.feed(piece)
+            if root is not None:
+                self._data, self._parser = self._data[end:], None
+                return _element_of(root)
 
 
 class _BrokenStream(Exception):
     """The stream is broken. The message tells why."""
 
 
-class _Message:
-    """One message, as far as it has been received."""
+class _Parser:
+    """Parses one message, as far as it has been received."""
 
     def __init__(self) -> None:
         self._parser = parser = expat.ParserCreate("UTF-8")
-        parser.buffer_text = True
         # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
+        self._tree = TreeBuilder()
+        self._depth = 0
+        self._root: XmlElement | None = None
         parser.XmlDeclHandler = self._declared
         parser.StartDoctypeDeclHandler = self._doctype
         parser.StartElementHandler = self._starts
-        parser.CharacterDataHandler = self._text
+        parser.CharacterDataHandler = self._tree.data
         parser.EndElementHandler = self._ends
-        self._depth = 0
-        self._name = ""
-        self._values: dict[str, str] = {}
-        self._child = ""
-        self._texts: list[str] = []
-        self._fault = ""
-        self.complete = False
 
-    def feed(self, data: bytes) -> None:
-        """Bytes that end at a `>`."""
+    def feed(self, data: bytes) -> XmlElement | None:
+        """Parse bytes that end at a `>`; return the message if it ends there."""
         self._parser.Parse(data, False)
-
-    def element(self) -> Element:
-        return Element(self._name, self._values, self._fault)
+        return self._root
 
     def _declared(self, _version: str, encoding: str | None, _standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _ENCODINGS:
@@ -178,34 +152,29 @@ class _Message:
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
         self._depth += 1
-        if self._depth == 1:
-            self._name = name
-            self._values = dict(attributes)
-            return
-        if self._depth > 2:
-            self._spoil(f"an element within {self._child}")
-        elif attributes:
-            self._spoil(f"an attribute of {name}")
-        self._child, self._texts = name, []
-
-    def _text(self, text: str) -> None:
-        if self._depth == 2:
-            self._texts.append(text)
-        elif text.strip(XML_BLANKS):
-            self._spoil("text between the values")
+        self._tree.start(name, attributes)
 
     def _ends(self, name: str) -> None:
         self._depth -= 1
+        element = self._tree.end(name)
         if self._depth == 0:
-            self.complete = True
-        elif self._depth == 1:
-            if name in self._values:
-                self._spoil(f"{name} twice")
-            else:
-                self._values[name] = "".join(self._texts)
+            self._root = element
 
-    def _spoil(self, fault: str) -> None:
-        self._fault = self._fault or fault
+
+def _element_of(root: XmlElement) -> Element:
+    values, faults = dict(root.attrib), []
+    for child in root:
+        if len(child):
+            faults.append(f"an element within {child.tag}")
+        elif child.attrib:
+            faults.append(f"an attribute of {child.tag}")
+        elif child.tag in values:
+            faults.append(f"{child.tag} twice")
+        else:
+            values[child.tag] = child.text or ""
+    if any((text or "").strip(XML_BLANKS) for text in (root.text, *(child.tail for child in root))):
+        faults.append("text between the values")
+    return Element(root.tag, values, faults[0] if faults else "")
 
 
 REGISTERS = 10
@@ -332,13 +301,9 @@ def written(element: Element, wire: bytes) -> str:
     values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
     told_in_full = not element.fault and element.name in _ROOTS
     if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
-        told = [f"{name}={value}" for name, value in values.items() if not _may_be_left_out(name, value)]
-        return _line(element.name, told)
+        told = [f"{n}={v}" for n, v in values.items() if not (v in _ZEROS and _REGISTER.fullmatch(n))]
+        return " ".join((element.name, *told))
     return word_for_word(wire)
-
-
-def _may_be_left_out(name: str, value: str) -> bool:
-    return value in _ZEROS and _REGISTER.fullmatch(name) is not None
 
 
 def word_for_word(wire: bytes) -> str:
@@ -354,7 +319,7 @@ def short_reply(integers: Sequence[int], reals: Sequence[float]) -> str:
     values = [f"I{place}={value}" for place, value in enumerate(integers) if value or place < 2]
     decimals = format_decimals(reals).decode().split() if reals else []
     values += [f"R{place}={value}" for place, value in enumerate(decimals) if value != "0.0"]
-    return _line(REPLY, values)
+    return " ".join((REPLY, *values))
 
 
 def from_short(line: str) -> Element:
@@ -375,7 +340,3 @@ def to_xml(element: Element) -> bytes:
     """The message as XML bytes, with its values as elements."""
     body = "".join(f"<{name}>{escape(value, quote=False)}</{name}>" for name, value in element.values.items())
     return f"<{element.name}>{body}</{element.name}>".encode()
-
-
-def _line(root: str, values: Sequence[str]) -> str:
-    return " ".join((root, *values))

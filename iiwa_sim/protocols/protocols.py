@@ -1,50 +1,34 @@
-"""The table of protocols, and which of them fit a robot."""
-
-from collections.abc import Callable
-from typing import NamedTuple
+"""The protocols by name, and which of them fit a robot."""
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialogue import Dialogue
+from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.iiwa import IiwaSession
 from iiwa_sim.protocols.krc4 import Krc4Session
 from iiwa_sim.protocols.krc4_xml import REGISTERS, load_krc4_table
 from iiwa_sim.protocols.ports import IIWA, KRC4
-from iiwa_sim.protocols.session import ProtocolLog, Session
+from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import RobotDescription, RobotFault
 
-
-class Protocol(NamedTuple):
-    name: str
-    """One of `iiwa_sim.protocols.ports`."""
-    axes: range
-    """Numbers of axes for which the protocol has messages."""
-    says_bye: bool
-    """True if a client can say good-bye in it."""
-    open_session: Callable[[Controller, ProtocolLog, str, Dialogue, bool, CannedReplies], Session]
-    """Opens a session, given controller, log, name of the connection, whether it is strict, and its canned
-    replies (see `IiwaSession`)."""
+AXES = {IIWA: range(7, 8), KRC4: range(1, REGISTERS + 1)}
+"""Numbers of axes for which each protocol has messages."""
 
 
-def _krc4(
+def open_session(
+    protocol: str,
     controller: Controller,
-    log: ProtocolLog,
+    log: SessionLog,
     name: str,
-    dialogue: Dialogue,
-    _strict: bool,  # its fields are named: no superfluous values
-    _canned: CannedReplies,
-) -> Krc4Session:
-    return Krc4Session(controller, log, name, dialogue)
-
-
-PROTOCOLS = {
-    protocol.name: protocol
-    for protocol in (
-        Protocol(IIWA, range(7, 8), True, IiwaSession),
-        Protocol(KRC4, range(1, REGISTERS + 1), False, _krc4),
-    )
-}
+    dialogue: Dialogue | None = None,
+    strict: bool = False,
+    canned: CannedReplies | None = None,
+) -> Session:
+    """Open a session of a protocol for a connection; fields of KRC4 are named, so it is always strict."""
+    if protocol == KRC4:
+        return Krc4Session(controller, log, name, dialogue)
+    return IiwaSession(controller, log, name, dialogue, strict, canned)
 
 
 def command_names() -> list[str]:
@@ -54,26 +38,19 @@ def command_names() -> list[str]:
 
 def fitting_protocols(description: RobotDescription) -> list[str]:
     """Names of the protocols that a robot has the axes for."""
-    return [protocol.name for protocol in PROTOCOLS.values() if len(description.joints) in protocol.axes]
+    return [name for name, axes in AXES.items() if len(description.joints) in axes]
 
 
-def protocol_for(name: str, description: RobotDescription) -> Protocol:
-    """The protocol of that name.
-
-    Raises `RobotFault` if the robot has the wrong number of axes for it, and ValueError for an unknown name.
-    """
-    if name not in PROTOCOLS:
-        raise ValueError(f"protocol {name!r}, expected {' or '.join(PROTOCOLS)}")
-    protocol, count = PROTOCOLS[name], len(description.joints)
-    if count not in protocol.axes:
-        others = fitting_protocols(description)
+def check_axes(protocol: str, description: RobotDescription) -> None:
+    """Raise `RobotFault` if a robot has the wrong number of axes for a protocol."""
+    others, count = fitting_protocols(description), len(description.joints)
+    if protocol not in others:
         hint = f"{', '.join(others)} (--protocol {others[0]})" if others else "none"
-        few, many = protocol.axes[0], protocol.axes[-1]
+        few, many = AXES[protocol][0], AXES[protocol][-1]
         wanted = f"{few}" if few == many else f"{few} to {many}"
         raise RobotFault(
             description.settings_path,
             "joints",
             list(description.joints),
-            f"{wanted} joints for protocol {name}; for {count} there is: {hint}",
+            f"{wanted} joints for protocol {protocol}; for {count} there is: {hint}",
         )
-    return protocol

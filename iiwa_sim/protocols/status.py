@@ -11,35 +11,28 @@ import msgspec
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.controller.state import snapshot
+from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.lines import WONT_TIMING_MARK
-from iiwa_sim.protocols.session import LINES_AT_ONCE, LineSession, ProtocolLog, written
+from iiwa_sim.protocols.session import AT_ONCE, LineSession, written
 from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
 
 
-class StatusLines:
-    """The state of one robot as lines."""
-
-    def __init__(self, controller: Controller) -> None:
-        self._controller = controller
-        self._encode = msgspec.json.Encoder().encode
-
-    def line(self) -> bytes:
-        """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
-        return self._encode(snapshot(self._controller)) + b"\n"
+def status_line(controller: Controller) -> bytes:
+    """Return the present state as a line of JSON, as `protocol/status.schema.json` describes it."""
+    return msgspec.json.encode(snapshot(controller)) + b"\n"
 
 
 class StatusSession(LineSession):
     """One reader of the status port."""
 
-    def __init__(self, controller: Controller, log: ProtocolLog, name: str) -> None:
-        """`name` identifies this connection in the log."""
+    def __init__(self, controller: Controller, log: SessionLog, name: str) -> None:
         super().__init__(controller, log, name, _table(), {STOP: _stop})
 
-    def answer(self, most: int = LINES_AT_ONCE) -> bytes:
-        """Carry out the next waiting lines; returns what telnet has to be answered, once for all of them."""
+    def answer(self, most: int = AT_ONCE) -> bytes:
+        """Carry out the next waiting lines; return the answer to telnet, once for all of them."""
         return super().answer(most)[: len(WONT_TIMING_MARK)]
 
     def _reply(self, line: bytes) -> bytes:

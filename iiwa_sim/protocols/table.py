@@ -7,8 +7,9 @@ session ignores or refuses them. Parameters behind a command that takes none are
 """
 
 import re
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from math import inf, nan, nextafter, tau
 from typing import NamedTuple
@@ -79,25 +80,34 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return f"{self.name} = {quoted(word)}: expected {' and '.join(part for part in parts if part)}"
 
 
-class Command(NamedTuple):
+class _Quantities(tuple[Quantity, ...]):
+    """Quantities in their order on the wire, which the file names."""
+
+
+class _Reply(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    words: tuple[str, ...] = ()
+    values: _Quantities = _Quantities()
+    list: _Quantities = _Quantities()
+    prose: bool = False
+
+
+class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """One command of the table.
 
     It takes numbers (`parameters`, and `optional` ones, all or none of them), words (`phrase` names them), or
-    nothing. It answers one of `reply_words`, numbers (`reply_values`), any number of the same (`reply_list`)
+    nothing. It answers one of `reply.words`, numbers (`reply.values`), any number of the same (`reply.list`)
     or a line of prose.
     """
 
-    name: str
     summary: str
     mode: str
     requirements: tuple[str, ...]
-    extension: bool
-    parameters: tuple[Quantity, ...]
-    phrase: str
-    reply_words: tuple[str, ...]
-    reply_values: tuple[Quantity, ...]
-    optional: tuple[Quantity, ...]
-    reply_list: Quantity | None
+    reply: _Reply
+    parameters: _Quantities = _Quantities()
+    optional: _Quantities = _Quantities()
+    phrase: str = ""
+    extension: bool = False
+    name: str = ""
 
     def takes(self) -> str:
         """Return the parameters of the command by name and number: `x y z speed: 4 values`."""
@@ -112,10 +122,10 @@ class Command(NamedTuple):
         takes = [f"[{self.phrase}]"] if self.phrase else []
         takes += [f"{name}[{_unit_and_range(each, name)}]" for name, each in _in_series(self.parameters)]
         takes += [f"({each.name}[{_unit_and_range(each, each.name)}])" for each in self.optional]
-        gives = " ".join(f"{name}[{each.unit}]" for name, each in _in_series(self.reply_values))
-        if self.reply_list is not None:
-            gives = f"{self.reply_list.name}[{_unit_and_range(self.reply_list, self.reply_list.name)}] ..."
-        gives = gives or " / ".join(self.reply_words) or "text"
+        gives = " ".join(f"{name}[{each.unit}]" for name, each in _in_series(self.reply.values))
+        for each in self.reply.list:
+            gives = f"{each.name}[{_unit_and_range(each, each.name)}] ..."
+        gives = gives or " / ".join(self.reply.words) or "text"
         return f"{self.name}{' : ' if takes else ''}{' '.join(takes)} -> {gives}"
 
 
@@ -158,25 +168,13 @@ class Table:
             command.name: [(each, *each.bounds) for each in (*command.parameters, *command.optional)]
             for command in commands.values()
         }
-        self._by_spelling: dict[bytes, Command] = {}
-        self._lines: dict[bytes, Request | Refusal] = {}
-        self._forget_lines()
-
-    def parse(self, line: bytes) -> Request | Refusal:
+        self.parse = lru_cache(_CACHED_LINES)(self._parse)
         """Parse a line, without its end; OVERLONG stands for one that was too long."""
-        known = self._lines.get(line)
-        return known if known is not None else self._parse(line)
-
-    def find(self, spelling: bytes) -> Command | None:
+        self.find = lru_cache(_CACHED_LINES)(self._find)
         """Return the command with this name; letter case and runs of blanks do not count."""
-        command = self._by_spelling.get(spelling)
-        if command is None:
-            command = self.commands.get(" ".join(_words(spelling)).lower())
-            if command is not None:
-                if len(self._by_spelling) >= _CACHED_LINES:
-                    self._by_spelling.clear()
-                self._by_spelling[spelling] = command
-        return command
+
+    def _find(self, spelling: bytes) -> Command | None:
+        return self.commands.get(" ".join(_words(spelling)).lower())
 
     def meant(self, spelling: bytes) -> str | None:
         """Return the name that differs in one letter, or by two letters that are swapped."""
@@ -186,6 +184,8 @@ class Table:
         return next((self._by_rest[rest] for rest in _rests(written) if rest in self._by_rest), None)
 
     def _parse(self, line: bytes) -> Request | Refusal:
+        if line == OVERLONG:
+            return _error(f"a line of more than {MAX_LINE_BYTES} bytes")
         spelling, colon, rest = line.partition(b":")
         command = self.find(spelling)
         if command is None:
@@ -197,12 +197,10 @@ class Table:
         if not command.parameters:
             if command.phrase:
                 return Request(command, (), " ".join(_words(rest)))
-            return self._remember(line, Request(command, (), ""))
+            return Request(command, (), "")
         words = _split(rest)
-        quantities = command.parameters
-        if len(words) > len(quantities):
-            quantities += command.optional
-        if len(words) < len(quantities):
+        has_optional = len(words) > len(command.parameters)
+        if len(words) < len(command.parameters) + has_optional * len(command.optional):
             return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
         values, in_degrees = [], ""
         for (quantity, low, high), word in zip(self._ranges[command.name], words, strict=False):
@@ -236,72 +234,23 @@ class Table:
         meant = self.meant(spelling)
         return f"no such command; did you mean {meant}" if meant else "no such command; help lists them"
 
-    def _remember(self, line: bytes, request: Request) -> Request:
-        if len(self._lines) >= _CACHED_LINES:
-            self._forget_lines()
-        self._lines[line] = request
-        return request
-
-    def _forget_lines(self) -> None:
-        self._lines.clear()
-        self._lines[OVERLONG] = _error(f"a line of more than {MAX_LINE_BYTES} bytes")
-
 
 def with_hint(reason: str, request: Request) -> str:
     """Return the reason of a refusal, with a hint if angles may be in degrees or places in metres."""
     return "; ".join(each for each in (reason, request.in_degrees, _in_metres(request)) if each)
 
 
-class _Reply(msgspec.Struct, forbid_unknown_fields=True):
-    words: tuple[str, ...] = ()
-    values: str = ""
-    list: str = ""
-    prose: bool = False
-
-
-class _Row(msgspec.Struct, forbid_unknown_fields=True):
-    summary: str
-    mode: str
-    requirements: tuple[str, ...]
-    reply: _Reply
-    parameters: str = ""
-    optional: str = ""
-    phrase: str = ""
-    extension: bool = False
-
-
-class _Rows(msgspec.Struct):
-    value: dict[str, Quantity]
-    command: dict[str, _Row]
-
-
 @cache
 def load_table(name: str) -> Table:
     """Return the table protocol/NAME.toml."""
-    text = files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes()
-    rows = msgspec.toml.decode(text, type=_Rows)
+    rows = tomllib.loads(files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_text("utf-8"))
+    known = msgspec.convert(rows["value"], dict[str, Quantity])
 
-    def quantities(names: str) -> tuple[Quantity, ...]:
-        return tuple(msgspec.structs.replace(rows.value[each], name=each) for each in names.split())
+    def quantities(kind: type[_Quantities], names: str) -> _Quantities:
+        return kind(msgspec.structs.replace(known[each], name=each) for each in names.split())
 
-    return Table(
-        {
-            name: Command(
-                name=name,
-                summary=row.summary,
-                mode=row.mode,
-                requirements=row.requirements,
-                extension=row.extension,
-                parameters=quantities(row.parameters),
-                phrase=row.phrase,
-                reply_words=row.reply.words,
-                reply_values=quantities(row.reply.values),
-                optional=quantities(row.optional),
-                reply_list=next(iter(quantities(row.reply.list)), None),
-            )
-            for name, row in rows.command.items()
-        }
-    )
+    commands = msgspec.convert(rows["command"], dict[str, Command], dec_hook=quantities)
+    return Table({name: msgspec.structs.replace(each, name=name) for name, each in commands.items()})
 
 
 class ErrorCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

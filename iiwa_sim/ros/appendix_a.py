@@ -13,7 +13,7 @@ from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.controller.requests import Kind
-from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.commands import read_command
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import BadMessage, Message
@@ -48,7 +48,7 @@ class AppendixA:
     """Commands of a robot and their results, its states, and services for speed, inputs and outputs."""
 
     def __init__(
-        self, graph: Graph, controller: Controller, log: ProtocolLog, *, apply_reference: bool
+        self, graph: Graph, controller: Controller, log: SessionLog, *, apply_reference: bool
     ) -> None:
         """`apply_reference` says whether a pose_reference_frame is applied."""
         self._graph = graph

@@ -20,7 +20,7 @@ from iiwa_sim.controller.joint_trajectories import (
 )
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
-from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
@@ -62,7 +62,7 @@ class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
 
     def __init__(
-        self, graph: Graph, controller: Controller, log: ProtocolLog, joint_states: Callable[[], Message]
+        self, graph: Graph, controller: Controller, log: SessionLog, joint_states: Callable[[], Message]
     ) -> None:
         """`joint_states` makes a sensor_msgs/JointState."""
         self._graph = graph

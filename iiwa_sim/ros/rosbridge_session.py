@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.protocols.session import ProtocolLog
+from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import Graph, Served
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, GoalEnd, JointInterface
@@ -80,7 +80,7 @@ class RosbridgeSession:
         graph: Graph,
         joints: JointInterface,
         outbox: Outbox,
-        log: ProtocolLog,
+        log: SessionLog,
         name: str,
         *,
         secret: str | None = None,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.log import SessionLog
 from iiwa_sim.options.model import Settings
-from iiwa_sim.protocols.session import ProtocolLog
 from iiwa_sim.ros.appendix_a import AppendixA
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
@@ -41,7 +41,7 @@ class RosSide:
     Raises RosFault if a library is missing; `start` raises ListenFault, and RosFault if there can be no node.
     """
 
-    def __init__(self, controller: Controller, log: ProtocolLog, settings: Settings, clock: Clock) -> None:
+    def __init__(self, controller: Controller, log: SessionLog, settings: Settings, clock: Clock) -> None:
         now_ns = time.time_ns
         if settings.ros_stamps == "simulated":
 

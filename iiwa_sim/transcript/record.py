@@ -81,7 +81,7 @@ class Lines:
         if self._protocols.get(session, self._usual_protocol) == KRC4:
             return "<~" if answers_reals(reply) else "<"
         command = self._table.find(self._last_said.partition(":")[0].encode())
-        of_numbers = command is not None and command.reply_values and not command.reply_values[0].integer
+        of_numbers = command is not None and command.reply.values and not command.reply.values[0].integer
         return "<~" if of_numbers and reply != "error" else "<"
 
     def _name(self, session: str) -> str:

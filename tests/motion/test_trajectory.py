@@ -10,6 +10,7 @@ from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.trajectory import begun
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
@@ -48,7 +49,7 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
 def test_a_line_of_a_second_or_two_is_planned_once(robot: str) -> None:
     """It sets out with a clock that has nothing left to gain: so nothing is planned while it runs."""
     plans = random_lines(load_robot(robot), 12, seed=3)
-    found = [begun(plan) for plan in plans]
+    found = [begun(Move(1, *plan, lambda _: None)) for plan in plans]
     assert not any(trajectory.rough for trajectory in found if trajectory.end_s < 2.0)
     assert any(trajectory.end_s < 1.0 for trajectory in found)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.state import snapshot
-from iiwa_sim.protocols.status import NOTHING_ELSE, StatusLines, StatusSession
+from iiwa_sim.protocols.status import NOTHING_ELSE, StatusSession, status_line
 from iiwa_sim.robot.description import load_robot
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation, FakeRobot
@@ -72,8 +72,7 @@ def test_anything_else_is_refused_and_does_nothing(line):
 def test_lines_are_what_the_main_port_says_at_every_tick():
     controller = Controller(load_robot(), 0.002)
     talk = Conversation(controller)
-    lines = StatusLines(controller)
-    assert state(lines.line())["tick"] == 0
+    assert state(status_line(controller))["tick"] == 0
     for line in [
         "smart joint move :" + " 0.3" * 14,
         "lin move : 1 2 3 4 5 6 1 0",
@@ -83,7 +82,7 @@ def test_lines_are_what_the_main_port_says_at_every_tick():
         talk.ask(line)
         for _ in range(15):
             controller.step()
-            seen = state(lines.line())
+            seen = state(status_line(controller))
             wanted = json.loads(msgspec.json.encode(snapshot(controller)))
             assert list(seen.items()) == list(wanted.items()), "to the last bit, and in that order"
             for asked in ("status", "mode"):

@@ -26,7 +26,6 @@ class EchoSession:
         self.times_lost = 0
         self.ended = False
         self.closing = False
-        self.pending = None
         self.awaits = False
         self._lines_at_once = lines_at_once
         self._blow_up = blow_up
