@@ -13,14 +13,17 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.blended_path import Joints, Run, Sent
 from tests.samples import MANY
-from tests.stepped import SteppedRobot
+from tests.stepped import Array, SteppedRobot
 
 KINDS = ("joint", "ptp", "ptpr", "lin", "linr", "lin joint")
-PLACES = ("near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on")
+PLACES = (
+    *("near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on"),
+    "wrist",  # nearly stretched
+)
 """Where targets are, seen from where the chain ends; what comes twice is drawn more often."""
 SCOUT_TICK_S = 0.05
 REACH = 0.75  # of the position limits, for targets far away
@@ -30,6 +33,11 @@ LEAST_FAR_SPEED = 0.3
 SPEEDS = (1.0, 1.0, 0.7, 0.5, 0.3, 0.1)
 UNTIL_STOPPED = -1  # instead of ticks to wait
 LONGEST = 20 if MANY else 6  # moves of a chain
+ROOMY = {
+    "lbr_iiwa_7_r800": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
+}
+"""Joint positions with room around the TCP."""
 
 Order = Callable[[Controller, bool], object]
 """Sends something to a controller; with True a move as it is, with False without blending."""
@@ -125,6 +133,11 @@ def random_chain(seed: int, joint_count: int) -> list[ChainMove]:
         return ChainMove(one_of(["joint", "ptp", "lin", "lin joint"]), place, parts, speeds_rel, radius_mm, 0)
 
     return [move() for _ in range(int(rng.integers(3, 9)))]
+
+
+def in_the_open(name: str, tick_s: float = 0.002) -> Recorder:
+    """A robot with room for a square in front of it."""
+    return Recorder(replace(load_robot(name), home=ROOMY[name]), tick_s)
 
 
 class Recorder:
@@ -338,6 +351,9 @@ def aimed(
         "small": at + 2e-3 * parts,
         "tiny": at + 10.0 ** (-9.0 + 6.0 * abs(parts[0])) * parts,
         "same": end,
+        "wrist": _with_wrist(
+            at + 0.5 * NEAR * reach * parts, 10.0 ** (-9.0 + 8.0 * abs(parts[0])) * parts[1]
+        ),
         "turn": at + np.append(np.zeros(len(end) - 1), parts[-1]),
         "back": last[0],
         "on": at + 0.5 * np.subtract(last[1], last[0]),
@@ -355,17 +371,20 @@ def aimed(
     return joints, robot.tcp_frame(joints)
 
 
-def send(robot: SteppedRobot, item: ChainMove | Between, last: Sequence[float] | None = None) -> bool:
-    """Sends a move or a stop to a robot without a recorder; whether it was accepted.
-
-    `last` is where the last move began, in place of where the robot is.
-    """
+def send(robot: SteppedRobot, item: ChainMove | Between) -> bool:
+    """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
     if isinstance(item, Between):
         robot.stop()
         return True
     end = robot.controller.end_of_queue
-    target = aimed(item, robot, end, (robot.controller.joints if last is None else last, end))
+    target = aimed(item, robot, end, (robot.controller.joints, end))
     return _accepted(_order(item.kind, *target, item.speeds, item.blending_mm), robot.controller, True)
+
+
+def _with_wrist(joints: Array, angle: float) -> Array:
+    """The joints with their wrist at that angle (rad)."""
+    joints[-2] = angle
+    return joints
 
 
 def _random_parts(seed: int, count: int) -> tuple[float, ...]:

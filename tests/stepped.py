@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -230,13 +229,6 @@ def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], targ
     assert off_arc_rad < 1e-6
     missing = np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation)
     assert np.linalg.norm(missing) < 1e-9
-
-
-def assert_same_frame(one: Frame, other: Frame) -> None:
-    """To 1e-6 mm and rad; an angle of pi is one of -pi, and rounding decides which of them is read."""
-    assert np.abs(np.subtract(one[:3], other[:3])).max() < 1e-6
-    turns = [math.remainder(a - b, math.tau) for a, b in zip(one[3:], other[3:], strict=True)]
-    assert np.abs(turns).max() < 1e-6
 
 
 def rotation_exp(vectors: Array) -> Array:
