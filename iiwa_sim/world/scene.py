@@ -1,0 +1,272 @@
+"""Scenes: a user's MJCF, and wires between its sensors and actuators and inputs and outputs."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mujoco as mj
+import numpy as np
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.frames import Transform, Vector, rotation_from_quaternion
+from iiwa_sim.wording import harmless
+from iiwa_sim.world.details import ALL, PARTS
+from iiwa_sim.world.part import Mesh
+
+OF_SCENE = 16
+"""Collision bits of a scene are so many places higher: the lower ones are those of parts, surfaces, arms."""
+SHOWN_GROUPS = range(3)
+"""Groups of geoms that are shown; MuJoCo's own viewer shows the same."""
+MOST_TRIANGLES = 5000
+"""A mesh of more is shown as its bounding box."""
+ROUND = 16
+"""Corners of a circle of a shape that is shown as triangles."""
+ACTUATOR, CONVEYOR, LOCK = "actuator", "conveyor", "lock"
+"""Kinds of what an output drives: a control, the speed of a surface, an equality that is active or not."""
+
+
+class SceneFault(Exception):
+    """A file is not a scene; one line that says why, and names the element."""
+
+
+class SceneShape(NamedTuple):
+    """A geom of a scene as it is shown."""
+
+    shape: Box | Cylinder | Sphere | Mesh
+    pose: Transform  # in its body
+    colour: tuple[float, float, float, float]
+
+
+class SceneBody(NamedTuple):
+    """A body of a scene that has geoms to show."""
+
+    name: str
+    number: int  # in the model
+    shapes: tuple[SceneShape, ...]
+
+
+class InputWire(NamedTuple):
+    """An input that is on while a sensor reads more than `above` and less than `below`."""
+
+    number: int
+    readings: slice  # in `MjData.sensordata`
+    is_distance: bool
+    above: float
+    below: float
+
+    def is_on(self, data: Any) -> bool:
+        """Return whether the input is on: by the number that the sensor reads, or by the norm of several.
+
+        A rangefinder that sees nothing reads an infinite distance.
+        """
+        values = data.sensordata[self.readings].tolist()
+        value = values[0] if len(values) == 1 else math.hypot(*values)
+        if self.is_distance and value < 0.0:
+            value = math.inf
+        return self.above < value < self.below
+
+
+class OutputWire(NamedTuple):
+    """An output that drives an actuator, a conveyor or a lock of the scene."""
+
+    number: int
+    kind: str
+    driven: int  # in the model
+    on: float
+    off: float
+    direction: tuple[float, ...] = ()  # of a conveyor: `surfacevel` for a speed of 1
+
+    def drive(self, model: Any, data: Any, on: bool) -> bool:
+        """Drive it for the next ticks; returns True if that is news."""
+        value, driven = self.on if on else self.off, self.driven
+        if self.kind == CONVEYOR:
+            speeds = [value * each for each in self.direction]
+            changes = model.geom_surfacevel[driven].tolist() != speeds
+            model.geom_surfacevel[driven] = speeds
+        else:
+            array = data.ctrl if self.kind == ACTUATOR else data.eq_active
+            wanted = value if self.kind == ACTUATOR else value != 0.0
+            changes = array[driven] != wanted
+            array[driven] = wanted
+        return bool(changes)
+
+
+class Scene:
+    """A scene that MuJoCo accepts. Numbers of its elements are also those in the model of its cell."""
+
+    def __init__(self, file: Path) -> None:
+        """Raises SceneFault."""
+        listener = mj.get_mju_user_warning()
+        mj.set_mju_user_warning(lambda _: None)  # it would write into a file in the working directory
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # options of the scene do not count
+                self.spec, self.model = _attached(mj.MjSpec.from_file(str(file.resolve())))
+        except (ValueError, OSError) as fault:
+            raise SceneFault(_why(str(fault))) from None
+        finally:
+            mj.set_mju_user_warning(listener)
+        model = self.model
+        self.sensors = _names(model, "sensor", model.nsensor)
+        self.cameras = _names(model, "camera", model.ncam)
+        self.body_names = _names(model, "body", model.nbody)
+        self.bodies = _bodies(model)
+        """The bodies that are shown, with what is fixed to the world first."""
+        conveyors = [name for name in _names(model, "geom", model.ngeom) if self._surfacevel(name).any()]
+        of_kind = {
+            ACTUATOR: _names(model, "actuator", model.nu),
+            CONVEYOR: tuple(conveyors),
+            LOCK: _names(model, "equality", model.neq),
+        }
+        self.drivable = {name: kind for kind in reversed(of_kind) for name in of_kind[kind]}
+        """Kinds of what outputs may drive, by name; an actuator comes before others of its name."""
+
+    def input_wire(self, number: int, sensor: str, above: float | None, below: float | None) -> InputWire:
+        """Wire an input to a sensor of `sensors`."""
+        found = self.model.sensor(sensor)
+        first, size = int(found.adr[0]), int(found.dim[0])
+        is_distance = int(found.type[0]) == mj.mjtSensor.mjSENS_RANGEFINDER
+        limits = -math.inf if above is None else above, math.inf if below is None else below
+        return InputWire(number, slice(first, first + size), is_distance, *limits)
+
+    def output_wire(self, number: int, actuator: str, on: float, off: float) -> OutputWire:
+        """Wire an output to what `drivable` names."""
+        kind = self.drivable[actuator]
+        direction: tuple[float, ...] = ()
+        if kind == CONVEYOR:
+            driven, along = self.model.geom(actuator).id, self._surfacevel(actuator)
+            speed = float(np.linalg.norm(along[:3])) or float(np.linalg.norm(along[3:]))
+            direction = tuple((along / speed).tolist())
+        else:
+            driven = (self.model.actuator if kind == ACTUATOR else self.model.equality)(actuator).id
+        return OutputWire(number, kind, driven, on, off, direction)
+
+    def _surfacevel(self, geom: str) -> Any:
+        return self.model.geom_surfacevel[self.model.geom(geom).id]
+
+
+def _attached(scene: Any) -> tuple[Any, Any]:
+    """Return a scene as part of another one, whose own bodies its defaults do not concern, and the model.
+
+    Keyframes are left out, since they have the size of the scene alone.
+    """
+    for key in list(scene.keys):
+        scene.delete(key)
+    scene.compiler.fusestatic = scene.compiler.discardvisual = False  # both would take elements away
+    for geom in scene.geoms:
+        if geom.contype or geom.conaffinity:  # the cell's own bodies meet all that collides
+            geom.contype = (geom.contype << OF_SCENE & ALL) + PARTS
+            geom.conaffinity = geom.conaffinity << OF_SCENE & ALL
+    scene.compile()  # what attaches it drops elements that refer to nothing
+    spec = mj.MjSpec()
+    spec.attach(scene, prefix="", frame=spec.worldbody.add_frame())
+    return spec, spec.compile()
+
+
+def _why(fault: str) -> str:
+    """Return one line from the lines of an error of MuJoCo."""
+    parsed = re.search(r"XML_ERROR_(\w+) .*Line number=(\d+)(.*)", fault)
+    if parsed is not None:
+        kind, line, more = parsed.groups()
+        return harmless(f"{kind.replace('_', ' ').lower()} in line {line}{more}")
+    reason, *more = (line.removeprefix("XML ").removeprefix("Error: ") for line in fault.splitlines())
+    reason = reason.removeprefix("Error: ").removeprefix("ParseXML: ")
+    where = [line.replace("Element name", "element") for line in more if line.startswith("Element")]
+    return harmless(" ".join([reason, *(f"({each[0].lower()}{each[1:]})" for each in where)]))
+
+
+def _names(model: Any, kind: str, count: int) -> tuple[str, ...]:
+    """Return the names of elements that have one."""
+    named = getattr(model, kind)
+    return tuple(name for name in (named(number).name for number in range(count)) if name)
+
+
+def _bodies(model: Any) -> tuple[SceneBody, ...]:
+    """Return the bodies to show; those without a name have that of the parent and a number."""
+    names: list[str] = ["scene"]
+    found = []
+    for number in range(model.nbody):
+        if number:
+            parent = names[model.body_parentid[number]]
+            names.append(model.body(number).name or f"{parent} {number}")
+        first, count = int(model.body_geomadr[number]), int(model.body_geomnum[number])
+        shown = [geom for geom in range(first, first + count) if model.geom_group[geom] in SHOWN_GROUPS]
+        shapes = tuple(each for geom in shown if (each := _shape(model, geom)) is not None)
+        if shapes:
+            found.append(SceneBody(names[number], number, shapes))
+    return tuple(found)
+
+
+def _shape(model: Any, geom: int) -> SceneShape | None:
+    """Return a geom as it is shown; None for one that is not to be seen, or has no shape of ours."""
+    kinds, kind = mj.mjtGeom, mj.mjtGeom(model.geom_type[geom])
+    colour = model.geom_rgba[geom].tolist()
+    material = int(model.geom_matid[geom])
+    if material >= 0:
+        colour = model.mat_rgba[material].tolist()
+    x, y, z = model.geom_size[geom].tolist()
+    w, *turn = model.geom_quat[geom].tolist()
+    pose = Transform(rotation_from_quaternion((*turn, w)), tuple(model.geom_pos[geom].tolist()))
+    shape: Box | Cylinder | Sphere | Mesh
+    match kind:
+        case kinds.mjGEOM_BOX:
+            shape = Box(x, y, z)
+        case kinds.mjGEOM_SPHERE:
+            shape = Sphere(x)
+        case kinds.mjGEOM_CYLINDER:
+            shape = Cylinder(x, y)
+        case kinds.mjGEOM_CAPSULE:
+            shape = _round((x, x, x), y)
+        case kinds.mjGEOM_ELLIPSOID:
+            shape = _round((x, y, z), 0.0)
+        case kinds.mjGEOM_PLANE:
+            shape = Box(x or 2.0, y or 2.0, 1e-3)
+        case kinds.mjGEOM_MESH:
+            shape = _mesh(model, int(model.geom_dataid[geom]), model.geom_aabb[geom].tolist())
+        case _:
+            return None
+    return SceneShape(shape, pose, tuple(colour)) if colour[3] > 0.0 else None
+
+
+def _mesh(model: Any, mesh: int, aabb: list[float]) -> Mesh:
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    corners = model.mesh_vert[first : first + count]
+    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    faces = model.mesh_face[first : first + count]
+    if count > MOST_TRIANGLES:
+        signs = np.array([(a, b, c) for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0)])
+        corners = np.array(aabb[:3]) + signs * np.array(aabb[3:])
+        faces = np.array(_BOX_FACES)
+    return _triangles(corners, faces)
+
+
+_BOX_FACES = [
+    (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+]  # fmt: skip
+
+
+def _round(radii: Vector, half_m: float) -> Mesh:
+    """Return an ellipsoid, or with a length that of a capsule, as triangles."""
+    across = np.linspace(0.0, 2.0 * math.pi, ROUND, endpoint=False)
+    rings = []
+    for side in (-1.0, 1.0):
+        for up in np.linspace(0.0, 0.5 * math.pi, ROUND // 4 + 1)[:: int(-side)]:
+            ring = np.stack([np.cos(across) * np.cos(up), np.sin(across) * np.cos(up), 0 * across], axis=1)
+            ring[:, 2] = side * np.sin(up)
+            rings.append(ring * radii + [0.0, 0.0, side * half_m])
+    corners = np.concatenate(rings)
+    faces = []
+    for ring in range(len(rings) - 1):
+        for k in range(ROUND):
+            a, b = ring * ROUND + k, ring * ROUND + (k + 1) % ROUND
+            faces += [(a, b, b + ROUND), (a, b + ROUND, a + ROUND)]
+    return _triangles(corners, np.array(faces))
+
+
+def _triangles(corners: Any, faces: Any) -> Mesh:
+    return Mesh(tuple(map(tuple, corners[faces.ravel()].astype(float).tolist())))
