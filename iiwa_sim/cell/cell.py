@@ -6,10 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
 from iiwa_sim.cell.settings import HOME, CellFault, OneRobotSettings, RobotSettings, metres, read_settings
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings
+from iiwa_sim.cell.wired import wires_of
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
@@ -24,6 +26,9 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
 from iiwa_sim.world.part import Part
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.scene import Scene
 
 CELL_SUFFIX = ".toml"
 
@@ -157,6 +162,10 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     )
     noise, cells = settings.noise, []
     surfaces = tuple(map(surface_of, settings.surfaces().values()))
+    scene = None
+    if settings.scene is not None:
+        names = [*(each.name for each in surfaces), *(part.name for part, _ in parts)]
+        scene = settings.scene.read(reader, file.parent, CellFault, names)
     for number, (prefix, robot) in enumerate(settings.robots().items()):
         its = reader.under(prefix)
         if isinstance(robot, RobotSettings):
@@ -171,7 +180,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
             else robot.tool_in_flange.to_transform(),
             contact_radius_m=1e-3 * robot.contact_radius_mm,
             tool=None if robot.tool is None else robot.tool.tool(),
-            handled=_handled(robot, parts),
+            handled=_handled(its, robot, parts, scene),
             surfaces=surfaces,
             noise_levels=None
             if noise is None
@@ -189,12 +198,19 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     return tuple(cells)
 
 
-def _handled(robot: OneRobotSettings, parts: tuple[tuple[Part, Transform], ...]) -> HandlingSetup | None:
-    """The gripper and the parts."""
-    if robot.gripper is None and not parts:
+def _handled(
+    reader: Reader,
+    robot: OneRobotSettings,
+    parts: tuple[tuple[Part, Transform], ...],
+    scene: Scene | None,
+) -> HandlingSetup | None:
+    """The gripper, the parts and the scene."""
+    if robot.gripper is None and not parts and scene is None:
         return None
     kind, wiring = (None, Wiring(NOTHING)) if robot.gripper is None else robot.gripper.gripper()
-    return HandlingSetup(kind, wiring, parts)
+    if scene is None:
+        return HandlingSetup(kind, wiring, parts)
+    return HandlingSetup(kind, wiring, parts, scene, *wires_of(reader, scene, robot.input, robot.output))
 
 
 def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:

@@ -24,6 +24,7 @@ from iiwa_sim.cell.surfaces import (
     SphereSettings,
     check_surfaces,
 )
+from iiwa_sim.cell.wired import InputSettings, OutputSettings, SceneSettings, check_wires
 from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
@@ -132,6 +133,8 @@ class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None
     gripper: GripperSettings | None = None
+    input: list[InputSettings] = []
+    output: list[OutputSettings] = []
     io: IoSettings = IoSettings()
     safety: SafetySettings = SafetySettings()
 
@@ -163,6 +166,7 @@ class RobotSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, k
 
 class CellSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
     robot: str | list[RobotSettings] = DEFAULT_ROBOT
+    scene: SceneSettings | None = None
     part: list[AnyPart] = []
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
@@ -192,7 +196,7 @@ def read_settings(path: str, text: str) -> CellSettings:
     _check_ranges(reader, settings, NOISE_RANGES)
     check_surfaces(reader, settings.surfaces())
     for prefix, robot in settings.robots().items():
-        _check_robot(reader.under(prefix), robot)
+        _check_robot(reader.under(prefix), robot, settings.scene is not None)
     if not isinstance(settings.robot, str):
         _check_robots(reader, settings, settings.robot)
     check_parts(reader, settings.part, [each.name for each in settings.surfaces().values()])
@@ -208,7 +212,7 @@ def _check_ranges(reader: Reader, settings: msgspec.Struct, ranges: dict[str, Ra
             reader.check_range(key, value, allowed)
 
 
-def _check_robot(reader: Reader, robot: OneRobotSettings) -> None:
+def _check_robot(reader: Reader, robot: OneRobotSettings, has_scene: bool) -> None:
     _check_ranges(reader, robot, ROBOT_RANGES)
     _check_tool(reader, robot.tool)
     _check_box(reader, robot.safety)
@@ -216,6 +220,7 @@ def _check_robot(reader: Reader, robot: OneRobotSettings) -> None:
     _check_io(reader, "io.outputs", robot.io.outputs)
     inputs, outputs = len(robot.io.input_names()), len(robot.io.output_names())
     check_gripper(reader, robot.gripper, inputs, outputs)
+    check_wires(reader, (robot.input, robot.output), robot.gripper, (inputs, outputs), has_scene)
 
 
 def _check_robots(reader: Reader, settings: CellSettings, robots: list[RobotSettings]) -> None:

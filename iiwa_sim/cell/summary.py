@@ -45,15 +45,18 @@ def summary(cell: Cell) -> str:
 
 
 def _handled(cell: Cell) -> Iterator[str]:
-    """Yield a line on the gripper and on each part."""
+    """Yield a line on the gripper, on the scene, and on each part."""
     assert cell.handled is not None
-    kind, wiring, parts = cell.handled
+    kind, wiring, parts, scene, inputs, outputs = cell.handled
     if isinstance(kind, Jaws):
         stroke, speed = _numbers(1e3 * kind.stroke_m), _numbers(1e3 * kind.speed_m_per_s)
         on = f"output {wiring.close_output}"
         yield f"gripper: {stroke} mm at {speed} mm/s, {_numbers(kind.force_n)} N, closed by {on}"
     elif kind is not None:
         yield f"gripper: suction, {_numbers(kind.force_n)} N, on by output {wiring.close_output}"
+    if scene is not None:
+        bodies = ", ".join(repr(each.name) for each in scene.bodies)
+        yield f"scene: {harmless(bodies)}; {len(inputs)} inputs and {len(outputs)} outputs are wired to it"
     handling = cell.controller(0.002).handling
     world = None if handling is None else handling.world
     for number, (part, _) in enumerate(parts):

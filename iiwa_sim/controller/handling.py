@@ -22,6 +22,7 @@ from iiwa_sim.world.part import GONE, Part
 
 if TYPE_CHECKING:
     from iiwa_sim.world.arm import Arm, Tell
+    from iiwa_sim.world.scene import InputWire, OutputWire, Scene, SceneBody
     from iiwa_sim.world.world import World
 
 SENSORS = ("open", "closed", "holds")
@@ -56,6 +57,14 @@ class PartState(msgspec.Struct, frozen=True):
     """lies, falls, held, gone"""
 
 
+class BodyState(msgspec.Struct, frozen=True):
+    """A body of the scene in one tick."""
+
+    name: str
+    frame: Frame
+    """Pose of the body in the base: mm, rad."""
+
+
 class HandlingSetup(NamedTuple):
     """Gripper and parts at the start."""
 
@@ -64,6 +73,10 @@ class HandlingSetup(NamedTuple):
     wiring: Wiring
     parts: tuple[tuple[Part, Transform], ...] = ()
     """Parts with their poses in the base."""
+    scene: Scene | None = None
+    inputs: tuple[InputWire, ...] = ()
+    outputs: tuple[OutputWire, ...] = ()
+    """Wires between the scene and this robot's inputs and outputs."""
 
 
 class HandlingState(NamedTuple):
@@ -128,18 +141,22 @@ class Handling:
         self._wiring, self._io, self._load, self._tick_s = handled.wiring, io, load, tick_s
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
+        self._scene_driven_by: tuple[bool, ...] | None = None
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
         self._looked: tuple[float, bool, int] | None = None  # how the gripper was when its sensors were read
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
         self._changes = load.world.changes
         self._parts: tuple[PartState, ...] = ()
-        self._parts_at = -1
+        self._parts_at = self._scene_at = -1
+        self._scene, self._inputs, self._outputs = handled.scene, handled.inputs, handled.outputs
+        self._scene_bodies: tuple[BodyState, ...] = ()
+        self._sensed: list[bool] = []
         self.world: World | None = None
         """The bodies; None in a cell without parts."""
         self.arm: Arm | None = None
         """The robot among them."""
-        if handled.parts:
+        if handled.parts or handled.scene is not None:
             from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
             from iiwa_sim.world.world import World
 
@@ -148,10 +165,13 @@ class Handling:
             )
             surfaces = tuple(load.world.surfaces.values())
             setup = ArmSetup(shape, joints, self.gripper)
-            self.world = World([setup], surfaces, handled.parts, tick_s)
+            scene = None if handled.scene is None else handled.scene.spec
+            self.world = World([setup], surfaces, handled.parts, tick_s, scene)
             self.arm = load.bodies = self.world.arms[0]
         self._place_jaws()
         self._tell()
+        self._drive_scene()
+        self._read_scene()
 
     @property
     def settled(self) -> bool:
@@ -162,6 +182,8 @@ class Handling:
             and not gripper.settled(driven)
             and (world is None or driven != gripper.driven)
         ):
+            return False
+        if self._outputs and self._scene_driven_by is not self._io.outputs:
             return False
         return world is None or (world.settled and self._changes == self._load.world.changes)
 
@@ -195,9 +217,11 @@ class Handling:
         if self._changes != load.world.changes:
             self._changes = load.world.changes
             world.set_surfaces(tuple(load.world.surfaces.values()))
+        self._drive_scene()
         assert tcp is not None
         arm.go(joints, coming, tcp, coming_tcp, driven, compliance)
         world.step()
+        self._read_scene()
         load.hand(arm.wrench, arm.push, arm.torques)
         if gripper is not None and (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
             self._looked = gripper.opening_m, gripper.blocked, gripper.driven
@@ -234,6 +258,8 @@ class Handling:
         # Inputs are as they were saved, when sensors may have told something else.
         self._told, self._looked = (), None
         self._tell()
+        self._scene_driven_by, self._sensed = None, []
+        self._read_scene()
 
     @property
     def parts(self) -> tuple[PartState, ...]:
@@ -306,6 +332,49 @@ class Handling:
         self._wrong.clear()
         self._told, self._looked = (), None
         self._tell()
+
+    def _drive_scene(self) -> None:
+        """Have outputs drive the actuators of the scene that are wired to them."""
+        world, io = self.world, self._io
+        if world is None or not self._outputs or self._scene_driven_by is io.outputs:
+            return
+        self._scene_driven_by = io.outputs
+        news = [each.drive(world.model, world.data, io.output(each.number)) for each in self._outputs]
+        if any(news):
+            world.wake()
+
+    def _read_scene(self) -> None:
+        """Switch the inputs that sensors of the scene are wired to, where that is news."""
+        if self.world is None or not self._inputs:
+            return
+        data = self.world.data
+        sensed = [each.is_on(data) for each in self._inputs]
+        if sensed != self._sensed:
+            self._sensed = sensed
+            for each, on in zip(self._inputs, sensed, strict=True):
+                self._io.wire(each.number, on)
+
+    @property
+    def scene_bodies(self) -> tuple[BodyState, ...]:
+        """Return the bodies of the scene that are shown."""
+        world, arm = self.world, self.arm
+        if (
+            world is not None
+            and arm is not None
+            and self._scene is not None
+            and world.changes != self._scene_at
+        ):
+            self._scene_at = world.changes
+            self._scene_bodies = tuple(
+                BodyState(each.name, Frame.from_transform(arm.in_base(each.pose_in(world.data))))
+                for each in self._scene.bodies
+            )
+        return self._scene_bodies
+
+    @property
+    def scene_shapes(self) -> tuple[SceneBody, ...]:
+        """Return what the bodies of the scene look like, in the same order."""
+        return () if self._scene is None else self._scene.bodies
 
     @property
     def _its_gripper(self) -> Gripper:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import msgspec
 
 from iiwa_sim.controller.errors import ErrorRecord, RobotErrors
-from iiwa_sim.controller.handling import GripperState, PartState
+from iiwa_sim.controller.handling import BodyState, GripperState, PartState
 from iiwa_sim.frames import Frame, Vector, compose
 
 if TYPE_CHECKING:
@@ -91,6 +91,8 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     gripper: GripperState | None = None
     """The state of the gripper; None without one."""
     parts: tuple[PartState, ...]
+    bodies: tuple[BodyState, ...] = ()
+    """The bodies of the scene."""
     link_touches: tuple[LinkTouch, ...]
     """Links that touch surfaces."""
     robot_status: RobotStatus
@@ -140,6 +142,7 @@ def snapshot(controller: Controller) -> Snapshot:
         tool_load=controller.tool_load.told(),
         gripper=None if handling is None else handling.state,
         parts=() if handling is None else handling.parts,
+        bodies=() if handling is None else handling.scene_bodies,
         link_touches=tuple(
             LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
             for link, surface, point, force in load.link_contacts

@@ -12,8 +12,9 @@ import mujoco as mj
 import numpy as np
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
-from iiwa_sim.frames import Transform, Vector, rotation_from_quaternion
+from iiwa_sim.frames import IDENTITY, Transform, Vector, compose
 from iiwa_sim.wording import harmless
+from iiwa_sim.world.build import pose_of
 from iiwa_sim.world.details import ALL, PARTS
 from iiwa_sim.world.part import Mesh
 
@@ -22,9 +23,9 @@ OF_SCENE = 16
 SHOWN_GROUPS = range(3)
 """Groups of geoms that are shown; MuJoCo's own viewer shows the same."""
 MOST_TRIANGLES = 5000
-"""A mesh of more is shown as its bounding box."""
-ROUND = 16
-"""Corners of a circle of a shape that is shown as triangles."""
+"""A mesh of more is shown as its bounding box; an ellipsoid is, too."""
+PLANE_M = 2.0
+"""Half an edge of a plane without end."""
 ACTUATOR, CONVEYOR, LOCK = "actuator", "conveyor", "lock"
 """Kinds of what an output drives: a control, the speed of a surface, an equality that is active or not."""
 
@@ -47,6 +48,10 @@ class SceneBody(NamedTuple):
     name: str
     number: int  # in the model
     shapes: tuple[SceneShape, ...]
+
+    def pose_in(self, data: Any) -> Transform:
+        """Return its pose in the world."""
+        return pose_of([*data.xpos[self.number].tolist(), *data.xquat[self.number].tolist()])
 
 
 class InputWire(NamedTuple):
@@ -195,78 +200,44 @@ def _bodies(model: Any) -> tuple[SceneBody, ...]:
             names.append(model.body(number).name or f"{parent} {number}")
         first, count = int(model.body_geomadr[number]), int(model.body_geomnum[number])
         shown = [geom for geom in range(first, first + count) if model.geom_group[geom] in SHOWN_GROUPS]
-        shapes = tuple(each for geom in shown if (each := _shape(model, geom)) is not None)
+        shapes = tuple(each for geom in shown for each in _shapes(model, geom))
         if shapes:
             found.append(SceneBody(names[number], number, shapes))
     return tuple(found)
 
 
-def _shape(model: Any, geom: int) -> SceneShape | None:
-    """Return a geom as it is shown; None for one that is not to be seen, or has no shape of ours."""
+def _shapes(model: Any, geom: int) -> list[SceneShape]:
+    """Return a geom as it is shown; nothing for one that is not to be seen, or is a height field."""
     kinds, kind = mj.mjtGeom, mj.mjtGeom(model.geom_type[geom])
-    colour = model.geom_rgba[geom].tolist()
     material = int(model.geom_matid[geom])
-    if material >= 0:
-        colour = model.mat_rgba[material].tolist()
+    colour = tuple((model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]).tolist())
     x, y, z = model.geom_size[geom].tolist()
-    w, *turn = model.geom_quat[geom].tolist()
-    pose = Transform(rotation_from_quaternion((*turn, w)), tuple(model.geom_pos[geom].tolist()))
-    shape: Box | Cylinder | Sphere | Mesh
+    middle: Vector = (0.0, 0.0, 0.0)
+    found: list[tuple[Box | Cylinder | Sphere | Mesh, Vector]] = []
     match kind:
-        case kinds.mjGEOM_BOX:
-            shape = Box(x, y, z)
-        case kinds.mjGEOM_SPHERE:
-            shape = Sphere(x)
-        case kinds.mjGEOM_CYLINDER:
-            shape = Cylinder(x, y)
-        case kinds.mjGEOM_CAPSULE:
-            shape = _round((x, x, x), y)
-        case kinds.mjGEOM_ELLIPSOID:
-            shape = _round((x, y, z), 0.0)
+        case kinds.mjGEOM_BOX | kinds.mjGEOM_ELLIPSOID:
+            found = [(Box(x, y, z), middle)]
         case kinds.mjGEOM_PLANE:
-            shape = Box(x or 2.0, y or 2.0, 1e-3)
+            found = [(Box(x or PLANE_M, y or PLANE_M, 1e-3), middle)]
+        case kinds.mjGEOM_SPHERE:
+            found = [(Sphere(x), middle)]
+        case kinds.mjGEOM_CYLINDER:
+            found = [(Cylinder(x, y), middle)]
+        case kinds.mjGEOM_CAPSULE:
+            found = [(Cylinder(x, y), middle), (Sphere(x), (0.0, 0.0, y)), (Sphere(x), (0.0, 0.0, -y))]
         case kinds.mjGEOM_MESH:
-            shape = _mesh(model, int(model.geom_dataid[geom]), model.geom_aabb[geom].tolist())
-        case _:
-            return None
-    return SceneShape(shape, pose, tuple(colour)) if colour[3] > 0.0 else None
+            found = [_mesh(model, int(model.geom_dataid[geom]), *model.geom_aabb[geom].tolist())]
+    pose = pose_of([*model.geom_pos[geom].tolist(), *model.geom_quat[geom].tolist()])
+    shown = [
+        SceneShape(shape, compose(pose, Transform(IDENTITY.rotation, at)), colour) for shape, at in found
+    ]
+    return shown if colour[3] > 0.0 else []
 
 
-def _mesh(model: Any, mesh: int, aabb: list[float]) -> Mesh:
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    corners = model.mesh_vert[first : first + count]
+def _mesh(model: Any, mesh: int, *aabb: float) -> tuple[Box | Mesh, Vector]:
     first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    faces = model.mesh_face[first : first + count]
     if count > MOST_TRIANGLES:
-        signs = np.array([(a, b, c) for a in (-1.0, 1.0) for b in (-1.0, 1.0) for c in (-1.0, 1.0)])
-        corners = np.array(aabb[:3]) + signs * np.array(aabb[3:])
-        faces = np.array(_BOX_FACES)
-    return _triangles(corners, faces)
-
-
-_BOX_FACES = [
-    (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
-    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
-]  # fmt: skip
-
-
-def _round(radii: Vector, half_m: float) -> Mesh:
-    """Return an ellipsoid, or with a length that of a capsule, as triangles."""
-    across = np.linspace(0.0, 2.0 * math.pi, ROUND, endpoint=False)
-    rings = []
-    for side in (-1.0, 1.0):
-        for up in np.linspace(0.0, 0.5 * math.pi, ROUND // 4 + 1)[:: int(-side)]:
-            ring = np.stack([np.cos(across) * np.cos(up), np.sin(across) * np.cos(up), 0 * across], axis=1)
-            ring[:, 2] = side * np.sin(up)
-            rings.append(ring * radii + [0.0, 0.0, side * half_m])
-    corners = np.concatenate(rings)
-    faces = []
-    for ring in range(len(rings) - 1):
-        for k in range(ROUND):
-            a, b = ring * ROUND + k, ring * ROUND + (k + 1) % ROUND
-            faces += [(a, b, b + ROUND), (a, b + ROUND, a + ROUND)]
-    return _triangles(corners, np.array(faces))
-
-
-def _triangles(corners: Any, faces: Any) -> Mesh:
-    return Mesh(tuple(map(tuple, corners[faces.ravel()].astype(float).tolist())))
+        return Box(*aabb[3:]), (aabb[0], aabb[1], aabb[2])
+    corners = model.mesh_vert[int(model.mesh_vertadr[mesh]) :].astype(float)
+    faces = model.mesh_face[first : first + count].ravel()
+    return Mesh(tuple((x, y, z) for x, y, z in corners[faces].tolist())), (0.0, 0.0, 0.0)

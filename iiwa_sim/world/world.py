@@ -123,7 +123,7 @@ class World:
         return LIES if rests else FALLS
 
     def near(self, number: int, within_m: float) -> list[str]:
-        """Return the names of the surfaces and parts that are no farther from a part."""
+        """Return the names of the surfaces, parts and bodies of the scene that are no farther from a part."""
         self.catch_up(now=True)
         geom = self.geoms[number]
         others = [other for other in self._names if other != geom]
@@ -134,8 +134,7 @@ class World:
         for arm, numbers in zip(self.arms, self._built.arms, strict=True):
             if geom in numbers.touching:
                 return f"{arm.name}'s {numbers.touching[geom]}"
-        model, of = self.model, self.model.geom_bodyid[geom]
-        return self._names.get(geom) or str(model.geom(geom).name or model.body(of).name or "the scene")
+        return self._names[geom]
 
     def apart(self, one: int, two: int) -> float:
         """Return the distance (m) of two geoms."""
@@ -432,7 +431,8 @@ class World:
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
         of_body = dict(zip(built.surfaces.tolist(), self.surfaces, strict=True))
         of_geom = enumerate(model.geom_bodyid.tolist())
-        self._names = {geom: of_body[at].name for geom, at in of_geom if at in of_body}
+        self._names = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
+        self._names |= {geom: of_body[at].name for geom, at in of_geom if at in of_body}
         self._names |= {geom: self.parts[number].name for geom, number in self.numbers.items()}
         for arm in self.arms:
             arm.bind(built, data)
@@ -445,3 +445,9 @@ _SHARED_OF_ARM = {"_world", "_built", "_data", "model", "motion", "gripper", "te
 
 def _fields(of: Any, without: set[str]) -> dict[str, Any]:
     return {name: copy.copy(value) for name, value in vars(of).items() if name not in without}
+
+
+def name_in(model: Any, geom: int) -> str:
+    """Return the name of a body of a scene by one of its geoms; of what is fixed to the world the geom's."""
+    body, own = str(model.body(model.geom_bodyid[geom]).name), str(model.geom(geom).name)
+    return own or "the scene" if body == "world" else body or own or "the scene"

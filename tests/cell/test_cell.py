@@ -109,7 +109,8 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
 def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
     jaws = (0.08, 0.1, 40.0, 0.02, 0.02, (0.02, 0.008, 0.05))
-    assert cell.handled == (jaws, (16, 15, 0, 0, 3), ())
+    assert cell.handled is not None
+    assert cell.handled[:3] == (jaws, (16, 15, 0, 0, 3), ())
     thin = cell_from(tmp_path, GRIPPER + "jaw_mm = [10, 4, 30]\n").handled
     assert thin is not None
     assert isinstance(thin.gripper, Jaws)

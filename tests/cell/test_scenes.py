@@ -1,0 +1,175 @@
+"""A scene of MuJoCo in a cell: faults in one line, and wires to inputs and outputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.cell.summary import summary
+from iiwa_sim.controller.state import snapshot
+from tests.stepped import SteppedRobot
+
+TICK_S = 0.002
+SCENE = """<mujoco>
+<default><geom rgba="1 0 0 1" contype="4" conaffinity="4"/><joint damping=".5"/></default>
+<asset><mesh name="knob" vertex="0 0 0 .05 0 0 0 .05 0 0 0 .05"/></asset>
+<worldbody>
+  <geom name="floor" type="plane" size="2 2 .1"/>
+  <body name="belt" pos=".55 -.4 .38">
+    <geom name="belt" type="box" size=".1 .3 .02" friction=".6" surfacevel="0 5 0 0 0 0"/>
+  </body>
+  <site name="eye" pos=".65 -.2 .415" zaxis="-1 0 0"/>
+  <camera name="over" pos="1.5 -1.5 1.2" xyaxes=".7 .7 0 -.4 .4 .8"/>
+  <body name="roller" pos="1.2 0 .5">
+    <joint name="roller" axis="0 1 0" damping=".01"/>
+    <geom type="cylinder" size=".03 .1" euler="90 0 0" mass=".5"/>
+  </body>
+  <body name="door" pos=".3 .5 .5">
+    <joint name="hinge" axis="0 0 1" range="0 90" limited="true"/>
+    <geom name="panel" type="box" size=".2 .01 .2" pos=".2 0 0" mass="2"/>
+    <geom name="knob" type="mesh" mesh="knob" pos=".3 .02 0" mass=".1"/>
+  </body>
+  <body name="pad" pos=".75 .3 .31">
+    <geom name="pad" type="box" size=".04 .04 .01"/><site name="pad" type="box" size=".05 .05 .03"/>
+  </body>
+</worldbody>
+<equality><joint name="lock" joint1="hinge" polycoef="0 0 0 0 0" active="true"/></equality>
+<actuator><velocity name="roller" joint="roller" kv="1"/><motor name="push" joint="hinge"/></actuator>
+<sensor>
+  <rangefinder name="light_barrier" site="eye" cutoff="1"/><touch name="pad" site="pad"/>
+  <jointpos name="door" joint="hinge"/>
+</sensor>
+<keyframe><key name="home" qpos="1 1"/></keyframe>
+</mujoco>"""
+WIRES = """scene = {file = "scene.xml"}
+input = [{number = 3, sensor = "light_barrier", below = 0.19}, {number = 4, sensor = "pad", above = 1.0},
+         {number = 5, sensor = "door", above = 0.5}]
+output = [{number = 1, actuator = "belt", on = 0.2}, {number = 2, actuator = "roller", on = 5},
+          {number = 3, actuator = "lock", on = 0, off = 1}, {number = 3, actuator = "push", on = 2}]
+"""
+PARTS = "".join(
+    f"""[[part]]
+name = "{name}"
+shape = "box"
+size_mm = [40, 40, 30]
+mass_kg = 0.2
+x_mm = {x}
+y_mm = {y}
+z_mm = {z}
+"""
+    for name, x, y, z in (("ride", 550, -600, 415), ("weight", 750, 300, 336))
+)
+BELT, ROLLER, DOOR = 1, 2, 3
+
+
+def robot_in(folder: Path, text: str = WIRES + PARTS, scene: str = SCENE) -> SteppedRobot:
+    """A robot in a cell with a scene."""
+    (folder / "scene.xml").write_text(scene)
+    (folder / "cell.toml").write_text(text)
+    return SteppedRobot(cell=load_cell(folder / "cell.toml"), tick_s=TICK_S)
+
+
+BROKEN = {
+    "not closed": ("</body>", "", "mismatched element in line 6"),
+    "unknown element": ("<site ", "<sight ", "unrecognized element (element 'sight', line 9)"),
+    "unknown attribute": ("limited", "limit", "attribute: 'limit' (element 'joint', line 16)"),
+    "a bad number": ('pos=".3 .5 .5"', 'pos=".3 b .5"', "attribute 'pos' (element 'body', line 15)"),
+    "a name taken twice": ('body name="door"', 'body name="belt"', "(element 'body', line 15)"),
+    "no mesh file": ('vertex="0 0 0 .05 0 0 0 .05 0 0 0 .05"', 'file="none.stl"', "file 'none.stl'"),
+    "a sensor of nothing": ('site="eye"', 'site="eya"', "'eya' of sensorized object (element 'light_barr"),
+    "an actuator of nothing": ('roller" kv', 'rotor" kv', "'rotor' for actuator id = 0 (element 'roller'"),
+    "an actuator without joint": ('joint="roller" kv', "kv", "missing transmission target for actuator"),
+    "a body without mass": ('mass=".5"', 'mass="0"', "(element 'roller', id 2, line 11)"),
+    "a lock of nothing": ('joint1="hinge"', 'joint1="hing"', "'hing' in equality constraint (element 'lo"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "expected"), BROKEN.values(), ids=list(BROKEN))
+def test_a_broken_scene_is_told_in_one_line(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    text = SCENE.replace(old, new, 1)
+    assert text != SCENE
+    with pytest.raises(CellFault) as fault:
+        robot_in(tmp_path, scene=text)
+    line = str(fault.value)
+    assert line.startswith(f"{tmp_path / 'scene.xml'}: expected a scene that MuJoCo takes: ")
+    assert expected in line
+    assert line.isprintable()
+
+
+WRONG = {
+    "unknown sensor": ('"light_barrier"', '"light_bar"', "input[0].sensor", "did you mean 'light_barrier'?"),
+    "unknown actuator": ('"belt", on', '"x", on', "output[0].actuator", "an equality, or a geom"),
+    "no such input": ("number = 3, s", "number = 17, s", "input[0].number", "one of the inputs 1 to 16"),
+    "an input twice": ("number = 4, s", "number = 3, s", "input[1].number", "than that of input[0]"),
+    "an actuator twice": ('"roller"', '"belt"', "output[1].actuator", "than that of output[0]"),
+    "no limit": (", above = 1.0", "", "input[1].above", "this key, or below"),
+    "no scene": ('scene = {file = "scene.xml"}', "", "input[0]", "a [scene], to which it is wired"),
+    "no file": ("scene.xml", "scenes.xml", "scene.file", "the path of an MJCF file in"),
+    "a name of ours": ('name = "ride"', 'name = "door"', "scene.file", "surface or part has that name"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "key", "expected"), WRONG.values(), ids=list(WRONG))
+def test_a_wrong_wire_is_told_in_one_line(
+    tmp_path: Path, old: str, new: str, key: str, expected: str
+) -> None:
+    with pytest.raises(CellFault) as fault:
+        robot_in(tmp_path, (WIRES + PARTS).replace(old, new, 1))
+    assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {key} = ")
+    assert expected in str(fault.value)
+
+
+def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) -> None:
+    robot = robot_in(tmp_path)
+    controller, changes = robot.controller, {}
+    assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; 3 inputs and 4 outputs" in summary(
+        load_cell(tmp_path / "cell.toml")
+    )
+    for tick in range(1600):
+        for output, at in ((BELT, 100), (ROLLER, 100), (DOOR, 1000), (BELT, 1200)):
+            if tick == at:
+                controller.io.set_output(output, on=at < 1200)
+        before = controller.io.inputs
+        robot.step()
+        for number, (was, on) in enumerate(zip(before, controller.io.inputs, strict=True), start=1):
+            if was != on:
+                changes[number, on] = tick, snapshot(controller)
+    assert changes.keys() == {(3, True), (3, False), (4, True), (5, True)}
+    dark, light = changes[3, True], changes[3, False]
+    front_mm = dark[1].parts[0].frame.y_mm + 20.0
+    assert 0.0 <= front_mm + 200.0 <= 0.4, "0.2 m/s: the front has passed in this tick"
+    assert light[0] - dark[0] == 100, "40 mm"
+    assert changes[5, True][1].bodies[3].frame.alpha == pytest.approx(0.5, abs=0.01)
+    state = snapshot(controller)
+    assert [each.name for each in state.bodies] == ["scene", "belt", "roller", "door", "pad"]
+    assert state.bodies[3].frame == pytest.approx((300, 500, 500, 1.5708, 0, 0), abs=0.01), "to its stop"
+    robot.step(50)
+    later = snapshot(controller)
+    assert later.parts[0].frame == pytest.approx(state.parts[0].frame, abs=1e-6), "the belt stands"
+    assert later.parts[0].frame.y_mm == pytest.approx(-160.0, abs=1.0)
+    assert later.bodies[2] != state.bodies[2], "the roller goes on"
+
+
+def test_a_kept_scene_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+    robots = [robot_in(tmp_path) for _ in range(2)]
+    runs = []
+    for robot in robots:
+        robot.step(100)
+        robot.controller.io.outputs = (True,) * 16
+        robot.step(700)
+        runs.append(snapshot(robot.controller))
+    assert runs[0] == runs[1]
+    handling = robots[0].controller.handling
+    assert handling is not None
+    kept, inputs = handling.kept(), robots[0].controller.io.inputs
+    for robot in robots:
+        robot.step(300)
+    expected = snapshot(robots[1].controller)
+    handling.restore(kept)
+    robots[0].controller.io.inputs = inputs
+    robots[0].step(300)
+    again = snapshot(robots[0].controller)
+    assert (again.parts, again.bodies, again.inputs) == (expected.parts, expected.bodies, expected.inputs)
