@@ -20,7 +20,7 @@ from iiwa_sim.server.token import secret_in
 from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
-    from iiwa_sim.recordings.read import Recorded, Timeline
+    from iiwa_sim.recordings.read import Recorded
 
 PICTURES = (".png", ".svg")
 PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
@@ -182,7 +182,7 @@ def show(parser: Parser, words: Sequence[str]) -> int:
         from iiwa_sim.view.playback import run_playback
 
         timeline = Timeline(own.recording)
-        _warn_if_cut(timeline)
+        _warn_if_cut(timeline.recorded)
         run_playback(page.listening, timeline, page.over, page.token, page.announce)
     return 0
 
@@ -299,11 +299,10 @@ def _opened(file: Path) -> "Iterator[Recorded]":
     _warn_if_cut(recorded)
 
 
-def _warn_if_cut(recorded: "Recorded | Timeline") -> None:
-    if recorded.cut:
-        where = "" if recorded.cut_at_s is None else f" at {round(recorded.cut_at_s, 3):g} s"
-        warning = f"iiwa-sim: {recorded.path}: cut off or damaged{where}: what follows is lost"
-        print(harmless(warning), file=sys.stderr)
+def _warn_if_cut(recorded: "Recorded") -> None:
+    if recorded.cut_at_s is not None:
+        where = f"cut off or damaged at {round(recorded.cut_at_s, 3):g} s: what follows is lost"
+        print(harmless(f"iiwa-sim: {recorded.path}: {where}"), file=sys.stderr)
 
 
 def _picture(text: str) -> Path:

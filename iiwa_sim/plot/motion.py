@@ -27,6 +27,7 @@ from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, IIWA, KRC4
 from iiwa_sim.protocols.table import Request, load_table
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.read import Happened, Recorded, Spoken
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable, harmless, shortened
@@ -104,15 +105,15 @@ def motion_in(recorded: Recorded) -> Motion:
     Raises PlotFault if there is nothing to draw, RecordingFault and RobotFault.
     """
     rows: list[tuple[float, ...]] = []
-    for state in recorded.states():
-        time_s = state.tick / recorded.head.tick_rate_hz
+    for state in recorded.contents(STATE):
+        time_s = state.tick / recorded.tick_rate_hz
         if not rows or time_s > rows[-1][0]:
             places = (*state.tool_frame[:3], *state.cartesian_force[:3])
             rows.append((time_s, *state.joint_position, *state.joint_velocity, *places))
     if len(rows) < 2:
         raise PlotFault(f"{recorded.path}: expected two states at least, to draw a picture of")
     values = np.array(rows[:: -(-len(rows) // MOST_SAMPLES)])
-    start_s, count = rows[0][0], len(recorded.head.joints)
+    start_s, count = rows[0][0], len(recorded.joints)
     moves, faults = _history(recorded, start_s)
     return Motion(
         path=str(recorded.path),
@@ -137,14 +138,14 @@ def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple
     names: dict[int, tuple[str, float]] = {}
     moves: dict[int, Move] = {}
     faults: list[tuple[float, int]] = []
-    for each in recorded.said_and_happened():
+    for each in recorded.contents(DIALOGUE, EVENTS):
         if isinstance(each, Spoken):
             line = each.text if each.direction == Direction.FROM_CLIENT.value else ""
             if line and named(line)[0]:
                 names |= {event.move: named(line) for event in unnamed if event.tick == each.tick}
                 unnamed.clear()
             continue
-        time_s = each.tick / recorded.head.tick_rate_hz - start_s
+        time_s = each.tick / recorded.tick_rate_hz - start_s
         if each.kind == watch.ACCEPTED and line:
             names[each.move] = named(line)
         elif each.kind == watch.ACCEPTED:

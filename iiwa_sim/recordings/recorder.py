@@ -68,7 +68,7 @@ class Messages:
     """Makes the messages of blocks, in the writing thread."""
 
     def __init__(self, cell: Cell, log_ns: Callable[[int], int]) -> None:
-        """`log_ns` gives the simulated time of a tick since 1970."""
+        """`log_ns` gives the simulated time of a tick."""
         self._log_ns = log_ns
         self._arm = Arm(arm_model(cell.description).links)
         self._joints = cell.description.joints
@@ -117,10 +117,9 @@ class Messages:
 class Recorder:
     """Records one robot into one file: from `start` to `stop`, both called between two ticks, then `finish`.
 
-    Times are simulated, told from the instant at which the recording begins; the `publish_time` of each
-    message is the real one. States come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in
-    any case. Where nobody waits for real time (`in_haste`), ticks wait for a file that is too slow; elsewhere
-    messages are lost.
+    Times are simulated, since the start of the simulator; the `publish_time` of each message is real. States
+    come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. Where nobody waits
+    for real time (`in_haste`), ticks wait for a file that is too slow; elsewhere messages are lost.
     """
 
     def __init__(
@@ -153,7 +152,6 @@ class Recorder:
         self._due = 0  # in parts of 1 / tick_rate_hz of a state
         self._began_ns = time.time_ns()
         self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
-        self._epoch_ns = self._began_ns  # simulated time of tick 0
         self._surfaces: list[Surface] = []
         self._parts: list[Part] = []
         self._watch: Watch | None = None
@@ -180,7 +178,6 @@ class Recorder:
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
         """Record from the present tick on; `there` are sessions that are connected, with their protocols."""
-        self._epoch_ns += self._began_ns - self._log_ns(self._controller.tick)
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_arm()
@@ -300,8 +297,8 @@ class Recorder:
             self._hasten()
 
     def _log_ns(self, tick: int) -> int:
-        """Return the simulated time of a tick since 1970."""
-        return self._epoch_ns + tick * SECOND_NS // self._tick_rate_hz
+        """Return the simulated time of a tick."""
+        return tick * SECOND_NS // self._tick_rate_hz
 
     def _when(self, tick: int, real_ns: int) -> dict[str, Any]:
         return {

@@ -9,6 +9,7 @@ from iiwa_sim.controller.handling import PartState
 from iiwa_sim.controller.state import RobotStatus, Snapshot
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Happened, Recorded, Spoken
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
 
 _FRAME = ("x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad")
 _WRENCH = ("force_x_n", "force_y_n", "force_z_n", "torque_x_nm", "torque_y_nm", "torque_z_nm")
@@ -32,14 +33,14 @@ def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
     elsewhere; a recording without parts has no file of them. Files that are there are overwritten. Raises
     RecordingFault.
     """
-    joints = recorded.head.joints
+    joints = recorded.joints
     tables: dict[str, tuple[Row, Iterator[Row]]] = {
-        "state": (_state_columns(joints), map(_state_row, recorded.states())),
-        "dialogue": (Spoken.__struct_fields__, map(_fields, recorded.dialogue())),
-        "events": (Happened.__struct_fields__, map(_fields, recorded.events())),
+        "state": (_state_columns(joints), map(_state_row, recorded.contents(STATE))),
+        "dialogue": (Spoken.__struct_fields__, map(_fields, recorded.contents(DIALOGUE))),
+        "events": (Happened.__struct_fields__, map(_fields, recorded.contents(EVENTS))),
     }
-    if any(state.parts for state in islice(recorded.states(), 1)):
-        tables["parts"] = (_PART, _part_rows(recorded.states()))
+    if any(state.parts for state in islice(recorded.contents(STATE), 1)):
+        tables["parts"] = (_PART, _part_rows(recorded.contents(STATE)))
     written = []
     for name, (columns, rows) in tables.items():
         path = folder / f"{recorded.path.stem}.{name}.csv"

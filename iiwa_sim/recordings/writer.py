@@ -40,7 +40,7 @@ class Message(NamedTuple):
     topic: str
     data: bytes
     log_ns: int
-    """Simulated time since 1970."""
+    """Simulated time since the start of the simulator."""
     publish_ns: int
     """Real time since 1970."""
 

@@ -21,7 +21,7 @@ from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.connection import Place, Station
 from iiwa_sim.view.panel import Panel, acting
-from iiwa_sim.view.scene import Scene
+from iiwa_sim.view.scene import Scene, State
 
 if TYPE_CHECKING:
     import viser
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 FRAME_S, IDLE_S = 1.0 / 30.0, 0.1
 """Period of pictures, and of the check whether a browser has the page open."""
 MOST_ROBOTS = 24
+MOST_STATES_HZ = 120.0
+"""States per second that the page asks for, of all robots together."""
 APART_M, NAME_M = 2.5, 1.4
 """Distance between robots, and height of their names."""
 PANEL_PX = 320.0
@@ -58,20 +60,13 @@ def run_page(
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set.
 
-    Args:
-        listening: The socket.
-        places: Addresses of the robots.
-        over: Ends the page.
-        token: Browsers have to send it, if there is one.
-        opened: Called when the page serves.
-
-    Raises:
-        StationFault: Nobody answers at an address.
-        RobotFault: A robot cannot be drawn.
+    Browsers have to send the token, if there is one. `opened` is called when the page serves. Raises
+    StationFault if nobody answers at an address, and RobotFault for a robot that cannot be drawn.
     """
     if len(places) > MOST_ROBOTS:
         logger.warning("the page shows the first %d of %d robots", MOST_ROBOTS, len(places))
-    stations = [Station(place) for place in places[:MOST_ROBOTS]]
+    shown = places[:MOST_ROBOTS]
+    stations = [Station(place, max(FRAME_S, len(shown) / MOST_STATES_HZ)) for place in shown]
     with ExitStack() as running:
         server = running.enter_context(open_page(listening, token))
         page = _Page(server, stations)
@@ -81,18 +76,11 @@ def run_page(
         for panel in page.panels:
             running.enter_context(panel)
         opened()
-
-        def draw(is_open: bool) -> None:
-            for station in stations:
-                station.want(is_open)
-            if is_open:
-                page.show()
-
-        run_frames(server, over, draw)
+        run_frames(server, over, page.show)
 
 
 def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[[bool], None]) -> None:
-    """Call `draw` for each picture until `over` is set, with whether a browser has the page open."""
+    """Call `draw` for each picture until `over` is set, with True if a browser has the page open."""
     throttle = Throttle[str](1)
     while not over.is_set():
         began_s, is_open = time.monotonic(), bool(server.get_clients())
@@ -133,11 +121,7 @@ def look_at(
 ) -> None:
     """Put the camera of a client so that points (n, 3; m) fill the picture beside the panel.
 
-    Args:
-        client: The client.
-        points: Points in the scene.
-        towards: Direction from the points to the camera.
-        least_m: Least radius of the sphere around the points.
+    `towards` is the direction from the points to the camera, `least_m` the least radius around the points.
     """
     camera = client.camera
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
@@ -171,6 +155,7 @@ class _Page:
         self._boxes: list[Any] = []
         self.panels: list[Panel] = []
         self._choice: Any = None
+        self._shown_states: list[State | None] = [None] * len(stations)
         if several:
             self._choice = server.gui.add_dropdown("Robot", tuple(station.name for station in stations))
             self._choice.on_update(acting(self._choose))
@@ -191,14 +176,17 @@ class _Page:
         server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._leave)
 
-    def show(self) -> None:
-        """Draw the newest states."""
-        for station, scene in zip(self._stations, self._scenes, strict=True):
+    def show(self, is_open: bool) -> None:
+        """Draw the newest states, if a browser has the page open."""
+        for number, (station, scene) in enumerate(zip(self._stations, self._scenes, strict=True)):
+            station.want(is_open)
             if station.cell:
                 scene.show_cell(station.cell)
-            if station.newest():
+            if is_open and self._shown_states[number] is not station.state:
+                self._shown_states[number] = station.state
                 scene.show(station.state)
-        self.panels[self._chosen].show()
+        if is_open:
+            self.panels[self._chosen].show()
 
     def _stop(self, event: Any) -> None:
         self.panels[self._chosen].stop(event)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import logging
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -11,7 +10,6 @@ from functools import partial
 from math import degrees, dist
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.connection import MOST_SAID, Station
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
@@ -25,8 +23,7 @@ PERIOD_S, LIST_PERIOD_S = 0.1, 0.4
 MOST_INPUTS, MOST_MOVES = 64, 8
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
-LONGEST_STEP_S = 60.0
-NOTE_S = 8.0
+LONGEST_STEP_S, NOTE_S = 60.0, 8.0
 NEAR_DEG = 5.0
 """Distance from a limit at which the bar of a joint is red."""
 LEAST_N = 0.5
@@ -48,10 +45,6 @@ _COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}
 _PAD = "padding:0 0.9em 0.4em;font-size:0.78em;line-height:1.3"
 _LIST = "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace"
 
-logger = logging.getLogger(__name__)
-_throttle = Throttle[str](1)
-
-
 def tell(client: Any, text: str) -> None:
     """Show a client a text for some seconds."""
     client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)
@@ -67,8 +60,6 @@ def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
             action(event)
         except Exception as fault:  # noqa: BLE001 - of the robot, the backdoor, or at a browser's message
             tell(event.client, str(fault) or type(fault).__name__)
-            if _throttle.count("acting", time.monotonic_ns()) is not None:
-                logger.info("page: an action failed: %s %s", type(fault).__name__, fault)
 
     return call
 
@@ -100,24 +91,17 @@ class DialogueList:
     """The newest lines of all connections, with a filter."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self._lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_SAID)
+        self.lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_SAID)
+        """The lines, oldest first."""
         self._filter: Any = gui.add_text("Filter", "", hint="text, port, a mark such as ~, or refused")
         self._html: Any = gui.add_html("")
         self._next_s = 0.0
-
-    def add(self, lines: Iterable[Mapping[str, Any]]) -> None:
-        """Append lines, oldest first."""
-        self._lines.extend(lines)
-
-    def set(self, lines: Iterable[Mapping[str, Any]]) -> None:
-        """Have these lines alone."""
-        self._lines = deque(lines, MOST_SAID)
 
     def show(self) -> None:
         """Show the lines, at most once per `LIST_PERIOD_S`."""
         if time.monotonic() >= self._next_s:
             self._next_s = time.monotonic() + LIST_PERIOD_S
-            self._html.content = listed(self._lines, self._filter.value)
+            self._html.content = listed(self.lines, self._filter.value)
 
 
 class Panel:
@@ -128,8 +112,7 @@ class Panel:
         self._station = station
         self._held_until_s = self._next_s = 0.0
         self._inputs: list[Any] = []
-        self._jog: Jog | None = None
-        self._push: Push | None = None
+        self._threads: list[Jog | Push] = []
         bench = station.bench is not None
         hint = "Ctrl-E, too" if bench else "the robot stops, and discards the moves that wait"
         self._stop: Any = gui.add_button(STOP if bench else "Stop", color="red", hint=hint)
@@ -142,7 +125,7 @@ class Panel:
         tabs: Any = gui.add_tab_group() if bench or station.driver is not None else None
         if station.driver is not None:
             with tabs.add_tab("Jog"):
-                self._jog = Jog(gui, station.robot, station.driver, tell)
+                self._threads.append(Jog(gui, station.robot, station.driver, tell))
         if bench:
             with tabs.add_tab("Program"):
                 self._add_program()
@@ -151,32 +134,30 @@ class Panel:
             with tabs.add_tab("Force"):
                 self._force: Any = gui.add_html("")
                 self._push = Push(server, station, scene, tell)
+                self._threads.append(self._push)
             with tabs.add_tab("Dialogue"):
                 if station.driver is not None:
                     self._add_command()
                 self._dialogue = DialogueList(gui)
 
     def __enter__(self) -> Panel:
-        for each in (self._jog, self._push):
-            if each is not None:
-                each.start()
+        for each in self._threads:
+            each.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        for each in (self._jog, self._push):
-            if each is not None:
-                each.stop()
+        for each in self._threads:
+            each.stop()
 
     def leave(self, client: Any) -> None:
         """End jogging and pushing of a client that is gone."""
-        for each in (self._jog, self._push):
-            if each is not None:
-                each.leave(client)
+        for each in self._threads:
+            each.leave(client)
 
     def show(self) -> None:
         """Show the newest state, and what the backdoor tells."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
-        if self._push is not None:
+        if station.bench is not None:
             self._push.show()
         if now_s < self._next_s:
             return
@@ -198,7 +179,7 @@ class Panel:
         self._outputs.content = lamps(zip(station.cell.get("outputs", ()), state["outputs"], strict=False))
         self._force.content = _force(state)
         while station.said:
-            self._dialogue.add([station.said.popleft()])
+            self._dialogue.lines.append(station.said.popleft())
         self._dialogue.show()
 
     def _add_program(self) -> None:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import html
 import socket
-import tempfile
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.read import Timeline
-from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, load_robot
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.app import VIEWS, add_ground, add_views, look_at, run_frames
@@ -32,6 +29,8 @@ MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
 JUMP_S, PATH_STATES = 0.5, 60
 """Simulated time between two pictures that is a jump, and the states before it that draw the path."""
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+"""Times of the robot in a second of the viewer."""
 STEPS = {"Tick back": -1, "Tick forward": 1}
 
 
@@ -43,19 +42,11 @@ def run_playback(
     opened: Callable[[], None] = lambda: None,
 ) -> None:
     """Show a recording on a page, as `iiwa_sim.view.app.run_page` shows robots. Raises RobotFault."""
-    robot = robot_of(timeline)
+    robot = msgspec.convert(timeline.recorded.description(), Robot, from_attributes=True)
     with open_page(listening, token) as server:
         playback = Playback(server, timeline, robot)
         opened()
         run_frames(server, over, lambda is_open: playback.show() if is_open else None)
-
-
-def robot_of(timeline: Timeline) -> Robot:
-    """Return the robot of a recording. Raises RobotFault."""
-    with tempfile.TemporaryDirectory() as folder:
-        for name in (SETTINGS_FILE, URDF_FILE):
-            Path(folder, name).write_bytes(timeline.head.attachments.get(name, b""))
-        return msgspec.convert(load_robot(folder), Robot, from_attributes=True)
 
 
 class Playback:
@@ -64,7 +55,9 @@ class Playback:
     def __init__(self, server: viser.ViserServer, timeline: Timeline, robot: Robot) -> None:
         add_ground(server.scene)
         self._timeline = timeline
-        self._player = Player(timeline.start_s, timeline.end_s)
+        self.time_s = timeline.start_s
+        """The time that is shown."""
+        self._is_playing, self._speed = False, 1.0
         self.scene = Scene(server.scene, robot)
         self._shown_s = timeline.start_s
         self._shown_at_s = time.monotonic()
@@ -88,20 +81,22 @@ class Playback:
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
         add_views(gui, lambda: (self.scene, self._state()["joint_position"]))
-        self._slider.on_update(acting(lambda _: self._player.go_to(float(self._slider.value))))
+        self._slider.on_update(acting(lambda _: self.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
         step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
-        speed.on_update(acting(lambda _: setattr(self._player, "speed", float(speed.value.rstrip("x")))))
+        speed.on_update(acting(lambda _: setattr(self, "_speed", float(speed.value.rstrip("x")))))
         server.on_client_connect(
             lambda client: look_at(client, self.scene.points(self._state()["joint_position"]), VIEWS["Fit"])
         )
 
     def show(self) -> None:
         """Show the recording at the time that the player has reached."""
-        player, was_playing, now_s = self._player, self._player.playing, time.monotonic()
-        player.passes(min(now_s - self._shown_at_s, JUMP_S))
+        was_playing, now_s = self._is_playing, time.monotonic()
+        if was_playing:
+            self.go_to(self.time_s + self._speed * min(now_s - self._shown_at_s, JUMP_S))
+            self._is_playing = self.time_s < self._timeline.end_s
         self._shown_at_s = now_s
-        time_s = player.time_s
+        time_s = self.time_s
         before_s, self._shown_s = self._shown_s, time_s
         self.scene.show_cell(self._timeline.cell_at(time_s))
         if not before_s <= time_s <= before_s + JUMP_S:
@@ -109,26 +104,33 @@ class Playback:
                 self.scene.show(state)
         self.scene.show(self._state())
         self._readout.show(self._state())
-        self._button.label = "Pause" if player.playing else "Play"
+        self._button.label = "Pause" if self._is_playing else "Play"
         if was_playing:
             self._slider.value = round(time_s, 2)
         if time_s != self._listed_s and now_s >= self._next_list_s:
             self._listed_s, self._next_list_s = time_s, now_s + LINES_S
-            lines = self._timeline.said(time_s, MOST_SAID)
-            self._dialogue.set([{**line, "mark": line["direction"]} for line in lines])
-            self._events.content = _listed(self._timeline.happened(time_s, MOST_EVENTS))
+            lines = self._timeline.last(DIALOGUE, time_s, MOST_SAID)
+            self._dialogue.lines.clear()
+            self._dialogue.lines.extend({**line, "mark": line["direction"]} for line in lines)
+            self._events.content = _listed(self._timeline.last(EVENTS, time_s, MOST_EVENTS))
         self._dialogue.show()
 
     def _state(self) -> dict[str, Any]:
-        return self._timeline.state_at(self._player.time_s)
+        return self._timeline.state_at(self.time_s)
+
+    def go_to(self, time_s: float) -> None:
+        """Be at a time, or at the nearest there is."""
+        self.time_s = min(max(time_s, self._timeline.start_s), self._timeline.end_s)
 
     def _turn(self) -> None:
-        (self._player.pause if self._player.playing else self._player.play)()
+        self._is_playing = not self._is_playing
+        if self._is_playing and self.time_s >= self._timeline.end_s:
+            self.time_s = self._timeline.start_s
 
     def _step(self, ticks: int) -> None:
-        self._player.pause()
-        self._player.go_to(self._state()["time_s"] + ticks / self._timeline.head.tick_rate_hz)
-        self._slider.value = round(self._player.time_s, 2)
+        self._is_playing = False
+        self.go_to(self._state()["time_s"] + ticks / self._timeline.recorded.tick_rate_hz)
+        self._slider.value = round(self.time_s, 2)
 
 
 def _listed(events: list[dict[str, Any]]) -> str:

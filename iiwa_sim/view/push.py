@@ -1,8 +1,8 @@
-"""Pushing by mouse: a spring from the point of the arm that a viewer grabs to the mouse."""
+"""The tab Force: a spring from the point of the arm that a viewer grabs to the mouse."""
 
 from __future__ import annotations
 
-import logging
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Frame, Transform, Vector, apply, inverse
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.connection import Station
 from iiwa_sim.view.scene import FORCE, Arm, Scene, line
 
@@ -31,8 +30,6 @@ goes on."""
 
 Array = NDArray[np.float64]
 Tell = Callable[[Any, str], None]
-
-logger = logging.getLogger(__name__)
 
 
 class Grabbed(NamedTuple):
@@ -88,7 +85,6 @@ class Push:
         server.gui.add_markdown(HELP)
         self._grabbed: Grabbed | None = None
         self._pull, self._over = threading.Event(), False
-        self._throttle = Throttle[str](1)
         self._force_n = 0.0
         self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
         self._line.visible = False
@@ -115,65 +111,58 @@ class Push:
 
     def show(self) -> None:
         """Draw the spring and its force."""
-        grabbed, state = self._grabbed, self._station.state
+        grabbed = self._grabbed
         self._line.visible = self._label.visible = grabbed is not None
         if grabbed is not None:
-            self._line.points = np.array([[self._point(grabbed, state), grabbed.target]], np.float32)
+            self._line.points = np.array([[self._point(grabbed), grabbed.target]], np.float32)
             self._label.position = grabbed.target
-            stiff = "" if state["mode"] == "impedance" else ", stiff: see Force"
+            stiff = "" if self._station.state["mode"] == "impedance" else ", stiff: see Force"
             self._label.text = f"{self._force_n:.0f} N{stiff}"
 
     def _dragging(self, link: int) -> Any:
         async def dragged(event: Any) -> None:  # in viser's loop, in order
-            state = self._station.state
+            ends = event.start_position, event.end_position
+            (x, y, z), target = (tuple(np.subtract(each, self._scene.place_m).tolist()) for each in ends)
+            grabbed = self._grabbed
             if event.phase == "end":
                 self._grabbed = None
                 return
-            target, grabbed = self._in_base(event.end_position), self._grabbed
             if grabbed is None or grabbed.link != link:
-                pose = self._scene.arm.poses(state["joint_position"])[link]
-                point = apply(inverse(pose), self._in_base(event.start_position))
-                grabbed = Grabbed(link, point, target, event.client)
+                pose = self._scene.arm.poses(self._station.state["joint_position"])[link]
+                grabbed = Grabbed(link, apply(inverse(pose), (x, y, z)), target, event.client)
             self._grabbed = grabbed._replace(target=target)
             self._pull.set()
 
         return dragged
 
-    def _in_base(self, position: Sequence[float]) -> Vector:
-        x, y, z = (float(a) - b for a, b in zip(position, self._scene.place_m, strict=True))
-        return (x, y, z)
-
-    def _point(self, grabbed: Grabbed, state: Any) -> Vector:
-        return apply(self._scene.arm.poses(state["joint_position"])[grabbed.link], grabbed.point)
+    def _point(self, grabbed: Grabbed) -> Vector:
+        """Return the grabbed point in the base (m)."""
+        poses = self._scene.arm.poses(self._station.state["joint_position"])
+        return apply(poses[grabbed.link], grabbed.point)
 
     def _run(self) -> None:
-        while self._pull.wait():
+        while self._pull.wait() and not self._over:
             self._pull.clear()
             client = None
-            while (grabbed := self._grabbed) is not None:
-                client = grabbed.client
-                self._act(client, *self._pushed(grabbed))
-                time.sleep(PERIOD_S)
-            if client is not None:
-                self._act(client, "release")
-            if self._over:
-                return
+            try:
+                while (grabbed := self._grabbed) is not None:
+                    client = grabbed.client
+                    self._push(grabbed)
+                    time.sleep(PERIOD_S)
+            except Exception as fault:  # noqa: BLE001 - a push that fails must not end the thread
+                self._grabbed = None
+                self._tell(client, f"no push: {fault}")
+            with contextlib.suppress(Exception):
+                self._station.act("release")
 
-    def _pushed(self, grabbed: Grabbed) -> tuple[str, list[float]]:
-        """Return the command for the force of the spring."""
-        state = self._station.state
-        point, joints = self._point(grabbed, state), state["joint_position"]
+    def _push(self, grabbed: Grabbed) -> None:
+        """Have the backdoor push with the force of the spring."""
+        state, arm, point = self._station.state, self._scene.arm, self._point(grabbed)
         force = spring_force(point, grabbed.target, float(self._stiffness.value))
         self._force_n = float(np.linalg.norm(force))
-        if self._scene.arm.links[grabbed.link].moved_by == len(joints):
-            return "push", wrench_at_tcp(Frame(*state["tool_frame"]).to_transform(), point, force)
-        return "push_joints", joint_torques(self._scene.arm, joints, grabbed.link, point, force)
-
-    def _act(self, client: Any, method: str, *values: Any) -> None:
-        assert self._station.bench is not None
-        try:
-            getattr(self._station.bench, method)(*values)
-        except Exception as fault:  # noqa: BLE001 - a push that fails must not end the thread
-            if self._throttle.count("push", time.monotonic_ns()) is not None:
-                logger.warning("page: no push: %s", fault)
-                self._tell(client, f"no push: {fault}")
+        if arm.links[grabbed.link].moved_by == len(state["joint_position"]):
+            wrench = wrench_at_tcp(Frame(*state["tool_frame"]).to_transform(), point, force)
+            self._station.act("push", wrench)
+        else:
+            torques = joint_torques(arm, state["joint_position"], grabbed.link, point, force)
+            self._station.act("push_joints", torques)

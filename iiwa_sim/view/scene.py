@@ -23,7 +23,6 @@ from iiwa_sim.frames import (
     compose,
     inverse,
     quaternion_from_rotation,
-    with_z_along,
 )
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.robot.meshes import LinkMesh, link_meshes
@@ -39,26 +38,16 @@ State = Mapping[str, Any]
 """A state of the robot, with the keys and units of protocol/status.schema.json."""
 Colour = tuple[int, int, int]
 
-GHOST, BODY, TOOL, HELD, SURFACE = (
-    (70, 130, 230),
-    (215, 150, 65),
-    (112, 115, 122),
-    (47, 158, 68),
-    (120, 150, 140),
-)
+BODY, TOOL, HELD, SURFACE = (215, 150, 65), (112, 115, 122), (47, 158, 68), (120, 150, 140)
 JAW, FORCE, TORQUE, CONTACT = (70, 72, 78), (230, 90, 20), (150, 60, 200), (230, 30, 30)
 ROD_M, SHORTEST_ROD_M = 0.03, 0.01
 """Radius of the rod for a link without shapes, and the shortest one that is drawn."""
 M_PER_N, M_PER_NM, LONGEST_ARROW_M = 0.005, 0.02, 0.5
 LEAST_N, LEAST_NM = 0.5, 0.1
-GHOST_RAD = 0.01
-"""Least distance of a joint from its goal at which the goal is drawn."""
 MOST_CONTACTS = 4
 PLANE_M, THIN_M = 2.0, 0.002
 TRAIL_S, TRAIL_STEP_M, TRAIL_JUMP_M, TRAIL_POINTS = 10.0, 0.004, 0.5, 400
-FAST_M_S = 1.0
-"""Speed of the TCP that is drawn red."""
-_SPEEDS = np.array([(60, 90, 220), (50, 180, 120), (240, 200, 40), (220, 40, 40)], float)
+TRAIL = (60, 90, 220)
 
 
 class Robot(msgspec.Struct, frozen=True):
@@ -82,7 +71,7 @@ class Robot(msgspec.Struct, frozen=True):
 
 
 class Arm:
-    """The links of a robot: their shapes, and their poses."""
+    """The links of a robot: their poses, and their looks as glTF."""
 
     def __init__(self, robot: Robot) -> None:
         """Raises RobotFault for a URDF that is not one of this robot."""
@@ -91,6 +80,7 @@ class Arm:
         self.flange = [link.name for link in self.links].index(robot.flange)
         meshes = robot.meshes()
         self.looks = [self._look(index, meshes.get(link.name, ())) for index, link in enumerate(self.links)]
+        """For each link glTF: its meshes, else its shapes, else rods to its children; None without these."""
 
     def poses(self, joints: Sequence[float]) -> list[Transform]:
         """Return the poses of all links in the base (m) at joint positions (rad)."""
@@ -100,71 +90,35 @@ class Arm:
             found.append(pose if link.parent is None else compose(found[link.parent], pose))
         return found
 
-    def draw(self, scene: viser.SceneApi, root: str, ghost: bool = False) -> list[Any]:
-        """Add a node for each link, each below its parent's, and return their handles."""
-        handles: list[Any] = []
-        for link, look in zip(self.links, self.looks, strict=True):
-            path = (
-                f"{root if link.parent is None else handles[link.parent].name}/{link.name.replace('/', '_')}"
-            )
-            place: dict[str, Any] = {"position": link.pose.translation, "wxyz": wxyz(link.pose.rotation)}
-            if look is None:
-                handles.append(scene.add_frame(path, show_axes=False, **place))
-            elif ghost:
-                whole = look[1]
-                shadow: dict[str, Any] = {
-                    "color": GHOST,
-                    "opacity": 0.25,
-                    "cast_shadow": False,
-                    "receive_shadow": False,
-                }
-                handles.append(scene.add_mesh_simple(path, whole.vertices, whole.faces, **shadow, **place))
-            else:
-                handles.append(scene.add_glb(path, look[0], **place))
-        return handles
-
-    def turn(self, handles: Sequence[Any], joints: Sequence[float]) -> None:
-        """Turn the links that `draw` has added to joint positions (rad)."""
-        for link, handle in zip(self.links, handles, strict=True):
-            if link.joint is not None:
-                handle.wxyz = wxyz(link.pose_at(joints).rotation)
-
-    def _look(self, index: int, meshes: Sequence[LinkMesh]) -> tuple[bytes, Any] | None:
-        """Return a link as glTF and as one mesh: its meshes, else its shapes, else rods to its children."""
-        link, data = self.links[index], b""
-        look: Any = trimesh.Scene()
+    def _look(self, index: int, meshes: Sequence[LinkMesh]) -> bytes | None:
+        if len(meshes) == 1 and meshes[0] == LinkMesh(meshes[0].path) and meshes[0].path.suffix == ".glb":
+            return meshes[0].path.read_bytes()  # with its normals
+        link, look = self.links[index], trimesh.Scene()
         for mesh in meshes:
             try:
                 loaded: list[Any] = trimesh.load_scene(mesh.path).dump()
             except Exception as fault:  # noqa: BLE001 - of any reader of files
                 logger.warning("%s is not shown: %s", mesh.path, fault)
                 continue
-            if mesh.path.suffix == ".glb" and mesh[1:] == LinkMesh(mesh.path)[1:] and len(meshes) == 1:
-                data = mesh.path.read_bytes()  # with its normals
             for each in loaded:
                 if mesh.colour or not isinstance(getattr(each.visual, "material", None), PBRMaterial):
                     _paint(each, mesh.colour or GREY)
-                each.apply_transform(_matrix(mesh.pose) @ np.diag([*mesh.scale, 1.0]))
-                look.add_geometry(each)
-        for shape in () if look.geometry else link.visual or self._rods(index):
+                look.add_geometry(each, transform=_matrix(mesh.pose) @ np.diag([*mesh.scale, 1.0]))
+        for shape in () if look.geometry else link.visual:
             solid = _solid(shape)
             _paint(solid, shape.colour)
-            solid.apply_transform(_matrix(shape.pose))
-            look.add_geometry(solid)
-        return (data or look.export(file_type="glb"), look.to_mesh()) if look.geometry else None
-
-    def _rods(self, index: int) -> list[Shape]:
-        rods = []
-        for x, y, z in (link.pose.translation for link in self.links if link.parent == index):
-            if (length := hypot(x, y, z)) >= SHORTEST_ROD_M:
-                along = with_z_along((x / length, y / length, z / length))
-                middle = Transform(along, (0.5 * x, 0.5 * y, 0.5 * z))
-                rods.append(Shape("cylinder", (ROD_M, length), middle, GREY))
-        return rods
+            look.add_geometry(solid, transform=_matrix(shape.pose))
+        ends = [each.pose.translation for each in self.links if each.parent == index]
+        for end in () if look.geometry else ends:
+            if hypot(*end) >= SHORTEST_ROD_M:
+                rod: Any = trimesh.creation.cylinder(ROD_M, segment=[(0.0, 0.0, 0.0), end])
+                _paint(rod, GREY)
+                look.add_geometry(rod)
+        return bytes(look.export(file_type="glb")) if look.geometry else None  # type: ignore[no-untyped-call]
 
 
 class Scene:
-    """Arm, cell, frames, path of the TCP, wrench and goal of one robot below a node."""
+    """Arm, cell, frames, path of the TCP and wrench of one robot below a node."""
 
     def __init__(
         self, scene: viser.SceneApi, robot: Robot, root: str = "/robot", place_m: Vector = (0, 0, 0)
@@ -174,9 +128,16 @@ class Scene:
         self.root = root
         self.place_m = place_m
         scene.add_frame(root, show_axes=False, position=place_m)
-        self.handles = self.arm.draw(scene, f"{root}/arm")
-        self._goal: Any = scene.add_frame(f"{root}/goal", show_axes=False, visible=False)
-        self._ghost = self.arm.draw(scene, f"{root}/goal", ghost=True)
+        self.handles: list[Any] = []
+        """Nodes of the links, each below its parent's."""
+        for link, look in zip(self.arm.links, self.arm.looks, strict=True):
+            above = f"{root}/arm" if link.parent is None else self.handles[link.parent].name
+            path, pose = f"{above}/{link.name.replace('/', '_')}", link.pose
+            place: dict[str, Any] = {"position": pose.translation, "wxyz": wxyz(pose.rotation)}
+            if look is None:
+                self.handles.append(scene.add_frame(path, show_axes=False, **place))
+            else:
+                self.handles.append(scene.add_glb(path, look, **place))
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
         self._arrows = [
@@ -199,7 +160,9 @@ class Scene:
         """Draw a state. A `time_s` before that of the last one clears the path."""
         joints = state["joint_position"]
         flange, tcp = Frame(*state["flange_frame"]).to_transform(), Frame(*state["tool_frame"]).to_transform()
-        self.arm.turn(self.handles, joints)
+        for link, handle in zip(self.arm.links, self.handles, strict=True):
+            if link.joint is not None:
+                handle.wxyz = wxyz(link.pose_at(joints).rotation)
         _place(self._tcp, tcp)
         tool = compose(inverse(flange), tcp).translation
         self._tool.points = np.round([[(0.0, 0.0, 0.0), tool]], 4)
@@ -209,11 +172,6 @@ class Scene:
             if (body := self._parts.get(part["name"])) is not None:
                 _place(body, Frame(*part["frame"]).to_transform())
                 body.color = HELD if part["state"] == "held" else BODY
-        goal = state["goal_joint_position"]
-        far = max(abs(a - b) for a, b in zip(goal, joints, strict=True)) > GHOST_RAD
-        self._goal.visible = far and state["status"] == "moving"
-        if self._goal.visible:
-            self.arm.turn(self._ghost, goal)
         wrench = np.array(state["cartesian_force"])
         for arrow, vector, least, metres in zip(
             self._arrows, (wrench[:3], wrench[3:]), (LEAST_N, LEAST_NM), (M_PER_N, M_PER_NM), strict=True
@@ -301,41 +259,28 @@ class Bodies(dict[str, Any]):
 
 
 class Trail:
-    """Path of the TCP in the last `TRAIL_S` of simulated time, coloured by its speed."""
+    """Path of the TCP in the last `TRAIL_S` of simulated time."""
 
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
-        self._line: Any = line(scene, path, (0, 0, 0), 3.0)
+        self._line: Any = line(scene, path, TRAIL, 3.0)
         self._line.visible = False
-        self.points: deque[tuple[float, Vector, float]] = deque(maxlen=TRAIL_POINTS)
+        self.points: deque[tuple[float, Vector]] = deque(maxlen=TRAIL_POINTS)
 
     def add(self, time_s: float, point: Vector) -> None:
         """Add a point (m). Time that goes back, and a jump, begin a new path."""
-        if self.points:
-            before_s, before, _ = self.points[-1]
-            step_m = float(np.linalg.norm(np.subtract(point, before)))
-            if time_s < before_s or step_m > TRAIL_JUMP_M:
-                self.points.clear()
-            elif step_m > TRAIL_STEP_M and time_s > before_s:
-                self.points.append((time_s, point, step_m / (time_s - before_s)))
-            elif step_m <= TRAIL_STEP_M and len(self.points) == 1:
-                self.points[0] = (time_s, before, 0.0)  # the path begins where the motion does
-        if not self.points:
-            self.points.append((time_s, point, 0.0))
+        step_m = float(np.linalg.norm(np.subtract(point, self.points[-1][1]))) if self.points else 0.0
+        if self.points and (time_s < self.points[-1][0] or step_m > TRAIL_JUMP_M):
+            self.points.clear()
+        if not self.points or step_m > TRAIL_STEP_M:
+            self.points.append((time_s, point))
+        elif len(self.points) == 1:
+            self.points[0] = (time_s, self.points[0][1])  # the path begins where the motion does
         while len(self.points) > 1 and time_s - self.points[0][0] > TRAIL_S:
             self.points.popleft()
         self._line.visible = len(self.points) > 1
         if self._line.visible:
-            points = np.array([each[1] for each in self.points])
-            colours = np.array([colour_of(each[2]) for each in self.points], np.uint8)
+            points = np.array([each for _, each in self.points])
             self._line.points = np.stack([points[:-1], points[1:]], axis=1)
-            self._line.colors = np.stack([colours[:-1], colours[1:]], axis=1)
-
-
-def colour_of(speed_m_s: float) -> Colour:
-    """Return blue at rest, then green, yellow, and red at `FAST_M_S`."""
-    place = np.clip(speed_m_s / FAST_M_S, 0.0, 1.0) * (len(_SPEEDS) - 1)
-    red, green, blue = (round(np.interp(place, range(len(_SPEEDS)), part)) for part in _SPEEDS.T)
-    return (red, green, blue)
 
 
 def wxyz(rotation: Rotation) -> tuple[float, float, float, float]:
@@ -383,17 +328,13 @@ def _paint(mesh: Any, colour: Sequence[float]) -> None:
 
 def _capsules(capsules: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the capsules of a tool as one body, a mesh in mm."""
-    if not capsules:
-        return []
     solids: list[Any] = []
     for each in capsules:
-        start, end = np.array(each["start_mm"]), np.array(each["end_mm"])
-        length = float(np.linalg.norm(end - start))
-        solid: Any = trimesh.creation.capsule(length, each["radius_mm"], count=(16, 16))
-        x, y, z = (end - start) / length if length else (0.0, 0.0, 1.0)
-        solid.apply_translation(-solid.bounds.mean(axis=0))
-        solids.append(
-            solid.apply_transform(_matrix(Transform(with_z_along((x, y, z)), tuple(0.5 * (start + end)))))
-        )
+        ends = np.array([each["start_mm"], each["end_mm"]])
+        if not np.array_equal(*ends):
+            solids.append(trimesh.creation.cylinder(each["radius_mm"], segment=ends, sections=16))
+        solids += [trimesh.creation.icosphere(2, each["radius_mm"]).apply_translation(end) for end in ends]
+    if not solids:
+        return []
     whole: Any = trimesh.util.concatenate(solids)
     return [{"name": "tool", "shape": "mesh", "corners_mm": whole.triangles.reshape(-1, 3)}]

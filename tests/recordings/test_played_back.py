@@ -32,9 +32,9 @@ def check_session(seed: int, commands: int) -> int:
         played = {state["tick"]: tuple(state["joint_position"]) for state in contents(path, STATE)}
         assert played == robot.joints
         recorded = Recorded(path)
-        assert {state.tick: state.joint_position for state in recorded.states()} == robot.joints
-        assert not recorded.cut
-        check_moves(list(recorded.events()), robot.controller.accepted)
+        assert {state.tick: state.joint_position for state in recorded.contents("/state")} == robot.joints
+        assert recorded.cut_at_s is None
+        check_moves(list(recorded.contents("/events")), robot.controller.accepted)
         return len(played)
 
 

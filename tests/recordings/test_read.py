@@ -54,7 +54,7 @@ def messages_in(data: bytes) -> tuple[int, bool]:
         path.write_bytes(data)
         recorded = Recorded(path)
         count = sum(1 for _ in recorded.messages(CHANNELS))
-        return count, recorded.cut
+        return count, recorded.cut_at_s is not None
 
 
 def outcome(data: bytes) -> tuple[int, bool] | str:

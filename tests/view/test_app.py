@@ -15,7 +15,7 @@ from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.connection import Place, Station, StationFault
 from tests.cell.cells import GRIPPER
-from tests.talking import DEADLINE_S, wait_until
+from tests.talking import wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
@@ -38,7 +38,6 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator, viewer:
     viewer.until(
         lambda each: each["type"] == turns and "/arm/" in each["name"] and each["name"].endswith("link_7")
     )
-    viewer.appears("/goal")
     viewer.appears("/trail")
     viewer.shows("moving", "mm/s")
     viewer.clicks("Emergency stop")
@@ -201,12 +200,12 @@ def test_nobody_at_an_address_is_reported_in_one_line(backdoor: bool) -> None:
 
 
 def test_a_robot_that_goes_is_reported_and_followed_again(simulator: Simulator) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        listening.settimeout(DEADLINE_S)
-        place = msgspec.structs.replace(place_of(simulator), status=listening.getsockname()[:2])
-        with page_at(place) as port, viewing(port) as viewer:
-            listening.accept()[0].close()
-            viewer.shows("the robot has closed it")
-            with listening.accept()[0] as again:
-                again.sendall(b"220 hello\n")
-                viewer.shows("no status port")
+    place = place_of(simulator, driver=False)
+    with page_at(place) as port, viewing(port) as viewer:
+        viewer.shows("stopped")
+        simulator.__exit__(None, None, None)
+        viewer.shows("Connection refused")
+        assert place.backdoor is not None
+        with Simulator(backdoor_port=place.backdoor[1]) as again:
+            again.backdoor.emergency_stop()
+            viewer.shows("3030")

@@ -16,8 +16,7 @@ from websockets.exceptions import InvalidStatus
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.view.access import open_page
-from iiwa_sim.view.playback import Playback, robot_of, run_playback
+from iiwa_sim.view.playback import run_playback
 from tests.processes import IIWA_SIM, refused, started
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Viewer, viewing
@@ -70,16 +69,6 @@ def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> N
         assert 1.0 < float(wanted) < 56.0, "on its way"
         viewer.clicks("Time (s)", time_s)
         viewer.shows(f">{wanted}<", "moving")
-
-
-def test_the_path_before_a_jump_is_drawn(run: Path) -> None:
-    timeline = Timeline(run)
-    with socket.create_server(("127.0.0.1", 0)) as listening, open_page(listening) as server:
-        playback = Playback(server, timeline, robot_of(timeline))
-        playback.show()
-        playback._player.go_to(0.8)
-        playback.show()
-        assert len(playback.scene.trail.points) > 20
 
 
 def test_what_was_said_and_what_happened_is_told_up_to_there(run: Path, viewer: Viewer) -> None:

@@ -16,7 +16,7 @@ from iiwa_sim.frames import Frame, apply, compose
 from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.view.push import MOST_N, joint_torques, spring_force, wrench_at_tcp
-from iiwa_sim.view.scene import Arm, Robot, colour_of
+from iiwa_sim.view.scene import Arm, Robot
 
 ARMS = {
     name: Arm(msgspec.convert(load_robot(name), Robot, from_attributes=True)) for name in built_in_robots()
@@ -49,29 +49,25 @@ def test_the_flange_is_drawn_where_it_is(name: str, joints: Sequence[float]) -> 
 def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text(URDF)
-    base, rod, none = Arm(robot_of(URDF, path)).looks
-    assert base is not None
-    assert rod is not None
-    assert none is None
-    assert base[1].bounds == pytest.approx(np.array([[-0.03, -0.03, 0.0], [0.03, 0.03, 0.5]]))
-    assert np.linalg.norm(rod[1].bounds[1]) > 0.5
+
+    def look(index: int) -> trimesh.Trimesh:
+        data = Arm(robot_of(URDF, path)).looks[index]
+        assert data is not None
+        (shown,) = trimesh.load_scene(trimesh.util.wrap_as_stream(data), file_type="glb").dump()
+        return shown
+
+    assert look(0).bounds == pytest.approx(np.array([[-0.03, -0.03, 0.0], [0.03, 0.03, 0.5]]), abs=1e-6)
+    assert np.linalg.norm(look(1).bounds[1]) > 0.5
+    assert Arm(robot_of(URDF, path)).looks[2] is None
     trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "arm.stl")
-    mesh = Arm(robot_of(URDF, path)).looks[1]
-    assert mesh is not None
-    assert mesh[1].bounds == pytest.approx(np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.3]]))
-    (shown,) = trimesh.load_scene(trimesh.util.wrap_as_stream(mesh[0]), file_type="glb").dump()
-    assert list(shown.visual.material.baseColorFactor) == [255, 0, 0, 255]
+    assert look(1).bounds == pytest.approx(np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.3]]), abs=1e-6)
+    assert list(look(1).visual.material.baseColorFactor) == [255, 0, 0, 255]
 
 
 @pytest.mark.parametrize(("urdf", "flange"), [("<robot", "hand"), (URDF, "tool"), ("<robot/>", "")])
 def test_a_robot_that_cannot_be_drawn_is_reported_in_one_line(urdf: str, flange: str) -> None:
     with pytest.raises(RobotFault, match=r"^the robot('s URDF)?: [^\n]+$"):
         Arm(robot_of(urdf, Path("nowhere"), flange))
-
-
-def test_the_path_is_coloured_by_speed() -> None:
-    assert colour_of(0.0) == (60, 90, 220)
-    assert colour_of(1.0) == colour_of(7.0) == (220, 40, 40)
 
 
 @given(JOINTS, VECTOR, VECTOR)
