@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.blend import Move
@@ -21,7 +21,7 @@ UNDER_WAY_S = 0.01  # planning of a long line first gives a quick result, then a
 
 def random_lines(
     description: RobotDescription, count: int, seed: int, speed_rel: float = 1.0
-) -> Iterator[Plan]:
+) -> Iterator[Move]:
     """Random LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do
     them."""
     rng = np.random.default_rng(seed)
@@ -43,9 +43,9 @@ def random_lines(
         count -= 1
 
 
-def trajectory_of(plan: Plan) -> Trajectory:
+def trajectory_of(move: Move) -> Trajectory:
     """Return the trajectory of one move."""
-    found = begun(Move(1, *plan, lambda _: None))
+    found = begun(move)
     if not found.rough:
         return found
     return at_once(planned_on(found, 0.0, UNDER_WAY_S, [], [])) or found

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Sequence
 from typing import Protocol
 
-from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.endings import Contact
 from iiwa_sim.dialogue import Dialogue
 
 ROBOT = "robot"

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.endings import Contact
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot

@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.endings import Contact
 from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot_events import RobotEvents

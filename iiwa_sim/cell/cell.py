@@ -17,7 +17,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.endings import Contact
 from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety

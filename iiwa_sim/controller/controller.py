@@ -1,13 +1,14 @@
 """The emulated controller of one robot: it takes commands between ticks and moves the robot in ticks."""
 
 from collections.abc import Callable, Sequence
-from math import dist
+from functools import partial
+from math import dist, isfinite
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
-from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
-from iiwa_sim.controller.endings import Endings
+from iiwa_sim.controller.carrying import NO_TOOL, Tool, ToolLoad, unknown_load
+from iiwa_sim.controller.endings import Contact, Endings, ForceGuard, PendingMove, WhenEnded, check_thresholds
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -15,32 +16,42 @@ from iiwa_sim.controller.errors import (
     EMERGENCY_STOP,
     EXECUTION,
     PRESSED,
+    REPLACED,
     STOP_TRIGGERED,
     SUCCESS,
     ErrorRecord,
     Refused,
     RobotErrors,
 )
-from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories, Progress
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.motions import Motions, Planned, motions_of
-from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.planner import Planner
-from iiwa_sim.controller.state import RobotStatus, robot_status
-from iiwa_sim.controller.targets import Targets
+from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
+from iiwa_sim.controller.state import RobotStatus
 from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
 """The least override other than 0: less is no motion that anybody could see, and no number to divide by."""
+AUTOMATIC = 2
+"""Of industrial_msgs/RobotMode: the mode in which a controller takes moves from a driver."""
+LONGEST_QUEUE = 1000
+"""Moves that wait; one more is refused."""
+LARGEST_N_PER_M = 5000.0
+"""Published: the original's."""
+LARGEST_NM_PER_RAD = 5000.0
+"""Our decision."""
+SERVO_EVENTS = {Kind.SMART: Event.SMART_MOVE, Kind.DIRECT: Event.DIRECT_MOVE}
 
 
 class Controller:
@@ -101,7 +112,9 @@ class Controller:
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         self.description = description
         self.tool = tool
-        """The load at the flange; the controller may believe in another one, see `tool_load`."""
+        """The load at the flange."""
+        self.tool_load = (tool or NO_TOOL).load
+        """The load at the flange that the controller assumes."""
         self.tick_s = tick_s
         self.tick = 0
         """The number of ticks so far."""
@@ -119,13 +132,11 @@ class Controller:
             self.model, tcp, start, world, noise, () if tool is None else tool.capsules
         )
         """The contacts and other forces from outside."""
-        self.carrying = Carrying(tool, self.load)
         self.handling = None
         """The gripper and the parts of the cell; None without both."""
         if handled is not None:
             self.handling = Handling(handled, self.io, self.load, description, tool, start, tick_s)
         self.planner = Planner(self.model)
-        self.targets = Targets(self.planner, description)
         self.motions = self._motions_from(start)
         self.joints_before = start
         """Joint positions (rad) at the end of the tick before the last one."""
@@ -135,21 +146,15 @@ class Controller:
         self.protection = Protection(description.joints, description.torque, safety)
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
-        self.watch_trajectory: Callable[[], None] | None = None
-        """Called after each tick in which a trajectory is followed, or has just ended."""
         self._servo_timeout_s = servo_timeout_s
-        self._on_fault = on_fault
+        self.tell = on_fault or (lambda _code, _reason: None)
+        """Reports code and reason of an error between commands."""
         self._on_contact = on_contact
         self._link_watch = None if on_touch is None else LinkWatch(self.load, tick_s, on_touch)
 
-        self._moves = Moves(self)
-        self.move = self._moves.move
-        self.check = self._moves.check
-        self.cancel_move = self._moves.cancel_move
-        self.clear_queue = self._moves.clear_queue
-        self._trajectories = JointTrajectories(self, self._moves)
-        self.follow = self._trajectories.follow
-        self.cancel_trajectory = self._trajectories.cancel_trajectory
+        self.trajectories = JointTrajectories(self)
+        self.follow = self.trajectories.follow
+        self.cancel_trajectory = self.trajectories.cancel
         self.record_error = self.errors.record
         self.reset_error = self.errors.reset
         self.release_emergency_stop = self.errors.release_emergency_stop
@@ -174,8 +179,8 @@ class Controller:
         except Exception as fault:
             self._fail_in_tick(fault)
             raise
-        if motions.tracking and self.watch_trajectory is not None:
-            self.watch_trajectory()
+        if motions.tracking:
+            self.trajectories.after_tick()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
         if self.handling is not None or not load.is_idle(motions.joints, tick, self.tick_s):
@@ -290,11 +295,6 @@ class Controller:
         self.stop_for(Event.STOP, code, reason)
         self.tell(code, reason)
 
-    def tell(self, code: int, reason: str) -> None:
-        """Report an error that occurred between commands."""
-        if self._on_fault is not None:
-            self._on_fault(code, reason)
-
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self.errors.press_emergency_stop()
@@ -302,7 +302,17 @@ class Controller:
 
     def status(self) -> RobotStatus:
         """Return the state of the robot, as ROS-Industrial puts it."""
-        return robot_status(self.errors, in_motion=self.moving and not self.motions.pausing)
+        errors = self.errors
+        standing = errors.standing
+        return RobotStatus(
+            mode=AUTOMATIC,
+            e_stopped=int(errors.e_stopped),
+            drives_powered=int(errors.drives_powered),
+            motion_possible=int(standing is None),
+            in_motion=int(self.moving and not self.motions.pausing),
+            in_error=int(standing is not None),
+            error_code=0 if standing is None else standing.code,
+        )
 
     @property
     def last_error(self) -> ErrorRecord | None:
@@ -334,16 +344,13 @@ class Controller:
         return safety.force_n or 0.0, safety.torque_nm or 0.0
 
     def set_tool_load(self, load: ToolLoad) -> None:
-        """Believe in this load at the flange from now on.
+        """Assume this load at the flange from now on; the difference to the true one acts from outside.
 
-        The difference to the real load acts from outside. Raises `Refused` for numbers out of range.
+        Raises `Refused` for numbers out of range.
         """
-        self.carrying.believe(load, self.joints)
-
-    @property
-    def tool_load(self) -> ToolLoad:
-        """The load at the flange that the controller believes in."""
-        return self.carrying.believed
+        unknown = unknown_load(self.tool or NO_TOOL, load)
+        self.tool_load = load
+        self.load.carry(unknown, self.joints)
 
     # State
 
@@ -410,6 +417,146 @@ class Controller:
 
     # Moves
 
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
+        """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
+
+        - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
+          after a force is beyond its threshold, and then goes on with the next move.
+        - With compliance a move replaces what runs, and so does a hold: that begins where the robot has come
+          to rest, and ends with a stop, a move with compliance, or another hold; other moves are refused.
+        - Servos head for their target at once.
+
+        A shift is resolved now, for good. `when_ended` is called at the end of the move.
+        """
+        endings, guard = self.endings, None
+        if request.shift is not None:
+            way, in_tool = request.shift
+            target = shifted(self.tcp(self.end_of_queue), way, in_tool=in_tool)
+            request = request._replace(target=target)
+        if request.kind in SERVO_EVENTS:
+            number = self._head_for(request)
+        elif request.kind is Kind.HOLD:
+            number = self._hold(request.hold_nm_per_rad)
+        elif request.compliance is not None:
+            number = self._give_way(request, request.compliance)
+        else:
+            number = self._queue(request)
+            if request.thresholds is not None:
+                guard = ForceGuard(number, request.thresholds, self.cartesian_force())
+        if guard or when_ended or endings.listeners or endings.on_discarded:
+            endings.pending.append(PendingMove(number, when_ended, guard))
+        return number
+
+    def check(self, request: MoveRequest) -> None:
+        """Raise `Refused` where a PTP or LIN would be for its target; change nothing."""
+        self.planner.plan(request, self.end_of_queue, self.tcp_of_arm)
+
+    def cancel_move(self) -> None:
+        """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
+
+        In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
+        robot is being stopped, nothing changes.
+        """
+        self.check_hold()
+        with self.endings.because(STOP_TRIGGERED, "cancelled"):
+            self.motions.cancel()
+
+    def clear_queue(self) -> None:
+        """Forget the moves that wait; the one that runs ends at its target.
+
+        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
+        robot stops on its path.
+        """
+        with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
+            self.motions.clear()
+
+    def check_hold(self) -> None:
+        """Raise `Refused` while a gravity hold is on, or begins when the robot is at rest."""
+        if self.mode is Mode.IMPEDANCE and self.motions.holding:
+            raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
+
+    def accept(self, event: Event) -> int:
+        """Change the mode, which may stop the robot; gives the number of the move."""
+        change = TRANSITIONS[self.mode, event]
+        if change.stops:
+            self.stop_for(event, STOP_TRIGGERED, REPLACED)
+        self.mode = change.mode
+        self.accepted += 1
+        return self.accepted
+
+    def _queue(self, request: MoveRequest) -> int:
+        """Plan a normal move from where the robot will come to rest, and queue it."""
+        self.errors.check()
+        self.check_hold()
+        if self.motions.waiting >= LONGEST_QUEUE:
+            raise Refused(
+                EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
+            )
+        move = self._planned(request, self.end_of_queue)
+        if request.thresholds is not None:
+            check_thresholds(request.thresholds)
+        number = self.accept(Event.NORMAL_MOVE)
+        self.motions.append(move)
+        return number
+
+    def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
+        """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
+        motions = self.motions
+        _check_stiffness(compliance.stiffness_n_per_m, LARGEST_N_PER_M, "N/m")
+        if not all(map(isfinite, compliance.balanced)):
+            raise Refused(EXECUTION, "a force that is not finite")
+        fx, fy, fz, tx, ty, tz = (0.0 - value for value in compliance.balanced)
+        impedance = CartesianImpedance(compliance.stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
+        self.errors.check()
+        stops = TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE].stops
+        move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
+        if motions.moving and not stops:
+            self.planner.check_approach(move.limits, 0.0)
+        number = self.accept(Event.IMPEDANCE_MOVE)
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            motions.move_compliantly(move, impedance)
+        return number
+
+    def _hold(self, stiffness_nm_per_rad: float) -> int:
+        self.errors.check()
+        _check_stiffness(stiffness_nm_per_rad, LARGEST_NM_PER_RAD, "Nm/rad")
+        number = self.accept(Event.IMPEDANCE_MOVE)
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            self.motions.hold(number, stiffness_nm_per_rad)
+        return number
+
+    def _head_for(self, request: MoveRequest) -> int:
+        """Find the target of a servo from where that will set out, and head for it."""
+        event = SERVO_EVENTS[request.kind]
+        self.errors.check()
+        self.check_hold()
+        change = TRANSITIONS[self.mode, event]
+        here = self.motions.rest_after_stop() if change.stops else self.motions.present
+        joints, limits = self.planner.servo_target(request, change.mode, here)
+        number = self.accept(event)
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            self.motions.head_for(number, joints, limits)
+        self.servo_heard = self.tick
+        return number
+
+    def _planned(self, request: MoveRequest, start: Joints, number: int = 0) -> Move:
+        """Plan a move from joint positions (rad); without a number it gets that of the next one accepted."""
+        number = number or self.accepted + 1
+        again = partial(self._plan_again, number, request)
+        return self.planner.plan(request, start, self.tcp_of_arm, number, again)
+
+    def _plan_again(self, number: int, request: MoveRequest, start: Joints) -> Move | None:
+        """Return an accepted move, begun elsewhere (rad); None, with a report, where it is impossible."""
+        try:
+            return self._planned(request, start, number)
+        except Refused as refused:
+            lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
+            reason = f"{lost}: {refused.reason}"
+            self.errors.record(refused.code, reason)
+            self.tell(refused.code, reason)
+            self.endings.lost(number, refused.code, reason)
+            return None
+
     def is_pending(self, move: int) -> bool:
         """Return True if a move of this number runs or waits, and has been neither stopped nor replaced."""
         return self.motions.is_pending(move)
@@ -438,7 +585,7 @@ class Controller:
     @property
     def trajectory(self) -> Progress | None:
         """The state of the trajectory that is followed; None while there is none."""
-        return self._trajectories.progress
+        return self.trajectories.progress
 
     # For tests, by the backdoor: no driver can do this. It takes effect at once.
 
@@ -498,7 +645,12 @@ class Controller:
             self.handling.tcp_is(joints, self.load.tcp(joints))
 
     def _motions_from(self, joints: Joints) -> Motions:
-        limits, load = self.targets.limits[Mode.SMART], self.load
+        limits, load = self.planner.limits, self.load
         return motions_of(
             self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world
         )
+
+
+def _check_stiffness(stiffness: float, largest: float, unit: str) -> None:
+    if not 0.0 <= stiffness <= largest:
+        raise Refused(EXECUTION, f"stiffness {stiffness:g} {unit}: expected 0 to {largest:g}")

@@ -1,12 +1,68 @@
-"""The moves that run or wait, and how each ended: at its target, or why not."""
+"""The moves that run or wait, the forces that end them, and how each ended: at its target, or why not."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from math import isfinite
 from typing import NamedTuple
 
-from iiwa_sim.controller.errors import SUCCESS
-from iiwa_sim.controller.force_guard import ForceGuard
+from iiwa_sim.controller.errors import EXECUTION, SUCCESS, Refused
+from iiwa_sim.controller.requests import Thresholds
+from iiwa_sim.frames import Frame
+from iiwa_sim.wrench import Wrench
+
+AXES = ("x", "y", "z")
+
+
+class Contact(NamedTuple):
+    """A force that has ended a move."""
+
+    move: int
+    """Number of the force move."""
+    axis: str
+    """Axis of the TCP: x, y or z."""
+    force_n: float
+    """Force (N) on the robot, along the axis."""
+    offset_n: float
+    """Force (N) along the axis when the move was accepted."""
+    threshold_n: float
+    tcp: Frame
+    """TCP in the base, in the tick in which the force has changed by more than its threshold."""
+
+    def __str__(self) -> str:
+        x_mm, y_mm, z_mm = (round(place, 3) for place in self.tcp[:3])
+        return (
+            f"move {self.move} ends at a force of {self.force_n:.3f} N along {self.axis} of the TCP: it was "
+            f"{self.offset_n:.3f} N at the command, and the threshold is {self.threshold_n:g} N; "
+            f"TCP at {x_mm} {y_mm} {z_mm} mm"
+        )
+
+
+class ForceGuard(NamedTuple):
+    """Thresholds of force changes for a running move."""
+
+    move: int
+    thresholds: Thresholds
+    offset: Wrench
+    """Wrench at the command."""
+
+    def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
+        """Return the force that ends the move, or None; of several the farthest beyond its threshold."""
+        beyond = [
+            (abs(force - offset) / threshold, axis, force, offset, threshold)
+            for axis, threshold, force, offset in zip(
+                AXES, self.thresholds, wrench, self.offset, strict=False
+            )
+            if threshold is not None and abs(force - offset) > threshold
+        ]
+        return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
+
+
+def check_thresholds(thresholds: Thresholds) -> None:
+    """Raise `Refused` where one is not above 0 and finite."""
+    for axis, threshold in zip(AXES, thresholds, strict=True):
+        if threshold is not None and not (isfinite(threshold) and threshold > 0.0):
+            raise Refused(EXECUTION, f"threshold along {axis} {threshold:g} N: expected above 0 and finite")
 
 
 class Ending(NamedTuple):
@@ -21,21 +77,19 @@ class Ending(NamedTuple):
 
 
 WhenEnded = Callable[[Ending], None]
-"""Told of the end of a move, once and never early."""
+"""Called at the end of a move, once and never early."""
 
 
 class PendingMove(NamedTuple):
-    """A move whose end has not been told."""
+    """A move whose end has not been reported."""
 
     number: int
     when_ended: WhenEnded | None
-    """The function of whoever asked for the move, to be told of its end."""
     guard: ForceGuard | None
-    """The force threshold that ends the move."""
 
 
 class Endings:
-    """Tells of the end of every move that somebody wants to hear of, once and never early.
+    """Reports the end of every move that has a listener, once and never early.
 
     Where moves blend into each other one ends where the next begins.
     """
@@ -43,13 +97,12 @@ class Endings:
     def __init__(self, is_pending: Callable[[int], bool]) -> None:
         """`is_pending` tells of a number whether its move runs or waits."""
         self.listeners: list[WhenEnded] = []
-        """Told of the end of every move that has been accepted since they are here."""
+        """Called at the end of every move that was accepted since they are here."""
         self.on_discarded: Callable[[Sequence[int], str], None] | None = None
-        """Told of moves, by their numbers, that a stop or a change of mode has ended, and why."""
+        """Called with moves, by their numbers, that a stop or a change of mode has ended, and why."""
         self._is_pending = is_pending
         self.pending: deque[PendingMove] = deque()
-        """In the order in which they were accepted; who accepts a move that has a guard, or that somebody
-        wants to hear of, adds it."""
+        """Moves with a guard or a listener, in the order in which they were accepted."""
 
     def after_tick(self) -> None:
         """End the moves that came to their target in a tick; moves end in the order of their numbers."""
@@ -61,23 +114,19 @@ class Endings:
         """Give moves that end in this context this reason; `discards` where all is ended at once."""
         self.after_tick()
         yield
-        ended: list[PendingMove] = []
-        pending = deque[PendingMove]()
-        for move in self.pending:
-            (pending if self._is_pending(move.number) else ended).append(move)
-        if not ended:
-            return
-        self.pending = pending
-        if discards and self.on_discarded is not None:
+        ended = [move for move in self.pending if not self._is_pending(move.number)]
+        if ended and discards and self.on_discarded is not None:
             self.on_discarded([move.number for move in ended], reason)
-        for move in ended:
-            self._tell(move, code, reason)
+        self._end(ended, code, reason)
 
     def lost(self, first: int, code: int, reason: str) -> None:
-        """The move of this number and all behind it will not be carried out."""
-        ended = [move for move in self.pending if move.number >= first]
-        self.pending = deque(move for move in self.pending if move.number < first)
-        for move in ended:
+        """End the move of this number and all behind it: they will not be carried out."""
+        self._end([move for move in self.pending if move.number >= first], code, reason)
+
+    def _end(self, moves: Sequence[PendingMove], code: int, reason: str) -> None:
+        ended = {move.number for move in moves}
+        self.pending = deque(move for move in self.pending if move.number not in ended)
+        for move in moves:
             self._tell(move, code, reason)
 
     def _tell(self, move: PendingMove, code: int, reason: str) -> None:

@@ -53,7 +53,6 @@ class RobotErrors:
         self.standing: ErrorRecord | None = None
         """The cause of the error state; None where the robot is in none."""
         self.e_stopped = False
-        """True if the emergency stop is pressed."""
         self.drives_powered = True
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self.next_refusal: ErrorRecord | None = None
@@ -71,37 +70,33 @@ class RobotErrors:
         self._refusal = ErrorRecord(code, reason)
 
     def fail(self, code: int, reason: str) -> None:
-        """Begin the error state; in it the first cause is kept."""
-        if self.standing is None:
+        """Begin the error state; in it the first cause is kept, but for an emergency stop."""
+        if self.standing is None or code == EMERGENCY_STOP:
             self.standing = ErrorRecord(code, reason)
 
     def press_emergency_stop(self) -> None:
-        """Cut the drives off, in place of any other cause of error: no reset works before the release."""
+        """Cut the drives off: no reset works before the release."""
         self.e_stopped, self.drives_powered = True, False
-        self.standing = ErrorRecord(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
         """Release the emergency stop; the error state lasts until it is reset."""
         self.e_stopped = False
 
     def switch_drives(self, on: bool) -> None:
-        """Switch the drives: off, they are a cause of error, to be reset when they are on again."""
+        """Switch the drives; off, no reset works before they are on."""
         self._switched_off = not on
-        if not on:
-            self.drives_powered = False
-            self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
+        self.drives_powered &= on
 
     def check(self) -> None:
-        """Raises `Refused` in the error state, or if the next move is to be refused."""
+        """Raise `Refused` in the error state, or if the next move is to be refused."""
         if self.standing is not None:
-            code, reason = self.standing
-            raise Refused(code, f"no move before reset error: {reason}")
+            raise Refused(self.standing.code, f"no move before reset error: {self.standing.reason}")
         if self.next_refusal is not None:
             refusal, self.next_refusal = self.next_refusal, None
             raise Refused(*refusal)
 
     def reset(self) -> None:
-        """End the error state and forget the last refusal; raises `Refused` while its cause lasts."""
+        """End the error state and forget the last refusal; raise `Refused` while its cause lasts."""
         if self.e_stopped:
             raise Refused(EMERGENCY_STOP, "the emergency stop has to be released first")
         if self._switched_off:

@@ -4,7 +4,6 @@ A model of how a robot protects itself, and no safety device.
 """
 
 from collections.abc import Callable, Sequence
-from itertools import compress
 from math import dist, hypot, inf
 from typing import NamedTuple
 
@@ -42,30 +41,11 @@ class Safety(NamedTuple):
 NOTHING_MORE = Safety()
 
 
-class _Excess:
-    """Decides whether a quantity beyond its limit stops the robot.
-
-    After a reset it may stay beyond, or nobody could lead the robot out; but it may not grow.
-    """
-
-    def __init__(self) -> None:
-        self.allowed = 0.0
-        """How far beyond the limit the quantity may be: 0 but for what a stop has left."""
-
-    def stops(self, excess: float, standing: bool) -> bool:
-        """Return True if the robot has to stop: `excess` is how far beyond the limit the quantity is.
-
-        `standing` says that an error has stopped the robot before.
-        """
-        if standing or excess > self.allowed * EASE:
-            self.allowed = excess
-            return not standing
-        self.allowed = min(self.allowed, excess)
-        return False
-
-
 class Protection:
-    """The limits of one robot, compared with exact values: without the noise of the readings."""
+    """The limits of one robot, compared with exact values: without the noise of the readings.
+
+    After a reset a quantity may stay beyond its limit, so that the robot can be led out; it may not grow.
+    """
 
     def __init__(self, joints: Sequence[str], torque_limits: Sequence[float], safety: Safety) -> None:
         """Joints by name and with their torque limits (Nm), base first."""
@@ -74,9 +54,7 @@ class Protection:
         self._least_limit = min(torque_limits)
         self._levers_m: object = None
         self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
-        self._torques = tuple(_Excess() for _ in joints)
-        self._force, self._moment, self._speed, self._place = (_Excess() for _ in range(4))
-        self._allows = False  # an excess that a reset has allowed
+        self._allowed: dict[str, float] = {}  # how far beyond its limit a reset has left a quantity
         self._judged = False  # by the present limits
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """True if the speed or the place of the TCP is watched."""
@@ -89,94 +67,87 @@ class Protection:
         self._most_n, self._most_nm = safety.force_n or inf, safety.torque_nm or inf
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
-        """Stop, in error, when the force or the torque from outside at the TCP is greater.
+        """Stop, in error, when the force or the torque from outside at the TCP is greater; 0 for not watched.
 
-        Args:
-            force_n: 0 for not watched, or 0.001 to 1e5.
-            torque_nm: As the force (Nm).
-
-        Raises:
-            Refused: A threshold is out of range.
+        Raises `Refused` for a threshold (N, Nm) out of range.
         """
         for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
             if value != 0.0 and not LEAST <= value <= GREATEST:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self._watch(self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None))
-        self._force, self._moment = _Excess(), _Excess()  # what was allowed was beyond the limits before
+        for what in ("force", "torque"):  # it was beyond the limits before
+            self._allowed.pop(what, None)
         self._judged = False
 
     def tolerates(self, load: ExternalWrench) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
-        self._judged = True
+        self._judged = load.judged = True
         if load.levers_m is not self._levers_m:
             self._levers_m = load.levers_m
-            self._part_per_n = max(
-                lever / limit for lever, limit in zip(load.levers_m, self._torque_limits, strict=True)
-            )
-        load.judged = True
+            levers = zip(load.levers_m, self._torque_limits, strict=True)
+            self._part_per_n = max(lever / limit for lever, limit in levers)
         within = surely_within(
             load.wrenches, load.torques, self._part_per_n, self._least_limit, self._most_n, self._most_nm
         )
-        return within and not self._allows
+        return within and not self._allowed
 
     def knows(self, load: ExternalWrench) -> bool:
         """Return True if another look at the present load would change nothing."""
-        return (self._judged and load.judged) or not (load.acts or self._allows)
+        return (self._judged and load.judged) or not (load.acts or self._allowed)
 
     def overload(self, load: ExternalWrench, joints: Sequence[float], standing: bool) -> str | None:
-        """Return why the load at joint positions (rad) stops the robot; None if it does not."""
+        """Return why the load at joint positions (rad) stops the robot; None if it does not.
+
+        `standing` says that an error has stopped it before: then the excess is allowed from now on.
+        """
         if self.tolerates(load):
             return None
-        safety = self.safety
+        reasons: list[str] = []
         x, y, z, a, b, c = load.acting
-        # All of them, also where one stops it: at rest it is perhaps not looked at again before the reset.
-        joint = self._overloaded_joint(load.exact_torques(joints), standing)
-        force = _collision(self._force, "force", hypot(x, y, z), "N", safety.force_n, standing)
-        torque = _collision(self._moment, "torque", hypot(a, b, c), "Nm", safety.torque_nm, standing)
-        self._allows = any(each.allowed for each in (*self._torques, self._force, self._moment))
-        # What is allowed is so only as long as it pushes: that it has ceased to has to be seen.
-        self.looks_always = self.watches_tcp or self._allows
-        return joint or force or torque
-
-    def _overloaded_joint(self, torques: Sequence[float], standing: bool) -> str | None:
-        limits, sizes = self._torque_limits, tuple(map(abs, torques))
-        excess = (max(0.0, size - limit) for size, limit in zip(sizes, limits, strict=True))
-        stops = [watch.stops(more, standing) for watch, more in zip(self._torques, excess, strict=True)]
-        if not any(stops):
-            return None
-        joint = max(compress(range(len(limits)), stops), key=lambda each: sizes[each] / limits[each])
-        return (
-            f"the external torque on {self._joints[joint]} is {sizes[joint]:.1f} Nm, "
-            f"its limit is {limits[joint]:g} Nm"
-        )
+        # Each of them, also behind one that stops the robot: it may not be looked at again before the reset.
+        worst = 0.0
+        for name, torque, limit in zip(
+            self._joints, map(abs, load.exact_torques(joints)), self._torque_limits, strict=True
+        ):
+            if self._stops(name, torque - limit, standing) and torque / limit > worst:
+                worst = torque / limit
+                reasons[:] = [f"the external torque on {name} is {torque:.1f} Nm, its limit is {limit:g} Nm"]
+        safety = self.safety
+        for what, value, unit, threshold in (
+            ("force", hypot(x, y, z), "N", safety.force_n),
+            ("torque", hypot(a, b, c), "Nm", safety.torque_nm),
+        ):
+            if threshold is not None and self._stops(what, value - threshold, standing):
+                at_tcp = f"the external {what} at the TCP is {value:.1f} {unit}"
+                reasons.append(f"collision: {at_tcp}, its threshold is {threshold:g} {unit}")
+        # An excess is allowed only as long as it lasts: its end has to be seen.
+        self.looks_always = self.watches_tcp or bool(self._allowed)
+        return reasons[0] if reasons else None
 
     def trespass(self, before: Vector, tcp: Vector, tick_s: float, standing: bool) -> str | None:
         """Return why a tick that moved the TCP from `before` to `tcp` (m, in the base) stops the robot."""
         limit, box = self.safety.tcp_speed_m_per_s, self.safety.box
         if limit is not None:
             speed = dist(before, tcp) / tick_s
-            if self._speed.stops(max(0.0, speed - limit * (1.0 + ROUNDING)), standing):
+            if self._stops("speed", speed - limit * (1.0 + ROUNDING), standing):
                 return f"the TCP runs at {1e3 * speed:.1f} mm/s, its limit is {1e3 * limit:g} mm/s"
         if box is not None:
-            beyond = [
-                max(low - at, at - high, 0.0) for low, at, high in zip(box[0], tcp, box[1], strict=True)
-            ]
-            if self._place.stops(max(beyond), standing):
+            beyond = [max(low - at, at - high) for low, at, high in zip(box[0], tcp, box[1], strict=True)]
+            if self._stops("place", max(beyond), standing):
                 axis = beyond.index(max(beyond))
                 within = f"{1e3 * box[0][axis]:g} to {1e3 * box[1][axis]:g} mm"
                 return f"the TCP is at {'xyz'[axis]} {1e3 * tcp[axis]:.1f} mm, its box is {within}"
         return None
 
-
-def _collision(
-    watch: _Excess, what: str, value: float, unit: str, limit: float | None, standing: bool
-) -> str | None:
-    if limit is None or not watch.stops(max(0.0, value - limit), standing):
-        return None
-    return (
-        f"collision: the external {what} at the TCP is {value:.1f} {unit}, its threshold is {limit:g} {unit}"
-    )
+    def _stops(self, what: str, excess: float, standing: bool) -> bool:
+        """Return True if the robot has to stop: a quantity is so far beyond its limit."""
+        if excess <= 0.0:
+            self._allowed.pop(what, None)
+            return False
+        grows = excess > EASE * self._allowed.get(what, 0.0)
+        self._allowed[what] = excess if standing or grows else min(excess, self._allowed[what])
+        return grows and not standing
 
 
 class LinkWatch:

@@ -1,11 +1,8 @@
 """The modes of the robot, and what each kind of command does in each of them.
 
-Of the text (Appendix B of drag&bot's requirements): "Robot has four different modes", normal, impedance,
-smart and direct, each with its own commands, and "changing between modes will stop the robot for about
-100 ms". Our decisions: before its first command, and after a stop, the robot is in none of them, which is
-called unknown; a stop is no mode of its own. A servo mode ends, as if by a stop, when its commands stay away
-for too long.
-Joint trajectories, which come by ROS 2 and rosbridge and which the text does not know, have a fifth.
+Appendix B of drag&bot's requirements has four modes, normal, impedance, smart and direct, each with its own
+commands; a change between them stops the robot for about 100 ms. Our decisions: the robot is in none of them,
+called unknown, before its first command and after a stop; joint trajectories of ROS have a fifth.
 """
 
 from enum import Enum
@@ -55,7 +52,6 @@ smart     |stop, normal|stop, impedance|smart      |stop, direct|stop, trajector
 direct    |stop, normal|stop, impedance|stop, smart|direct      |stop, trajectory|stop, unknown|stop, unknown
 trajectory|stop, normal|stop, impedance|stop, smart|stop, direct|trajectory      |stop, unknown|trajectory
 """
-
 SERVO_MODES = (Mode.SMART, Mode.DIRECT)
 LONGEST_SERVO_TIMEOUT_S = 86400.0
 

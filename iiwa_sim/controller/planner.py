@@ -1,25 +1,31 @@
-"""The planner turns a request into a path and its limits, or rejects it with a reason."""
+"""The planner turns a request into a move or a servo's target, or rejects it with a reason."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import degrees, isfinite
-from typing import NamedTuple
 
 import numpy as np
 
-from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
-from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.lin_planner import ROUNDING_RAD, LinPlanner
-from iiwa_sim.controller.requests import Kind, MoveRequest, RelativeTarget
+from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.motion.blend import Zone, joint_ball, sphere
+from iiwa_sim.motion.blend import Move, joint_ball, sphere
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.path import least_time_per_s, least_time_s, ptp, travel
+from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
+from iiwa_sim.motion.lin import LineOutOfReach, SingularLine, TcpLine, lin
+from iiwa_sim.motion.path import first_outside, least_time_per_s, least_time_s, ptp, travel
 from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Nearest, Unreachable, how_far
+from iiwa_sim.robot.nearest import (
+    JOINT_LIMIT,
+    OUT_OF_REACH,
+    ROBOT_CONFIGURATION,
+    Nearest,
+    Unreachable,
+    how_far,
+)
 from iiwa_sim.wording import distinct
 
 LEAST_SPEED_REL = 1e-6
@@ -27,83 +33,112 @@ LEAST_SPEED_REL = 1e-6
 NEAR_RAD = 1e-3
 """A joint this close to its target accepts any speed: drivers send 0 for a joint that stays."""
 LONGEST_MOVE_S = 86400.0
-"""A move that would take longer is refused: its speed is a mistake."""
+LONGEST_APPROACH_S = 3600.0
+"""A servo's target that would take longer to reach is refused."""
+DIRECT_REACH_RAD = 0.087
+"""A direct target is no farther from the present position on any axis. Published: the original's."""
 SAME_M = 1e-7
 """A line that is shorter only turns."""
 SAME_TURN_RAD = 1e-5
-"""A line without a way whose joints go less than this is there: 32 bits round a pose by as much."""
+"""A line on which the joints turn by less goes nowhere: 32 bits round a pose by as much."""
 FARTHEST_MM = 1e6
-"""A target farther away is refused unseen: its squares and products might be too large for floats."""
-
-
-class Plan(NamedTuple):
-    """How a move goes: all of a `Move` but its number."""
-
-    path: Polynomial
-    limits: JointLimits
-    length_s: float
-    zone: Zone | None
+ROUNDING_RAD = 1e-9
+"""How far (rad) beyond its limit a joint may seem to be by rounding that stands on it."""
+SAME_RAD = 1e-6
+"""Joint positions that differ by less are the same."""
+LOWEST_SHARE = 1e-6
+"""The least part of the robot's acceleration limits that a command may ask for."""
+PLACES = 129
+"""Number of places of a line that are looked at for its acceleration."""
+_REMEDY = "PTP gets there"
+"""Advice for a rejected line whose end can be reached."""
 
 
 class Planner:
-    """Plans moves of one robot. Each method raises `Refused` where the move cannot be done as asked for."""
+    """Plans moves of one robot. Methods raise `Refused` for what cannot be done as asked for."""
 
     def __init__(self, model: Model) -> None:
-        description = model.description
-        self._description = description
-        self._model = model
+        d = self._description = model.description
+        self._arm = model.tcp_of_flange
         self._inverse = Inverse(model)
-        self._nearest = Nearest(self._inverse, description)
-        self.limits = JointLimits(
-            np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
-        )
+        self._nearest = Nearest(self._inverse, d)
+        low, high = np.array(d.position_min), np.array(d.position_max)
+        self._lowest, self._highest = low - ROUNDING_RAD, high + ROUNDING_RAD
+        self._longest_rad = float((high - low).max())
+        self.limits = JointLimits(np.array(d.velocity), np.array(d.acceleration), np.array(d.jerk))
         """Limits of the joints in planned motion at full speed."""
-        self._lin = LinPlanner(model, self._inverse, self._nearest)
+        self.servo_limits = {
+            Mode.SMART: self.limits,
+            Mode.DIRECT: self.limits._replace(
+                acceleration=np.array(d.direct_acceleration), jerk=np.array(d.direct_jerk)
+            ),
+        }
+        """The limits of each servo mode at full speed."""
 
-    def plan(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:
-        """PTP or LIN as it is asked for, from joint positions (rad), with this TCP."""
+    def plan(
+        self,
+        request: MoveRequest,
+        start: Joints,
+        tcp: Tcp,
+        number: int = 0,
+        again: Callable[[Joints], Move | None] = lambda _: None,
+    ) -> Move:
+        """Return a PTP or LIN from joint positions (rad) with this TCP; `number` and `again` are its own."""
         try:
-            plan = self._uncapped(request, start, tcp)
+            path, speed_rel = self._path(request, start, tcp)
         except Refused as refused:
             if request.shift is None or refused.code != OUT_OF_REACH:
                 raise
-            raise Refused(OUT_OF_REACH, f"{refused.reason}; asked for {_in_words(request.shift)}") from None
-        return _capped(plan, request.acceleration)
+            way = " ".join(f"{mm:.1f}" for mm in request.shift.way[:3])
+            axes = "tool" if request.shift.in_tool else "base"
+            asked = f"asked for as a way of {way} mm in the axes of the {axes}"
+            raise Refused(OUT_OF_REACH, f"{refused.reason}; {asked}") from None
+        blending, zone = request.blending, None
+        if request.kind is Kind.PTP and not isinstance(request.target, Frame):
+            if not 0.0 <= blending <= 1.0:
+                raise Refused(EXECUTION, f"blending over {blending:g} of the way: expected 0 to 1")
+            zone = joint_ball(blending, start, path.end) if blending else None
+        elif blending != 0.0:
+            if not (isfinite(blending) and blending > 0.0):
+                raise Refused(EXECUTION, f"blending {blending:g} mm: expected 0 or more")
+            zone = sphere(blending / 1000.0, path.end, tcp)
+        limits = self.limits._replace(velocity=np.multiply(self.limits.velocity, speed_rel))
+        length_s, farthest = least_time_s(path, limits.velocity)
+        if not length_s <= LONGEST_MOVE_S:
+            longest = f"more than {LONGEST_MOVE_S:g} s"
+            raise Refused(EXECUTION, f"at this speed the move would take {longest}: expected a faster one")
+        if farthest < STANDSTILL_RAD:
+            length_s = 0.0
+        if request.acceleration is not None:
+            full = float(limits.velocity[0])
+            limits = capped(limits, request.acceleration, path)
+            length_s *= full / float(limits.velocity[0])
+        return Move(number, path, limits, length_s, zone, again)
 
-    def _uncapped(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:
-        target = request.target
+    def _path(
+        self, request: MoveRequest, start: Joints, tcp: Tcp
+    ) -> tuple[Polynomial, float | Sequence[float]]:
+        """Return the path of a PTP or LIN, and its speed relative to the limits of all joints, or of each."""
+        target, tool = request.target, tcp.tool_in_flange
         if not isinstance(target, Frame):
-            if request.kind is Kind.LIN:
-                return self._lin_to_joints(request, start, target, tcp)
-            return self._ptp_to_joints(request, start, target)
-        tcp_speed_m_s = request.tcp_speed_m_s
-        if tcp_speed_m_s is not None and not (isfinite(tcp_speed_m_s) and tcp_speed_m_s > 0.0):
-            raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected above 0")
-        flange = tcp.flange_at(_checked_pose(target, request.speed, request.redundancy))
+            if request.kind is Kind.PTP:
+                end, speeds = self._joint_target(start, target, request.speeds)
+                return ptp(start, end), speeds
+            end = self.checked_joints(target)
+            _check_speed(request.speed)
+            return self._line_to_joints(start, end, tool), request.speed
+        speed_m_s = request.tcp_speed_m_s
+        if speed_m_s is not None and not (isfinite(speed_m_s) and speed_m_s > 0.0):
+            raise Refused(EXECUTION, f"speed {speed_m_s:g} m/s: expected above 0")
+        flange = tcp.flange_at(_checked_pose(target, request))
         try:
             if request.kind is Kind.PTP:
                 path = ptp(start, self._nearest.find(flange, start, request.redundancy).joints)
             else:
-                path = self._lin.to_pose(start, flange, request.redundancy, tcp.tool_in_flange)
+                path = self._line_to_pose(start, flange, request.redundancy, tool)
         except Unreachable as unreachable:
             raise self._refusal(unreachable, "TCP", target, flange) from None
-        speed_rel = request.speed if tcp_speed_m_s is None else self._speed_rel(path, tcp_speed_m_s)
-        return self._plan(path, speed_rel, _sphere(path.end, request.blending, tcp))
-
-    def _ptp_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float]) -> Plan:
-        """Plan PTP to joint positions (rad), at a relative speed of each joint."""
-        end, speeds = self.joint_target(start, target, request.speeds)
-        if not 0.0 <= request.blending <= 1.0:
-            raise Refused(EXECUTION, f"blending over {request.blending:g} of the way: expected 0 to 1")
-        zone = joint_ball(request.blending, start, end) if request.blending else None
-        return self._plan(ptp(start, end), speeds, zone)
-
-    def _lin_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float], tcp: Tcp) -> Plan:
-        """Plan LIN to where the TCP is at joint positions (rad), ending in these."""
-        self.checked_joints(target)
-        _check_speed(request.speed)
-        line = self._lin.to_joints(start, tuple(target), tcp.tool_in_flange)
-        return self._plan(line, request.speed, _sphere(line.end, request.blending, tcp))
+        return path, request.speed if speed_m_s is None else self._speed_rel(path, speed_m_s)
 
     def _speed_rel(self, line: Polynomial, tcp_speed_m_s: float) -> float:
         """The relative speed at which the TCP is nowhere faster on a line than a speed (m/s)."""
@@ -119,61 +154,47 @@ class Planner:
             raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected {slowest:g} m/s or more")
         return speed_rel
 
-    def joint_target(
-        self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]
-    ) -> tuple[Joints, list[float]]:
-        """Return the checked target (rad) of a move from `start` (rad), and the relative speed of each joint.
+    # Servos
 
-        A joint within `NEAR_RAD` of its target gets full speed in place of one below `LEAST_SPEED_REL`: the
-        other joints do not wait for it.
+    def servo_target(self, request: MoveRequest, mode: Mode, present: Joints) -> tuple[Joints, JointLimits]:
+        """Return the joint positions (rad) that a servo heads for from the present ones, and its limits.
+
+        For a frame in the base they are the nearest ones that bring the flange there.
         """
-        target = self.checked_joints(joints)
-        if len(speeds_rel) != len(target):
-            raise Refused(EXECUTION, f"{len(target)} speeds are needed")
-        speeds: list[float] = []
-        for name, q, goal, speed in zip(self._description.joints, start, target, speeds_rel, strict=True):
-            if not 0.0 <= speed <= 1.0:
-                raise Refused(EXECUTION, f"speed {speed:g} of {name}: expected 0 to 1")
-            distance = abs(goal - q)
-            if speed >= LEAST_SPEED_REL:
-                speeds.append(speed)
-            elif distance <= NEAR_RAD + ROUNDING_RAD:
-                speeds.append(1.0)
-            else:
-                raise Refused(
-                    EXECUTION,
-                    f"{name} is {distance:.7g} rad from its target, at speed {speed:g}: expected "
-                    f"{LEAST_SPEED_REL:g} to 1, or a target within {NEAR_RAD:g} rad",
-                )
-        return target, speeds
-
-    def flange_target(self, present: Joints, flange: Frame, speed_rel: float) -> Joints:
-        """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
-        pose = _checked_pose(flange, speed_rel, None)
-        try:
-            return self._nearest.find(pose, present).joints
-        except Unreachable as unreachable:
-            raise self._refusal(unreachable, "flange", flange, pose) from None
-
-    def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
-        limits = self.limits._replace(velocity=np.multiply(self.limits.velocity, speed_rel))
-        length_s, farthest = least_time_s(path, limits.velocity)
-        if not length_s <= LONGEST_MOVE_S:
+        target, limits = request.target, self.servo_limits[mode]
+        if isinstance(target, Frame):
+            flange = _checked_pose(target, request)
+            try:
+                joints = self._nearest.find(flange, present).joints
+            except Unreachable as unreachable:
+                raise self._refusal(unreachable, "flange", target, flange) from None
+            limits = limits.at_speed(request.speed)
+        else:
+            joints, speeds = self._joint_target(present, target, request.speeds)
+            limits = limits.at_speed(speeds)
+        distances: Array = np.abs(np.subtract(joints, present))
+        farthest = int(distances.argmax())
+        if mode is Mode.DIRECT and distances[farthest] > DIRECT_REACH_RAD + ROUNDING_RAD:
+            distance, reach = distinct(float(distances[farthest]), DIRECT_REACH_RAD)
             raise Refused(
-                EXECUTION,
-                f"at this speed the move would take more than {LONGEST_MOVE_S:g} s: expected a faster one",
+                TARGET_NOT_REACHABLE,
+                f"{self._description.joints[farthest]} is {distance} rad from the target: a direct move "
+                f"goes {reach} rad at most, a smart move anywhere",
             )
-        return Plan(path, limits, 0.0 if farthest < STANDSTILL_RAD else length_s, zone)
+        self.check_approach(limits, distances, mode)
+        if request.acceleration is not None:
+            limits = capped(limits, request.acceleration)
+        return joints, limits
 
-    def _refusal(self, unreachable: Unreachable, what: str, asked: Frame, flange: Transform) -> Refused:
-        """The refusal in the words of who asked for a frame of `what`, which brings the flange to a pose."""
-        reason = unreachable.reason
-        if unreachable.code == OUT_OF_REACH:
-            x_mm, y_mm, z_mm = asked[:3]
-            place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
-            reason = f"the {what} at {place} is out of reach in this orientation"
-            reason += how_far(self._inverse.beyond_reach(flange))
-        return Refused(unreachable.code, reason)
+    def check_approach(self, limits: JointLimits, distances: Array | float, mode: Mode = Mode.SMART) -> None:
+        """Raise `Refused` where joints that have to brake first might take too long for distances (rad)."""
+        velocity, acceleration, jerk = self.servo_limits[mode]
+        way = distances + velocity * (velocity / acceleration + 2.0 * acceleration / jerk)
+        if (way > limits.velocity * LONGEST_APPROACH_S).any():
+            longest = f"more than {LONGEST_APPROACH_S:g} s"
+            raise Refused(EXECUTION, f"at this speed the target might take {longest}: expected a faster one")
+
+    # Targets
 
     def checked_joints(self, joints: Sequence[float]) -> Joints:
         """Return joint positions (rad) that are within their limits."""
@@ -186,35 +207,168 @@ class Planner:
                 raise outside(name, q, lower, upper)
         return tuple(map(float, joints))
 
+    def _joint_target(
+        self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]
+    ) -> tuple[Joints, list[float]]:
+        """Return the checked target (rad) of a move, and the relative speed of each joint.
+
+        A joint within `NEAR_RAD` of its target gets full speed in place of one below `LEAST_SPEED_REL`.
+        """
+        target = self.checked_joints(joints)
+        if len(speeds_rel) != len(target):
+            raise Refused(EXECUTION, f"{len(target)} speeds are needed")
+        speeds: list[float] = []
+        for name, q, goal, speed in zip(self._description.joints, start, target, speeds_rel, strict=True):
+            if not 0.0 <= speed <= 1.0:
+                raise Refused(EXECUTION, f"speed {speed:g} of {name}: expected 0 to 1")
+            distance = abs(goal - q)
+            if speed < LEAST_SPEED_REL and distance > NEAR_RAD + ROUNDING_RAD:
+                raise Refused(
+                    EXECUTION,
+                    f"{name} is {distance:.7g} rad from its target, at speed {speed:g}: expected "
+                    f"{LEAST_SPEED_REL:g} to 1, or a target within {NEAR_RAD:g} rad",
+                )
+            speeds.append(speed if speed >= LEAST_SPEED_REL else 1.0)
+        return target, speeds
+
+    def _refusal(self, unreachable: Unreachable, what: str, asked: Frame, flange: Transform) -> Refused:
+        """Build the refusal for a frame of `what`, which brings the flange to a pose."""
+        reason = unreachable.reason
+        if unreachable.code == OUT_OF_REACH:
+            x_mm, y_mm, z_mm = asked[:3]
+            place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
+            reason = f"the {what} at {place} is out of reach in this orientation"
+            reason += how_far(self._inverse.beyond_reach(flange))
+        return Refused(unreachable.code, reason)
+
+    # Lines
+
+    def _line_to_pose(
+        self, start: Joints, flange: Transform, redundancy: float | None, tool: Transform
+    ) -> Polynomial:
+        """Return the line from joint positions (rad) to a pose of the flange in the base.
+
+        The redundancy (rad) is kept, or is the one given, where that reaches the target; else it goes to the
+        nearest that does. The line is tried on the branch on which the target is found, and on the one the
+        robot is on: they may differ at a singular start, and on a line that passes a singular pose.
+        """
+        self._check_end(start, "start")
+        tcp_line, inverse = TcpLine(self._arm.pose(start), flange, tool), self._inverse
+        present = inverse.redundancy(start)
+        own = (present if redundancy is None else redundancy, inverse.status(start))
+        faults: list[Unreachable | Refused] = []
+        try:
+            end = self._nearest.find(flange, start, redundancy, keep_status=True)
+        except Unreachable as unreachable:
+            if abs(own[0] - present) > self._longest_rad:
+                raise
+            faults.append(unreachable)
+            tries = [own]
+        else:
+            found = (inverse.redundancy(end.joints), end.status)
+            tries = [own, found] if end.changed else [found, own]
+        for branch in dict.fromkeys(tries):
+            try:
+                return self._line(start, tcp_line, *branch)
+            except Refused as refused:
+                faults.append(refused)
+        raise faults[0]
+
+    def _line_to_joints(self, start: Joints, joints: Joints, tool: Transform) -> Polynomial:
+        """Return the line from joint positions (rad) to the TCP at others (rad), ending in these."""
+        self._check_end(start, "start")
+        inverse, wanted = self._inverse, self._inverse.status(joints)
+        tcp_line = TcpLine(self._arm.pose(start), self._arm.pose(joints), tool)
+        status = wanted if wanted in inverse.merging_statuses(start) else inverse.status(start)
+        line = self._line(start, tcp_line, inverse.redundancy(joints), status)
+        if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
+            ends = "a line to that pose ends in other joint positions"
+            if inverse.status(line.end) != wanted:
+                reason = f"{ends}, with the arm bent another way: a singular pose lies between, {_REMEDY}"
+                raise Refused(CROSSING_SINGULARITY, reason)
+            raise Refused(ROBOT_CONFIGURATION, f"{ends}, a joint a turn away: {_REMEDY}")
+        return line
+
+    def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Polynomial:
+        d = self._description
+        try:
+            line = lin(self._inverse, start, tcp_line, redundancy, status)
+        except LineOutOfReach as out:
+            reason = f"the line is out of reach after {out.s:.1%} of its way: {_REMEDY}"
+            raise Refused(OUT_OF_REACH, reason) from None
+        except SingularLine as singular:
+            where = f"after {singular.s:.1%} of the line, close to a singular pose: {_REMEDY}"
+            reason = f"{d.joints[singular.joint]} would have to jump {where}"
+            raise Refused(CROSSING_SINGULARITY, reason) from None
+        self._check_end(line.end, "end")
+        found = first_outside(line, self._lowest, self._highest)
+        if found is not None:
+            limit = (d.position_max if found.upwards else d.position_min)[found.joint]
+            raise Refused(
+                JOINT_LIMIT,
+                f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) "
+                f"after {found.s:.1%} of the line: {_REMEDY}",
+            )
+        return line
+
+    def _check_end(self, joints: Joints, which: str) -> None:
+        singular = self._inverse.turning_point(joints)
+        if singular is not None:
+            reason = f"a line cannot {which} in a singular pose ({singular}): go there, or leave, by PTP"
+            raise Refused(CROSSING_SINGULARITY, reason)
+
 
 def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:
-    """Why a joint, told as `joint`, cannot be at q, outside of its limits (rad)."""
+    """Build the refusal of a position q of a joint outside of its limits (rad)."""
     at, low, high = distinct(q, lowest, highest)
     limits = f"{low} to {high} rad ({degrees(lowest):g} to {degrees(highest):g} deg)"
     return Refused(JOINT_LIMIT, f"{joint} at {at} rad is outside {limits}")
 
 
-def _in_words(shift: RelativeTarget) -> str:
-    way = " ".join(f"{mm:.1f}" for mm in shift.way[:3])
-    return f"as a way of {way} mm in the axes of the {'tool' if shift.in_tool else 'base'}"
+def capped(limits: JointLimits, cap: AccelerationCap, path: Polynomial | None = None) -> JointLimits:
+    """Return limits (n,) with accelerations no higher than a cap, which only lowers; jerk limits stay."""
+    if cap.unit is AccelerationUnit.TCP_M_S2 and path is not None:
+        return _capped_line(limits, path, cap.values[0])
+    values = np.array(cap.values)
+    acceleration = limits.acceleration * values if cap.unit is AccelerationUnit.RELATIVE else values
+    if (acceleration < LOWEST_SHARE * limits.acceleration).any():
+        reason = f"acceleration: expected at least {LOWEST_SHARE:g} of the robot's limits"
+        raise Refused(EXECUTION, reason)
+    return limits._replace(acceleration=np.minimum(limits.acceleration, acceleration))
 
 
-def _sphere(target: Joints, blending_mm: float, tcp: Tcp) -> Zone | None:
-    if blending_mm == 0.0:
-        return None
-    if not (isfinite(blending_mm) and blending_mm > 0.0):
-        raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
-    return sphere(blending_mm / 1000.0, target, tcp)
+def _capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> JointLimits:
+    """Return limits (n,) within which the TCP nowhere accelerates along its line by more than `tcp_m_s2`.
+
+    Accelerations of all joints are lowered by one share. A line that bends in joint space makes the TCP
+    accelerate by its speed alone: speeds are lowered by one share, too, where that takes more than half.
+    """
+    length_m = path.tcp_length_m
+    if not length_m:
+        return limits
+    _, first, second, _ = path.derivatives(np.linspace(0.0, 1.0, PLACES))
+    dq = np.abs(first).clip(min=1e-12)
+    most = tcp_m_s2 / length_m
+    # The greatest (ds/dt)^2 at each place: by the speed limits, and by what half of the line allows.
+    fastest = np.minimum((limits.velocity / dq).min(axis=1) ** 2, most)[:, None]
+    from_limits, from_speed = limits.acceleration / dq, np.abs(second) * fastest / dq
+    slower = min(1.0, 0.5 * most / max(float(from_speed.min(axis=1).max()), 1e-300))
+    # At each place one joint bounds the line: all but what the speed takes is left to that joint's share.
+    shares = (most - slower * from_speed) / from_limits
+    share = min(1.0, float(shares.max(axis=1).min()))
+    if min(share, slower**0.5) < LOWEST_SHARE:
+        raise Refused(EXECUTION, f"acceleration {tcp_m_s2:g} m/s^2: lower than the robot can go")
+    return limits._replace(velocity=slower**0.5 * limits.velocity, acceleration=share * limits.acceleration)
 
 
-def _checked_pose(target: Frame, speed_rel: float, redundancy: float | None) -> Transform:
-    """The checked target as a pose."""
+def _checked_pose(target: Frame, request: MoveRequest) -> Transform:
+    """Return the checked target of a request as a pose."""
     _check_finite("frame", target)
     if max(map(abs, target[:3])) > FARTHEST_MM:
         raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
-    _check_speed(speed_rel)
-    if redundancy is not None:
-        _check_finite("redundancy", [redundancy])
+    _check_speed(request.speed)
+    if request.redundancy is not None:
+        _check_finite("redundancy", [request.redundancy])
     return target.to_transform()
 
 
@@ -226,14 +380,3 @@ def _check_finite(what: str, values: Sequence[float]) -> None:
 def _check_speed(speed_rel: float) -> None:
     if not LEAST_SPEED_REL <= speed_rel <= 1.0:
         raise Refused(EXECUTION, f"speed {speed_rel:g}: expected {LEAST_SPEED_REL:g} to 1")
-
-
-def _capped(plan: Plan, cap: AccelerationCap | None) -> Plan:
-    """The plan within a lower acceleration; without a cap, or with one above the limits, as it is."""
-    if cap is None:
-        return plan
-    if cap.unit is AccelerationUnit.TCP_M_S2:
-        limits = capped_line(plan.limits, plan.path, cap.values[0])
-        slower = float(plan.limits.velocity[0] / limits.velocity[0])
-        return plan._replace(limits=limits, length_s=slower * plan.length_s)
-    return plan._replace(limits=capped_joints(plan.limits, cap))

@@ -5,9 +5,7 @@ from enum import Enum
 from math import hypot, isfinite
 from typing import NamedTuple
 
-from iiwa_sim.controller.acceleration import AccelerationCap
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import (
     Frame,
     Quaternion,
@@ -21,10 +19,11 @@ from iiwa_sim.wording import distinct
 
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
-
 JOINT_BLENDING = 0.1
 """Blending of PTP to joint positions, as published for the original: it blends into the next move where each
 joint has no more than that part of its way to go."""
+Thresholds = tuple[float | None, float | None, float | None]
+"""Thresholds of the force along x, y and z of the TCP (N); None where it is not watched."""
 
 
 class Kind(Enum):
@@ -60,14 +59,32 @@ class TcpCompliance(NamedTuple):
     """How the TCP gives way around its move."""
 
     stiffness_n_per_m: float
-    """Stiffness of the springs in translation, 0 to 5000."""
+    """In translation, 0 to 5000."""
     balanced: Sequence[float]
-    """Force (N) and torque (Nm) at the TCP, along its axes, that would push it off: the controller adds their
-    negative."""
+    """Force (N) and torque (Nm) at the TCP, along its axes, of which the controller adds the negative."""
+
+
+class AccelerationUnit(Enum):
+    """Unit of the values of an acceleration cap."""
+
+    RELATIVE = "relative"
+    """Shares of the robot's joint acceleration limits, above 0 and up to 1."""
+    RAD_S2 = "rad/s^2"
+    """Acceleration of joints, in every kind of move."""
+    TCP_M_S2 = "m/s^2"
+    """Acceleration of the TCP along the line of a LIN."""
+
+
+class AccelerationCap(NamedTuple):
+    """The greatest acceleration of one move, where it is below the robot's own."""
+
+    values: tuple[float, ...]
+    """One, or one for each joint; all are above 0."""
+    unit: AccelerationUnit
 
 
 class MoveRequest(NamedTuple):
-    """A move that is asked for. What goes out of range is refused when it is accepted."""
+    """A move that is asked for. Values out of range are refused when it is accepted."""
 
     kind: Kind
     target: Frame | Sequence[float] = ()
@@ -86,7 +103,7 @@ class MoveRequest(NamedTuple):
     redundancy: float | None = None
     """The position (rad) of A3 at the target; without one it stays, if the target can then be reached."""
     thresholds: Thresholds | None = None
-    """The move ends when a force at the TCP has changed by more since the command, see `ForceGuard`."""
+    """The move ends when a force at the TCP has changed by more since the command."""
     compliance: TcpCompliance | None = None
     """The robot gives way around the move, which replaces what runs instead of waiting behind it."""
     hold_nm_per_rad: float = 0.0
@@ -95,14 +112,10 @@ class MoveRequest(NamedTuple):
     """Speed of the TCP of LIN to a frame, instead of a relative one: the TCP is nowhere faster, and comes to
     this speed where the joints have the least to do."""
     acceleration: AccelerationCap | None = None
-    """Caps the robot's own."""
 
 
 def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
-    """The frame of a position (mm) and a quaternion x, y, z, w, which is made one of unit length.
-
-    Raises `Refused` where its length is not 1, within the tolerance.
-    """
+    """The frame of a position (mm) and a quaternion x, y, z, w; raises `Refused` unless its length is 1."""
     length = hypot(*quaternion)
     if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
         shown, *_ = distinct(length, 1.0 - QUATERNION_LENGTH_TOLERANCE, 1.0 + QUATERNION_LENGTH_TOLERANCE)

@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
-from iiwa_sim.controller.errors import ErrorRecord, RobotErrors
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.handling import BodyState, GripperState, PartState
 from iiwa_sim.frames import Frame, Vector, compose
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
 
-AUTOMATIC = 2
-"""The mode in which a controller takes moves from a driver; it is in no other."""
 NO_ERROR = ErrorRecord(0, "none")
 
 
@@ -102,20 +100,6 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     error: ErrorState
 
 
-def robot_status(errors: RobotErrors, *, in_motion: bool) -> RobotStatus:
-    """Return the status of a robot with these errors."""
-    standing = errors.standing
-    return RobotStatus(
-        mode=AUTOMATIC,
-        e_stopped=int(errors.e_stopped),
-        drives_powered=int(errors.drives_powered),
-        motion_possible=int(standing is None),
-        in_motion=int(in_motion),
-        in_error=int(standing is not None),
-        error_code=0 if standing is None else standing.code,
-    )
-
-
 def snapshot(controller: Controller) -> Snapshot:
     """Return the present state of `controller`'s robot."""
     motions, load, handling = controller.motions, controller.load, controller.handling
@@ -124,7 +108,6 @@ def snapshot(controller: Controller) -> Snapshot:
     tcp = Frame.from_transform(compose(flange, tool))
     goal = motions.goal if moving else joints
     force, torques = load.readings(joints)
-    error = controller.last_error or NO_ERROR
     return Snapshot(
         time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,
@@ -150,5 +133,5 @@ def snapshot(controller: Controller) -> Snapshot:
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,
-        error=ErrorState(error.code, error.reason),
+        error=ErrorState(*(controller.errors.last or NO_ERROR)),
     )

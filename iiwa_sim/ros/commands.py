@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from math import dist, isfinite
 from typing import Any
 
-from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.requests import Kind, MoveRequest, from_quaternion
+from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest, from_quaternion
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.wording import harmless, shortened
 

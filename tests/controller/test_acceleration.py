@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits

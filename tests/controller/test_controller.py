@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.controller import LONGEST_QUEUE, Controller
 from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
-from iiwa_sim.controller.moves import LONGEST_QUEUE
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH

@@ -14,7 +14,7 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.force_guard import Thresholds
+from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from tests import asked

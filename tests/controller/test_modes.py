@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
-from iiwa_sim.controller.targets import DIRECT_REACH_RAD
+from iiwa_sim.controller.planner import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests import asked

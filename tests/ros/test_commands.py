@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.ros.commands import read_command
 from iiwa_sim.ros.messages import checked
