@@ -256,7 +256,7 @@ class Recorder:
         return goes_on
 
     def _pending(self) -> list[Sent]:
-        return [move for move in self.runs[-1].moves if self.robot.controller.is_pending(move.number)]
+        return [move for move in self.runs[-1].moves if self.robot.controller.motions.is_pending(move.number)]
 
     def _begun_at(self, joints: Joints, moves: list[Sent]) -> list[Sent]:
         """Moves as they are when the first begins elsewhere; where one is impossible the example is none."""

@@ -110,14 +110,14 @@ class Mix:
         self._check()
 
     def _still_pending(self) -> Iterator[int]:
-        return filter(self.robot.controller.is_pending, sorted(self._pending))
+        return filter(self.robot.controller.motions.is_pending, sorted(self._pending))
 
     def _check(self) -> None:
         controller = self.robot.controller
         pending = set(self._still_pending())
         self._done |= self._pending - pending
         self._pending = pending
-        assert not any(map(controller.is_pending, self._done)), "what is done, or forgotten, stays so"
+        assert not any(map(controller.motions.is_pending, self._done)), "what is done, or forgotten, stays so"
         assert controller.moving or not pending
         assert controller.queue in (len(pending), len(pending) - 1)
 

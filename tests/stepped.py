@@ -82,7 +82,7 @@ class SteppedRobot:
             self.controller.step()
             self.notice_mode()  # the controller may have stopped by itself
             self.joints.append(self.controller.joints)
-            self.under_way.append(self.controller.move_under_way)
+            self.under_way.append(self.controller.motions.under_way)
             self.stopping.append(self._stop_ticks > 0)
             self.direct.append(self._direct_ticks > 0)
             self._stop_ticks -= 1
@@ -106,7 +106,7 @@ class SteppedRobot:
         """Whether the move that runs goes on to its target."""
         self.notice_mode()
         self.controller.clear_queue()
-        goes_on = self.controller.is_pending(running)
+        goes_on = self.controller.motions.is_pending(running)
         if not goes_on:
             self.may_stop()
         return goes_on

@@ -385,7 +385,7 @@ class Backdoor:
     @acts
     def refuse_next_move(self, code: int) -> None:
         """Refuse the next move with this code. It is no error state."""
-        self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
+        self._controller.errors.next_refusal = ErrorRecord(_checked(code), ON_PURPOSE)
 
     @acts
     def fail_move(self, code: int) -> None:
@@ -514,7 +514,7 @@ class Backdoor:
     @acts
     def clear_faults(self) -> None:
         """End faults of the wire and of the next move, and canned replies; accept connections."""
-        self._controller.refuse_next_move(None)
+        self._controller.errors.next_refusal = None
         self._wire.clear()
         for each in self._ports():
             each.accept()

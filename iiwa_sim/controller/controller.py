@@ -25,10 +25,9 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.handling import Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
-from iiwa_sim.controller.joint_trajectories import JointTrajectories, Progress
+from iiwa_sim.controller.joint_trajectories import JointTrajectories
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
-from iiwa_sim.controller.motions import Motions, Planned, motions_of
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
 from iiwa_sim.controller.state import RobotStatus
@@ -36,6 +35,7 @@ from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.motions import Motions
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
@@ -82,28 +82,25 @@ class Controller:
         on_contact: Callable[[Contact], None] | None = None,
         on_touch: Callable[[str], None] | None = None,
     ) -> None:
-        """Put the robot at rest at `start`.
+        """Put the robot at rest.
 
         Args:
             description: The arm and its limits.
             tick_s: Simulated time of a tick.
-            start: Joint positions (rad) within the limits; None for home.
-            tool_in_flange: The pose of the TCP; None for the robot's own.
+            start: Joint positions (rad) within the limits; by default home.
+            tool_in_flange: The pose of the TCP; by default the robot's own.
             world: Surfaces that TCP and links touch.
             noise: Noise of the readings of forces and torques.
-            io: Inputs and outputs; None for 16 of each.
+            io: Inputs and outputs; by default 16 of each.
             safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
-            tool: The load at the flange, which the controller knows; None for nothing.
+            tool: The load at the flange, which the controller knows.
             handled: Gripper and parts of the cell.
-            servo_timeout_s: The robot stops when a servo mode hears of no command for so long; None for
-                never.
-            on_fault: Takes code and reason of an error between commands.
-            on_contact: Takes the force that has ended a move.
-            on_touch: Takes a line about a link that begins to touch a surface or another link.
+            servo_timeout_s: Time without a command that ends a servo mode; by default none does.
+            on_fault: Called with code and reason of an error between commands.
+            on_contact: Called with the force that has ended a move.
+            on_touch: Called with a line about a link that begins to touch a surface or another link.
 
-        Raises:
-            RobotFault: The robot's folder does not fit together.
-            ValueError: The timeout is out of range.
+        Raises ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -140,7 +137,7 @@ class Controller:
         self.motions = self._motions_from(start)
         self.joints_before = start
         """Joint positions (rad) at the end of the tick before the last one."""
-        self.endings = Endings(self.is_pending)
+        self.endings = Endings(lambda number: self.motions.is_pending(number))  # noqa: PLW0108 motions are replaced
         """Tells its listeners how each move ended."""
         self.errors = RobotErrors()
         self.protection = Protection(description.joints, description.torque, safety)
@@ -330,12 +327,12 @@ class Controller:
         """
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
-        self.motions.set_override(override)
+        self.motions.executor.set_override(override)
 
     @property
     def override(self) -> float:
         """The part of their planned speed at which all motions run or will run, 0..1."""
-        return self.motions.override
+        return self.motions.executor.time.override
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -488,7 +485,7 @@ class Controller:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         self.errors.check()
         self.check_hold()
-        if self.motions.waiting >= LONGEST_QUEUE:
+        if self.motions.executor.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
             )
@@ -496,7 +493,7 @@ class Controller:
         if request.thresholds is not None:
             check_thresholds(request.thresholds)
         number = self.accept(Event.NORMAL_MOVE)
-        self.motions.append(move)
+        self.motions.executor.append(move)
         return number
 
     def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
@@ -557,35 +554,16 @@ class Controller:
             self.endings.lost(number, refused.code, reason)
             return None
 
-    def is_pending(self, move: int) -> bool:
-        """Return True if a move of this number runs or waits, and has been neither stopped nor replaced."""
-        return self.motions.is_pending(move)
-
-    @property
-    def move_under_way(self) -> int:
-        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        return self.motions.under_way
-
     @property
     def queue(self) -> int:
         """How many moves wait behind the one that runs, or begins in the next tick."""
         return self.motions.behind
 
     @property
-    def planned(self) -> list[Planned]:
-        """The running and the waiting moves, in their order; see `Motions.planned`."""
-        return self.motions.planned
-
-    @property
     def end_of_queue(self) -> Joints:
         """Joint positions (rad) at which the next normal move begins."""
         stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
-        return self.motions.rest_after_stop() if stops else self.motions.rest
-
-    @property
-    def trajectory(self) -> Progress | None:
-        """The state of the trajectory that is followed; None while there is none."""
-        return self.trajectories.progress
+        return self.motions.rest_after_stop() if stops else self.motions.executor.rest
 
     # For tests, by the backdoor: no driver can do this. It takes effect at once.
 
@@ -594,10 +572,6 @@ class Controller:
         self.errors.switch_drives(on)
         if not on:
             self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
-
-    def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
-        """Refuse the next move outside of the error state, whatever it asks for; None takes that back."""
-        self.errors.next_refusal = refusal
 
     def time_out_servo(self) -> None:
         """Stop as if a servo mode had received no command for too long; raises `Refused` in other modes."""
@@ -639,16 +613,14 @@ class Controller:
         self.tool_in_flange = tool_in_flange
         self.tcp_of_arm = self.model.tcp(tool_in_flange)
         self.motions = self._motions_from(joints)
-        self.motions.set_override(override)
+        self.motions.executor.set_override(override)
         self.load.place(joints, tool_in_flange)
         if self.handling is not None:
             self.handling.tcp_is(joints, self.load.tcp(joints))
 
     def _motions_from(self, joints: Joints) -> Motions:
         limits, load = self.planner.limits, self.load
-        return motions_of(
-            self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world
-        )
+        return Motions(self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world)
 
 
 def _check_stiffness(stiffness: float, largest: float, unit: str) -> None:

@@ -121,7 +121,7 @@ def snapshot(controller: Controller) -> Snapshot:
         joint_torque=torques,
         goal_joint_position=goal,
         goal_frame=tcp if goal == joints else controller.tcp_frame_at(goal),
-        override=motions.override,
+        override=controller.override,
         tool_load=controller.tool_load.told(),
         gripper=None if handling is None else handling.state,
         parts=() if handling is None else handling.parts,

@@ -70,7 +70,7 @@ class Watch:
         self._mode = controller.mode
         self._pace = clock()
         self._accepted = controller.accepted
-        self._under_way = controller.move_under_way
+        self._under_way = controller.motions.under_way
         self._begun = controller.accepted  # moves up to this number have begun, or are of no interest
         self._touches = controller.load.touching
         self._in_error = bool(controller.status().in_error)
@@ -92,7 +92,7 @@ class Watch:
             for move in range(self._accepted + 1, accepted + 1):
                 self._tell(Event(ACCEPTED, self._mode.value, move))
             self._accepted = accepted
-        under_way = controller.move_under_way
+        under_way = controller.motions.under_way
         if under_way != self._under_way:
             self._under_way = under_way
             if under_way > self._begun:
@@ -111,14 +111,14 @@ class Watch:
     def ticked(self) -> None:
         """A tick has been made."""
         robot = self._controller
-        signs = (robot.accepted, robot.move_under_way, robot.load.touching, robot.mode)
+        signs = (robot.accepted, robot.motions.under_way, robot.load.touching, robot.mode)
         if signs != self._signs or self._in_error:  # which is not so in most ticks
             self._signs = signs
             self.look()
         # A servo's target or a stiffness move has no other sign of its beginning.
         if self._begun < self._accepted and self._mode is not Mode.NORMAL:
             move = self._accepted
-            if self._controller.is_pending(move):
+            if self._controller.motions.is_pending(move):
                 self._begin(move)
             self._begun = move
 

@@ -140,7 +140,8 @@ class JointInterface:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        progress = self._controller.trajectory if self._feedback and self._graph.is_due(FEEDBACK_HZ) else None
+        is_due = self._feedback and self._graph.is_due(FEEDBACK_HZ)
+        progress = self._controller.trajectories.progress if is_due else None
         hear = None if progress is None else self._feedback.get(progress.number)
         if progress is not None and hear is not None:
             hear(_feedback(progress, self._names, self._graph.header()))

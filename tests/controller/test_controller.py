@@ -108,7 +108,7 @@ def test_moves_run_one_after_the_other_in_their_order() -> None:
     assert numbers == sorted(numbers)
     passed = []
     for number in numbers:
-        while robot.controller.is_pending(number):
+        while robot.controller.motions.is_pending(number):
             robot.step()
         passed.append(robot.controller.joints[0])
     # Joint moves blend: the next one has begun when one is done.
@@ -122,7 +122,7 @@ def test_a_stop_discards_every_queued_move() -> None:
     numbers = [robot.controller.move(joint_move(target, FULL)) for target in (AWAY, [0.0] * 7, AWAY)]
     robot.step(40)
     robot.stop()
-    assert not any(robot.controller.is_pending(number) for number in numbers)
+    assert not any(robot.controller.motions.is_pending(number) for number in numbers)
     robot.runs_until_stopped(0.1)
 
 

@@ -135,7 +135,7 @@ def test_who_asked_for_a_move_is_told_of_its_end_and_of_no_other(robot: SteppedR
     robot.controller.move(joint_move(HOME, SPEEDS))
     robot.controller.move(joint_move(FAR, SPEEDS), told["other"].append)
     while not told["one"]:
-        assert robot.controller.is_pending(1)
+        assert robot.controller.motions.is_pending(1)
         robot.step()
     assert told == {"one": [Ending(1, SUCCESS, "")], "other": []}
     robot.stop()

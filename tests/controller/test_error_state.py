@@ -53,7 +53,7 @@ def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
     robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     with patch.context() as broken_for_a_tick:
-        robot.controller.motions._executor._ahead.clear()
+        robot.controller.motions.executor._ahead.clear()
         broken_for_a_tick.setattr(Executor, "_advance", broken)
         with pytest.raises(ZeroDivisionError):
             robot.controller.step()

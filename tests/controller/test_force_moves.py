@@ -92,7 +92,7 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
     depth_m = 1e-3 * (START_MM[name][2] - BELOW_MM + 3.0 - robot.controller.tool_frame().z_mm)
     felt_n = robot.controller.cartesian_force()[2]
     assert felt_n == pytest.approx(pushed_n - STIFFNESS * depth_m, rel=1e-3, abs=1e-2)
-    assert not robot.controller.is_pending(number)
+    assert not robot.controller.motions.is_pending(number)
     assert robot.controller.last_error is None
     assert_within_limits(robot)
 
@@ -152,7 +152,7 @@ def test_forces_are_watched_from_the_tick_in_which_the_move_begins_until_it_ends
     under_way = []
     while chain.controller.moving:
         chain.step()
-        under_way.append([chain.controller.is_pending(number) for number in numbers])
+        under_way.append([chain.controller.motions.is_pending(number) for number in numbers])
     for tick in range(1, len(under_way) + 1, 41):
         robot = SteppedRobot()
         three_moves(robot)
@@ -194,11 +194,11 @@ def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str, nam
     robot.cancel()
     stopped.stop()
     assert robot.controller.mode.value == servo
-    assert not robot.controller.is_pending(2)
+    assert not robot.controller.motions.is_pending(2)
     assert rest_of(robot) == rest_of(stopped)
     assert rest_of(robot) != tuple(near)
     number = head_for(robot, servo, near)
-    assert robot.controller.is_pending(number)
+    assert robot.controller.motions.is_pending(number)
     assert rest_of(robot) == tuple(near)
     robot.controller.cancel_move()
     robot.step(3)
@@ -206,7 +206,7 @@ def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str, nam
     number = head_for(robot, servo, STARTS[name])
     robot.controller.clear_queue()
     assert robot.controller.queue == 0
-    assert robot.controller.is_pending(number)
+    assert robot.controller.motions.is_pending(number)
     assert rest_of(robot) == tuple(STARTS[name])
     assert_within_limits(robot)
 
@@ -226,7 +226,7 @@ def test_moves_behind_a_touch_run_on(name: str) -> None:
     last = c.move(ptp_move(aside, 0.5, 0.0))
     while not robot.contacts:
         robot.step()
-    assert [c.is_pending(number) for number in (touching, left, last)] == [False, True, True]
+    assert [c.motions.is_pending(number) for number in (touching, left, last)] == [False, True, True]
     assert c.queue == 2
     robot.runs_until_stopped()
     assert [contact.move for contact in robot.contacts] == [touching]

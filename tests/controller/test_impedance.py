@@ -282,7 +282,7 @@ def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(nam
     first = robot.controller.move(lin_stiff_move(there, 0.3, 4000.0, NO_FORCE))
     robot.step(100)
     robot.cancel()
-    assert not robot.controller.is_pending(first)
+    assert not robot.controller.motions.is_pending(first)
     robot.runs_until_stopped(0.1)
     here = robot.controller.tool_frame()
     assert_straight(robot, robot.joints, here)
@@ -316,10 +316,10 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     robot.step(1000)
     assert controller.joints == tuple(START)
     assert controller.mode is Mode.IMPEDANCE
-    assert controller.is_pending(hold)
+    assert controller.motions.is_pending(hold)
     assert controller.moving
     robot.stop()
-    assert not controller.is_pending(hold)
+    assert not controller.motions.is_pending(hold)
     assert controller.mode is Mode.UNKNOWN
     robot.runs_until_stopped(LONGEST_STOP_S)
     controller.move(smart_joint_move(AWAY, FULL))
@@ -339,7 +339,7 @@ def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: s
     controller.load.joint_push = (0.0,) * len(PLACES[name][0])
     target = robot.tcp_frame(PLACES[name][1])
     controller.move(ptp_stiff_move(target, 0.5, 2000.0, NO_FORCE))
-    assert not controller.is_pending(hold)
+    assert not controller.motions.is_pending(hold)
     robot.runs_until_stopped()
     np.testing.assert_allclose(controller.tool_frame(), target, atol=0.1)
     changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
@@ -361,7 +361,7 @@ def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, ki
     assert speeds(robot, 2)[-1] > 0.1
     home = robot.tcp_frame(PLACES[name][0])
     second = move(home, 0.5, 2000.0, NO_FORCE)
-    assert (controller.is_pending(first), controller.is_pending(second)) == (False, True)
+    assert (controller.motions.is_pending(first), controller.motions.is_pending(second)) == (False, True)
     assert controller.queue == 0
     fastest = speeds(robot, 2)[-1]
     robot.step(2)

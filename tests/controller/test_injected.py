@@ -88,7 +88,7 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     controller = robot.controller
     controller.move(joint_move(AWAY, FULL))
     robot.step(20)
-    controller.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.errors.next_refusal = ErrorRecord(CODE, REASON)
     with pytest.raises(Refused, match=REASON) as refused:
         controller.move(smart_joint_move(AWAY, FULL))
     assert refused.value.code == CODE

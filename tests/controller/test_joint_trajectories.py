@@ -65,7 +65,7 @@ class Following:
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             self.robot.step()
-            progress = self.controller.trajectory
+            progress = self.controller.trajectories.progress
             if progress is not None:
                 self.desired.append(np.array(progress.desired[0]))
                 self.actual.append(np.array(progress.actual[0]))

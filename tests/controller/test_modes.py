@@ -163,13 +163,13 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(
     assert 0 < ticks <= STOP_TICKS
     for _ in range(ticks):
         assert changed.controller.moving
-        assert changed.controller.is_pending(number)
+        assert changed.controller.motions.is_pending(number)
         changed.step()
     assert changed.joints == stopped.joints, "on its path, which a stop does not leave"
     changed.step()
     assert changed.joints[-1] != changed.joints[-2], "begins in the tick after it has come to rest"
     changed.runs_until_stopped()
-    assert not changed.controller.is_pending(number)
+    assert not changed.controller.motions.is_pending(number)
     if GOES[other][0] is Mode.DIRECT:
         assert np.abs(np.subtract(changed.joints[-1], stopped.joints[-1])).max() == pytest.approx(0.08)
     else:
@@ -202,7 +202,7 @@ def test_a_stop_ends_every_mode_on_the_path(name: str, command: str) -> None:
     rest = rest_after_stop(robot.controller)
     robot.stop()
     assert robot.controller.mode is Mode.UNKNOWN
-    assert not robot.controller.is_pending(number)
+    assert not robot.controller.motions.is_pending(number)
     assert robot.controller.moving
     robot.runs_until_stopped(0.1)
     assert robot.controller.joints == rest
@@ -225,7 +225,7 @@ def test_a_smart_target_is_reached_exactly_from_anywhere_and_the_newest_counts()
     for target in (AWAY, START, ELSEWHERE):
         numbers.append(robot.controller.move(smart_joint_move(target, [0.5] * 7)))
         robot.step(100)
-    assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
+    assert [robot.controller.motions.is_pending(number) for number in numbers] == [False, False, True]
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(ELSEWHERE)
     assert robot.controller.mode is Mode.SMART
@@ -315,7 +315,7 @@ def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
     robot.step()
     assert robot.controller.mode is Mode.UNKNOWN
     assert robot.controller.moving
-    assert not robot.controller.is_pending(number)
+    assert not robot.controller.motions.is_pending(number)
     robot.runs_until_stopped(0.1)
     assert robot.controller.joints == rest
     mode = GOES[command][0].value

@@ -16,7 +16,7 @@ READY = (0.0, 0.4, 0.0, -1.2, 0.0, 1.2, 0.0)
 
 
 def numbers(robot: SteppedRobot) -> list[int]:
-    return [each.number for each in robot.controller.planned]
+    return [each.number for each in robot.controller.motions.planned]
 
 
 def aside(robot: SteppedRobot, y_mm: float) -> Frame:
@@ -28,12 +28,12 @@ def aside(robot: SteppedRobot, y_mm: float) -> Frame:
 def test_targets_and_spheres_are_those_that_were_asked_for() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    assert controller.planned == []
+    assert controller.motions.planned == []
     controller.move(joint_move(READY, FULL))
     corner, end = aside(robot, 100.0), aside(robot, 160.0)
     controller.move(lin_move(corner, 0.5, 30.0))
     controller.move(ptp_move(end, 0.5, 0.0))
-    first, second, third = controller.planned
+    first, second, third = controller.motions.planned
     assert (first.number, first.joints) == (1, READY)
     assert [each.blending_m for each in (first, second, third)] == pytest.approx([0.0, 0.03, 0.0])
     for planned, wanted in ((second, corner), (third, end)):
@@ -41,10 +41,10 @@ def test_targets_and_spheres_are_those_that_were_asked_for() -> None:
     while robot.controller.moving:
         before = numbers(robot)
         assert before == sorted(before)
-        assert before[0] == controller.move_under_way or not controller.move_under_way
+        assert before[0] == controller.motions.under_way or not controller.motions.under_way
         assert len(before) == controller.queue + 1
         robot.step(20)
-    assert controller.planned == []
+    assert controller.motions.planned == []
 
 
 @given(st.integers(0, 1500), st.sampled_from(["stop", "cancel_move", "clear_queue"]))
@@ -59,12 +59,12 @@ def test_what_was_stopped_cancelled_or_cleared_is_told_no_more(ticks: int, how: 
     getattr(controller, how)()
     after = numbers(robot)
     assert set(after) <= set(before)
-    assert all(controller.is_pending(number) for number in after)
-    assert [number for number in before if controller.is_pending(number)] == after
+    assert all(controller.motions.is_pending(number) for number in after)
+    assert [number for number in before if controller.motions.is_pending(number)] == after
     while controller.moving:
         robot.step(10)
-        assert all(controller.is_pending(number) for number in numbers(robot))
-    assert controller.planned == []
+        assert all(controller.motions.is_pending(number) for number in numbers(robot))
+    assert controller.motions.planned == []
 
 
 def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
@@ -77,6 +77,6 @@ def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
         robot.step(60)
         assert numbers(robot) == [number], "also one that takes over in mid-motion"
     controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=300.0))
-    assert controller.planned == []
+    assert controller.motions.planned == []
     robot.step(600)
-    assert controller.planned == []
+    assert controller.motions.planned == []

@@ -86,7 +86,7 @@ def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes
         robot.step()
     assert largest_part(robot) > 1.0
     assert_stopped_itself(robot, "torque on A", "its limit is")
-    assert not robot.controller.is_pending(waits)
+    assert not robot.controller.motions.is_pending(waits)
     robot.runs_until_stopped()
     assert robot.controller.tool_frame().z_mm > down(robot, 0.0).z_mm - 1e-6
     assert len(robot.faults) == 1

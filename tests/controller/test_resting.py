@@ -135,7 +135,7 @@ class Program:
             lambda c: (c.release_emergency_stop(), c.reset_error()),
             lambda c: c.reset_error(),
             lambda c: c.switch_drives(bool(number % 2)),
-            lambda c: c.refuse_next_move(ErrorRecord(5, "as a test wants it")),
+            lambda c: setattr(c.errors, "next_refusal", ErrorRecord(5, "as a test wants it")),
             lambda c: setattr(c.load, "wrench", (0.0, 0.0, force, 0.0, 0.0, 0.0)),
             lambda c: setattr(c.load, "joint_push", (0.0,) * len(c.joints)),
             lambda c: c.load.seed(number),

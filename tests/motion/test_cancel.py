@@ -97,8 +97,8 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
         first, second = 1, each.controller.move(joint_move(there, FULL))
         each.step(100)
     robot.cancel()
-    assert not robot.controller.is_pending(first)
-    assert robot.controller.is_pending(second)
+    assert not robot.controller.motions.is_pending(first)
+    assert robot.controller.motions.is_pending(second)
     assert robot.controller.queue == 1
     stopped.stop()
     ticks = stopped.runs_until_stopped()
@@ -148,7 +148,7 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     assert robot.faults == []
     robot.step(2)
     assert robot.controller.queue == 1
-    assert [robot.controller.is_pending(number) for number in numbers] == [False, True, False, False]
+    assert [robot.controller.motions.is_pending(number) for number in numbers] == [False, True, False, False]
     ((code, reason),) = robot.faults
     assert code == JOINT_LIMIT, reason
     assert f"move {numbers[2]} and those behind it are forgotten" in reason
@@ -183,11 +183,11 @@ def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(name: s
 @both
 def test_a_running_move_that_has_left_its_path_stops_on_its_blend(name: str) -> None:
     recorder, (first, second) = lines(name, 40.0)
-    while recorder.robot.controller.is_pending(first):
+    while recorder.robot.controller.motions.is_pending(first):
         recorder.wait(1)
     blended, (first, _) = lines(name, 40.0)
     blended.wait(recorder.tick - 2)
-    assert blended.robot.controller.is_pending(first)
+    assert blended.robot.controller.motions.is_pending(first)
     assert not blended.clear()
     assert blended.robot.runs_until_stopped() * blended.robot.tick_s <= STOP_S
     blended.finish()
@@ -214,7 +214,7 @@ def test_a_running_move_ends_at_its_target_wherever_it_is_slow_enough_to_rest_th
     robot, target = ahead.robot, ahead.runs[-1].moves[0].corner
     limits = robot.description
     seen = 0
-    while robot.controller.is_pending(1):
+    while robot.controller.motions.is_pending(1):
         ahead.wait(15)
         speeds = np.abs(np.subtract(*robot.joints[-1:-3:-1])) / robot.tick_s
         needed = speeds**2 / (2.0 * np.array(limits.acceleration))

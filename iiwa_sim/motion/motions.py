@@ -26,12 +26,10 @@ class Planned(NamedTuple):
     """The end of a move, or the target of a servo."""
 
     number: int
-    """Moves, targets, trajectories and holds are numbered together, in the order of their acceptance."""
     joints: Joints
     """rad"""
     blending_m: float = 0.0
-    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
-    also where joint positions say how far it may."""
+    """Radius of the sphere round the TCP there in which it may leave its path; 0 for none."""
 
 
 class _Waiting(NamedTuple):
@@ -49,24 +47,40 @@ def _planned(move: Move) -> Planned:
 
 
 class Motions:
-    """The motions of one robot, and what waits to become one.
+    """The motions of one robot, and the one that waits to begin.
 
     The executor makes the nominal motion: it runs queued moves, and what the servo heads for. Stiff, the
-    robot is where that is; else the impedance says where it gives way to. Of what replaces the motion before,
-    targets, trajectories, stiffness moves and holds, the newest waits here until the robot rests after a
-    `stop`.
+    robot is where that is; else the impedance gives way around it. Targets, trajectories, stiffness moves and
+    holds replace the motion before: the newest waits here until the robot rests after a `stop`.
     """
 
-    def __init__(self, executor: Executor, servo: Servo, impedance: Impedance) -> None:
-        """Start with all motions at rest in the same place."""
-        self.joints = executor.joints
+    def __init__(
+        self,
+        model: Model,
+        tool_in_flange: Transform,
+        start: Joints,
+        tick_s: float,
+        limits: JointLimits,
+        pushes: Pushes,
+        contact: TcpContact | None,
+    ) -> None:
+        """Rest at joint positions `start` (rad).
+
+        `limits` are those of smart mode at full speed. A compliant robot gives way to `pushes` and to the
+        `contact` at its TCP.
+        """
+        d = model.description
+        self.joints = start
         """Joint positions (rad)."""
         self.tracking = False
         """True if a trajectory is followed and has not been stopped."""
-        self._executor = executor
-        self._servo = servo
-        self._pursuit = Pursuit(executor, servo)
-        self._impedance = impedance
+        time = TimeScaling(tick_s, d.stop_rate_per_s, d.stop_rate_change_per_s2)
+        self.executor = Executor(start, time, np.array(d.position_min), np.array(d.position_max))
+        """Makes the nominal motion."""
+        self._servo = Servo(self.executor, limits, d.position_min, d.position_max)
+        self._pursuit = Pursuit(self.executor, self._servo)
+        kinematics = Kinematics(model, Inverse(model), tool_in_flange)
+        self._impedance = Impedance(start, tick_s, d, kinematics, pushes, contact)
         self._next_impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
         self._next: _Waiting | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
@@ -76,7 +90,7 @@ class Motions:
     def moving(self) -> bool:
         """True if anything moves, is being stopped, or waits."""
         return (
-            self._executor.trajectory is not None
+            self.executor.trajectory is not None
             or self._nominal_moves
             or self._next is not None
             or self._impedance.moving
@@ -85,12 +99,12 @@ class Motions:
     @property
     def _nominal_moves(self) -> bool:
         """True if the nominal motion is not at rest, or has yet to begin."""
-        return self._executor.moving or self._servo.asks_again or self._pursuit.waits
+        return self.executor.moving or self._servo.asks_again or self._pursuit.waits
 
     @property
     def ends_by_itself(self) -> bool:
         """True if anything moves and stops without a command: not in a pause, nor in a hold or before one."""
-        return self.moving and not (self._executor.time.pausing or self.holding)
+        return self.moving and not (self.executor.time.pausing or self.holding)
 
     @property
     def settled(self) -> bool:
@@ -98,33 +112,14 @@ class Motions:
         return not self.moving and not self._impedance.compliant
 
     @property
-    def under_way(self) -> int:
-        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        return 0 if self._impedance.active else self._executor.under_way
-
-    @property
-    def tcp_contact(self) -> Reached | None:
-        """TCP after the last tick and its contact there, if that is known."""
-        return self._impedance.tcp_contact
-
-    @property
-    def coming(self) -> Joints | None:
-        """Joints after the next tick (rad) without a new request; None while the robot is compliant."""
-        return None if self._impedance.active else self._executor.coming
-
-    @property
-    def override(self) -> float:
-        """The rate that was asked for, 0..1."""
-        return self._executor.time.override
-
-    def set_override(self, value: float) -> None:
-        """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
-        self._executor.set_override(value)
-
-    @property
     def pausing(self) -> bool:
         """True if what moves has come to a standstill by an override of 0."""
-        return self.moving and self._executor.time.pausing
+        return self.moving and self.executor.time.pausing
+
+    @property
+    def holding(self) -> bool:
+        """True if a gravity hold is on, or begins when the robot is at rest."""
+        return self._impedance.holding or (self._next is not None and self._next.planned is None)
 
     @property
     def compliance(self) -> int:
@@ -134,31 +129,31 @@ class Motions:
         return COMPLIANT_JOINTS if self._impedance.holding else COMPLIANT_TCP
 
     @property
-    def holding(self) -> bool:
-        """True if a gravity hold is on, or begins when the robot is at rest."""
-        return self._impedance.holding or (self._next is not None and self._next.planned is None)
+    def tcp_contact(self) -> Reached | None:
+        """TCP after the last tick and its contact there, if that is known."""
+        return self._impedance.tcp_contact
 
     @property
-    def waiting(self) -> int:
-        """Number of normal moves that have not begun."""
-        return self._executor.waiting
+    def coming(self) -> Joints | None:
+        """Joints after the next tick (rad) without a new request; None while the robot is compliant."""
+        return None if self._impedance.active else self.executor.coming
+
+    @property
+    def under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        return 0 if self._impedance.active else self.executor.under_way
 
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
         if self._next is not None and self._next.compliant:
             return int(self._being_stopped)
-        return self._executor.waiting if self._impedance.braking else self._executor.behind
-
-    @property
-    def rest(self) -> Joints:
-        """Start of the next normal move (rad): the end of the queue, or of a stop."""
-        return self._executor.rest
+        return self.executor.waiting if self._impedance.braking else self.executor.behind
 
     @property
     def compliant_start(self) -> Joints:
         """Start of the next stiffness move (rad): the nominal motion, or the end of a stop."""
-        executor, impedance = self._executor, self._impedance
+        executor, impedance = self.executor, self._impedance
         if not impedance.compliant:
             return executor.rest
         if impedance.holding:
@@ -167,9 +162,7 @@ class Motions:
 
     def rest_after_stop(self) -> Joints:
         """Place of rest after a stop now (rad)."""
-        if self._impedance.off_plan:
-            return self._impedance.rest_after_stop()
-        return self._executor.rest_after_stop()
+        return (self._impedance if self._impedance.off_plan else self.executor).rest_after_stop()
 
     @property
     def present(self) -> Joints:
@@ -179,20 +172,20 @@ class Motions:
     @property
     def tracked(self) -> JointTrajectory | None:
         """The joint trajectory that is followed and has not been stopped; None while there is none."""
-        trajectory = self._executor.trajectory
+        trajectory = self.executor.trajectory
         return trajectory if self.tracking and isinstance(trajectory, JointTrajectory) else None
 
     @property
     def tracked_s(self) -> float:
         """Time since that trajectory began, at the rate of the override."""
-        return self._executor.time.time_s
+        return self.executor.time.time_s
 
     def plan_trajectory(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
         """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
         `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
-        state = self._executor.state if self.tracked is not None else (here, still, still)
+        state = self.executor.state if self.tracked is not None else (here, still, still)
         return joint_trajectory(reference, state, limits, self._servo.courses)
 
     @property
@@ -208,7 +201,7 @@ class Motions:
         if self._next is not None and self._next.planned is not None and not self._nominal_moves:
             return self._next.planned.joints
         pursued = self._pursuit.move
-        return self._executor.goal if pursued is None else pursued.path.end
+        return self.executor.goal if pursued is None else pursued.path.end
 
     @property
     def planned(self) -> list[Planned]:
@@ -218,20 +211,16 @@ class Motions:
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
-            return [Planned(self._newest, self._executor.goal)] if self._nominal_moves else []
+            return [Planned(self._newest, self.executor.goal)] if self._nominal_moves else []
         if self._pursuit.move is not None:
             return [_planned(self._pursuit.move)] if self._nominal_moves else []
-        return [_planned(move) for move in self._executor.moves]
+        return [_planned(move) for move in self.executor.moves]
 
     def is_pending(self, number: int) -> bool:
         """Return True if a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
             return self._next is not None or self._impedance.holding or self._nominal_moves
-        return not self._impedance.compliant and self._executor.is_pending(number)
-
-    def append(self, move: Move) -> None:
-        """Queue a move that begins at `rest`. Other motions must have been stopped."""
-        self._executor.append(move)
+        return not self._impedance.compliant and self.executor.is_pending(number)
 
     def head_for(self, number: int, joints: Joints, limits: JointLimits) -> None:
         """Head for joint positions (rad), at once or from rest. Other motions must have been stopped."""
@@ -248,7 +237,7 @@ class Motions:
         Other motions must have been stopped.
         """
         if self.tracked:
-            self._executor.follow(trajectory)
+            self.executor.follow(trajectory)
         else:
             begin, end = partial(self._begin_tracking, trajectory), trajectory.end
             self._next, self.tracking = _Waiting(begin, Planned(number, end)), False
@@ -259,7 +248,7 @@ class Motions:
         if self._next is not None:
             self._next = self._newest = None
         elif self.tracked:
-            self._executor.stop()
+            self.executor.stop()
             self.tracking, self._newest = False, None
 
     def move_compliantly(self, move: Move, impedance: CartesianImpedance) -> None:
@@ -268,7 +257,7 @@ class Motions:
         self._newest = move.number
         if self._impedance.holding:
             self._impedance.let_go()
-            self._executor.rest_at(self._impedance.joints)
+            self.executor.rest_at(self._impedance.joints)
             self._pursuit.begin_stream()
         if self._impedance.compliant and self._pursuit.replace(move):
             self._next, self._next_impedance = None, impedance
@@ -289,7 +278,7 @@ class Motions:
     def stop(self) -> None:
         """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
         if self._impedance.off_plan:
-            self._executor.rest_at(self._impedance.rest_after_stop())
+            self.executor.rest_at(self._impedance.rest_after_stop())
         self._impedance.stop()
         self._stop_nominal()
         self._next = self._newest = self._next_impedance = None
@@ -308,7 +297,7 @@ class Motions:
                 self._stop_nominal()
             self._newest = None
         else:
-            self._executor.cancel()
+            self.executor.cancel()
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
@@ -316,13 +305,13 @@ class Motions:
             if self._being_stopped:
                 self._next = self._newest = None
         elif self._impedance.braking:
-            self._executor.stop()  # all of them wait
+            self.executor.stop()  # all of them wait
         elif not (self._impedance.compliant or self._following or self.tracking):
-            self._executor.clear()
+            self.executor.clear()
 
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
-        impedance, executor = self._impedance, self._executor
+        impedance, executor = self._impedance, self.executor
         if not impedance.active and executor.step_quietly():
             self.joints = executor.joints
             return
@@ -338,7 +327,7 @@ class Motions:
 
     def _step_nominal(self) -> None:
         """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
-        executor, impedance = self._executor, self._impedance
+        executor, impedance = self.executor, self._impedance
         if self._next is not None and not self._nominal_moves:
             waiting, self._next = self._next, None
             waiting.begin()
@@ -355,10 +344,10 @@ class Motions:
 
     @property
     def _being_stopped(self) -> bool:
-        return self._executor.stopping or self._impedance.braking
+        return self.executor.stopping or self._impedance.braking
 
     def _stop_nominal(self) -> None:
-        self._executor.stop()
+        self.executor.stop()
         self._servo.asks_again = False
         self._pursuit.move = None
         self._following = self.tracking = False
@@ -368,13 +357,13 @@ class Motions:
         self._following = True
 
     def _begin_tracking(self, trajectory: JointTrajectory) -> None:
-        self._executor.follow(trajectory)
+        self.executor.follow(trajectory)
         self.tracking = True
 
     def _begin_move(self, move: Move, impedance: CartesianImpedance) -> None:
         self._start_compliance()
-        self._executor.rest_at(self._executor.joints)
-        self._executor.append(move)
+        self.executor.rest_at(self.executor.joints)
+        self.executor.append(move)
         self._next_impedance = impedance
 
     def _begin_hold(self, stiffness_nm_per_rad: float) -> None:
@@ -383,28 +372,5 @@ class Motions:
 
     def _start_compliance(self) -> None:
         if not self._impedance.compliant:
-            self._impedance.start(self._executor.joints)
+            self._impedance.start(self.executor.joints)
             self._pursuit.begin_stream()
-
-
-def motions_of(
-    model: Model,
-    tool_in_flange: Transform,
-    start: Joints,
-    tick_s: float,
-    limits: JointLimits,
-    pushes: Pushes,
-    feeling: TcpContact | None,
-) -> Motions:
-    """Return the motions of a robot at rest at `start` (rad).
-
-    `limits` are those of smart mode at full speed. A compliant robot gives way to `pushes` and to the contact
-    that `feeling` finds at its TCP.
-    """
-    description = model.description
-    low, high = description.position_min, description.position_max
-    time = TimeScaling(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
-    kinematics = Kinematics(model, Inverse(model), tool_in_flange)
-    impedance = Impedance(start, tick_s, description, kinematics, pushes, feeling)
-    executor = Executor(start, time, np.array(low), np.array(high))
-    return Motions(executor, Servo(executor, limits, low, high), impedance)
