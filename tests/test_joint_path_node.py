@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 from math import cos, pi
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.simulator import Simulator
-from tests.protocols.fake_robot import Conversation
-from tests.samples import some
-from tests.stepped import SteppedRobot, assert_within_limits
 from tests.talking import Client
 
 IIWA = load_robot("lbr_iiwa_7_r800")
@@ -63,34 +57,6 @@ class Node:
 
 
 PATH = path({0: 0.25, 5: -0.2}, 0.5)
-
-
-@pytest.mark.requirement("FRA104", "FRC004")
-@settings(max_examples=some(40), deadline=None)
-@given(
-    st.sampled_from(["direct", "smart"]),
-    st.sampled_from(list(combinations(range(7), 2))),
-    st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)),
-    st.floats(0.3, 1.0),
-    st.lists(st.sampled_from([0.0, 1e-9]), min_size=7, max_size=7),
-)
-def test_a_stream_of_targets_ends_at_the_last_one(
-    kind: str, joints: tuple[int, int], ways: tuple[float, float], seconds: float, off: list[float]
-) -> None:
-    robot = SteppedRobot()
-    conversation = Conversation(robot.controller)
-    targets = path(dict(zip(joints, ways, strict=True)), seconds)
-    for target in targets:
-        present = robot.controller.joints
-        at = [
-            speed if joint in joints else still
-            for joint, (speed, still) in enumerate(zip(speeds(present, target, PERIOD_S), off, strict=True))
-        ]
-        assert conversation.ask(line(kind, [q + o for q, o in zip(target, off, strict=True)], at)) == "done"
-        robot.step(10)
-    robot.runs_until_stopped()
-    assert robot.controller.joints == tuple(q + o for q, o in zip(targets[-1], off, strict=True))
-    assert_within_limits(robot)
 
 
 @pytest.mark.requirement("FRA104", "FRC004")

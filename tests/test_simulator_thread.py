@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.clock import clock
 from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.simulator import Simulator
@@ -57,30 +56,6 @@ def test_a_move_of_ten_seconds_is_run_at_once() -> None:
         assert simulator.run_until_stopped() == 0.0
 
 
-def test_in_fast_a_move_begins_when_its_driver_only_asks_whether_it_is_done(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    for name in ("HOLD_NS", "LONGEST_HOLD_NS"):
-        monkeypatch.setattr(clock, name, 10**15)
-    with (
-        Simulator(clock="fast") as simulator,
-        Iiwa(simulator.host, simulator.port) as robot,
-        Iiwa(simulator.host, simulator.port) as watcher,
-    ):
-        home = simulator.joints
-        for y_mm in (100, 0):
-            robot.lin_move([450, y_mm, 520, 0, -1.57079, 0], 0.5, 30)
-            for _ in range(10):
-                assert watcher.get_status() == "moving"
-            assert simulator.joints == home, "another client that asks is no news"
-            for ask in (robot.get_status, robot.get_queue) * 5:
-                ask()
-            assert simulator.joints == home, "who asks for this and that may do something else now"
-        while robot.get_status() == "moving":
-            pass
-        assert simulator.joints != home
-
-
 def test_time_is_paused_and_its_pace_changed() -> None:
     with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
         simulator.pause()
@@ -100,18 +75,6 @@ def test_time_is_paused_and_its_pace_changed() -> None:
 def tell(said: DialogueLine, told: threading.Event) -> None:
     if said.session == "robot":
         told.set()
-
-
-def test_the_servo_timeout_comes_at_rest_in_fast_too() -> None:
-    with (
-        Simulator(clock="fast", servo_timeout_s=0.05) as simulator,
-        Iiwa(simulator.host, simulator.port) as robot,
-    ):
-        told = threading.Event()
-        simulator.call(lambda: simulator.dialogue.listeners.append(lambda said: tell(said, told)))
-        robot.smart_joint_move(list(simulator.joints), [1.0] * 7)
-        assert told.wait(60)
-        assert robot.get_error().code == 3040
 
 
 def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:

@@ -43,21 +43,6 @@ def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
         assert simulator.ends(signal.SIGTERM) == (0, "")
 
 
-@pytest.mark.slow
-def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
-    with running("--status-port", "0") as left, running("--status-port", "0") as right:
-        statuses = [each.line().split()[-1] for each in (left, right)]
-        options = (*statuses, "--port", "0", "--name", "left", "--name", "right")
-        with (
-            started(*IIWA_SIM, "view", *options) as page,
-            viewing(page_port([page.line().strip()])) as viewer,
-        ):
-            viewer.until(lambda message: message.get("props", {}).get("text") == "left")
-            viewer.until(lambda message: message.get("props", {}).get("text") == "right")
-            viewer.clicks("Robot", "right")
-            viewer.until(lambda message: "stopped" in str(message.get("updates")))
-
-
 @pytest.mark.parametrize("command", [["--port", "0", "--view-port"], ["view", "127.0.0.1:1", "--port"]])
 def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:

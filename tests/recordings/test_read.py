@@ -6,10 +6,8 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, breakup_chunk
 
@@ -92,15 +90,3 @@ def test_a_byte_that_is_wrong_costs_what_follows_it_at_most(share: float, change
         assert wanted == 0
     else:
         assert found[0] >= wanted
-
-
-MAGIC = bytes([0x89]) + b"MCAP0\r\n"
-
-
-@given(rest=st.binary(max_size=200))
-@example(rest=bytes([Opcode.CHUNK]) + b"\xff" * 8)
-def test_rubbish_is_told_in_one_line(rest: bytes) -> None:
-    for data in (rest, MAGIC + rest):
-        with pytest.raises(RecordingFault) as told:
-            messages_in(data)
-        assert "\n" not in str(told.value)

@@ -9,7 +9,6 @@ import pytest
 
 from iiwa_sim.controller.errors import EMERGENCY_STOP, STOP_TRIGGERED, SUCCESS
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.frames import Frame
 from iiwa_sim.ros.messages import checked
 from tests.asked import joint_move
 from tests.ros_robot import RosRobot, command, ptp
@@ -64,15 +63,6 @@ def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict
     assert_within_limits(robot)
 
 
-def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
-    robot.goes_to(A)
-    robot.gets(lin(robot, 1, B, velocity_type="M/S", velocity=[0.1]))
-    robot.runs_until_results(1)
-    places = np.array([robot.tcp(q).translation for q in robot.joints])
-    fastest = (np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s).max()
-    assert 0.09 < fastest < 0.1 * (1.0 + 1e-6)
-
-
 def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
     robot.goes_to(A)
     robot.gets(command(1, "LIN", "JOINTS", B))
@@ -124,17 +114,6 @@ def test_smart_commands_wait_for_each_other_or_take_their_place(robot: RosRobot)
     robot.runs_until_results(4)
     assert robot.results == [(1, SUCCESS), (2, SUCCESS), (3, STOP_TRIGGERED), (4, SUCCESS)]
     assert robot.controller.mode is Mode.SMART
-
-
-def test_smart_goes_with_the_flange(robot: RosRobot) -> None:
-    robot.goes_to(A)
-    flange = robot.model.flange(B)
-    x, y, z, *angles = Frame.from_transform(flange)
-    robot.gets(command(1, "SMART", "EULER_INTRINSIC_ZYX", [x / 1e3, y / 1e3, z / 1e3, *angles]))
-    robot.runs_until_results(1)
-    assert tuple(robot.controller.flange_frame()) == pytest.approx(
-        tuple(Frame.from_transform(flange)), abs=1e-6
-    )
 
 
 @pytest.mark.parametrize("kind", ["LINFORCE", "PTPFORCE"])
@@ -259,23 +238,3 @@ def test_digital_ios_of_anyrobot(robot: RosRobot) -> None:
         "value": False,
         "stamp": STAMP,
     }
-
-
-@pytest.mark.parametrize(
-    ("pin", "error", "words"),
-    [
-        ({"group_id": "DO", "pin_number": 17}, 1, "no pin 17 in DO"),
-        ({"group_id": "AO", "pin_number": 1}, 3, "expected a group_id DI or DO"),
-        ({"group_id": "DI", "pin_number": 1}, 2, "is an input"),
-    ],
-)
-def test_of_digital_ios_all_are_switched_or_none(
-    robot: RosRobot, pin: dict[str, Any], error: int, words: str
-) -> None:
-    good = {"group_id": "DO", "pin_number": 1}
-    told = robot.calls("/robot/set_digital_ios", ios=[{"id": each, "value": True} for each in (good, pin)])
-    assert told["success"] is False
-    ((where, number, message_),) = [tuple(each.values()) for each in told["errors"]]
-    assert (where, number) == (pin, error)
-    assert words in message_
-    assert not any(robot.controller.io.outputs)

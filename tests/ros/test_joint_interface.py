@@ -77,18 +77,6 @@ def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: Ro
     assert robot.controller.mode is Mode.TRAJECTORY
 
 
-def test_a_goal_is_cancelled_by_its_id(client: Client, robot: RosRobot) -> None:
-    client.goal("one", [(2.0, AWAY)], feedback=False)
-    robot.step(300)
-    assert client.hears() == []
-    assert client.says("cancel_action_goal", id="other", action=ACTION)[0]["op"] == "status"
-    (result,) = client.says("cancel_action_goal", id="one", action=ACTION)
-    assert (result["status"], result["result"], result["values"]["error_code"]) == (5, True, 0)
-    client.runs()
-    assert robot.controller.joints != tuple(AWAY)
-    assert client.says("cancel_action_goal", id="one", action=ACTION)[0]["op"] == "status"
-
-
 def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> None:
     client.goal("one", [(2.0, AWAY)])
     robot.step(300)
@@ -225,17 +213,6 @@ def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
     assert states[-1]["name"] == list(robot.description.joints)
 
 
-def test_a_client_that_goes_leaves_its_goal_going(client: Client, robot: RosRobot) -> None:
-    client.goal("one", [(1.0, AWAY)])
-    client.says("subscribe", topic="/tf", type="tf2_msgs/msg/TFMessage")
-    robot.step(100)
-    client.session.end()
-    assert not robot.joint_interface.watching
-    assert not robot.graph.watching
-    robot.runs_until_stopped()
-    assert robot.controller.joints == tuple(AWAY)
-
-
 def test_topics_come_at_their_rates(client: Client, robot: RosRobot) -> None:
     recurring = {name: topic for name, topic in robot.graph.published.items() if topic.recurs}
     for name, topic in recurring.items():
@@ -271,47 +248,6 @@ def test_what_they_say(client: Client, robot: RosRobot) -> None:
     robot.controller.emergency_stop()
     (status,) = hears("/diagnostics")["status"]
     assert (status["level"], status["message"]) == (2, "emergency stop")
-
-
-def asks(client: Client, of: str, **args: Any) -> Any:
-    (response,) = client.says("call_service", service=f"/rosapi/{of}", args=args)
-    assert response["result"] is True, response
-    return response["values"]
-
-
-def test_rosapi_answers_in_the_words_in_which_it_is_asked(client: Client) -> None:
-    assert asks(client, "action_servers") == {"action_servers": [ACTION]}
-    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/JointState"}
-    assert asks(client, "get_time")["time"]["secs"] == NOW["sec"]
-    (header, *_) = asks(client, "message_details", type="std_msgs/msg/Header")["typedefs"]
-    assert (header["type"], header["fieldnames"]) == ("std_msgs/Header", ["stamp", "frame_id"])
-    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/msg/JointState"}
-    assert asks(client, "get_time") == {"time": NOW}
-
-
-def test_rosapi_tells_all_there_is(client: Client, robot: RosRobot) -> None:
-    assert asks(client, "get_ros_version")["version"] == 2
-    topics = asks(client, "topics_and_raw_types")
-    named = dict(zip(topics["topics"], topics["types"], strict=True))
-    assert set(named) == {*robot.graph.published, *robot.graph.subscribed}
-    assert all(kind.split("/")[1] == "msg" for kind in named.values())
-    texts = dict(zip(topics["topics"], topics["typedefs_full_text"], strict=True))
-    assert "MSG: geometry_msgs/Transform\n" in texts["/tf"]
-    services = asks(client, "services")["services"]
-    assert {"/stop", "/get_io", "/rosapi/topics", *robot.graph.services} <= set(services)
-    types = {name: asks(client, "service_type", service=name)["type"] for name in services}
-    assert all(kind.split("/")[1] == "srv" for kind in types.values())
-    for kind in set(types.values()):
-        if not kind.startswith("rosapi_msgs/"):  # their definitions are rosbridge's own
-            assert asks(client, "service_request_details", type=kind)["typedefs"]
-            assert asks(client, "service_response_details", type=kind)["typedefs"]
-    assert asks(client, "topics_for_type", type="tf2_msgs/msg/TFMessage") == {"topics": ["/tf", "/tf_static"]}
-    assert asks(client, "node_details", node="/iiwa_sim")["subscribing"] == list(robot.graph.subscribed)
-    assert asks(client, "get_param", name="/x:y")["successful"] is False
-    (response,) = client.says(
-        "call_service", service="/rosapi/message_details", args={"type": "std_srvs/srv/Trigger"}
-    )
-    assert (response["result"], response["values"]) == (False, "there is no std_srvs/srv/Trigger")
 
 
 def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: RosRobot) -> None:

@@ -74,12 +74,3 @@ def test_moveit_is_told_the_robot_and_where_its_action_is() -> None:
     assert "<group_state" in told["robot_description_semantic"]
     assert told["moveit_simple_controller_manager"]["controller_names"] == ["joint_trajectory_controller"]
     assert set(told["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)
-
-
-def test_ros2_control_is_told_its_controllers() -> None:
-    nodes = {each.named.get("executable"): each.named for each in started_by("ros2_control.launch.py")}
-    (settings,) = nodes["ros2_control_node"]["parameters"]
-    assert Path(settings) == ROBOT / "moveit" / "ros2_controllers.yaml"
-    urdf = nodes["robot_state_publisher"]["parameters"][0]["robot_description"]
-    assert "<ros2_control" in urdf
-    assert nodes["spawner"]["arguments"] == ["joint_state_broadcaster", "joint_trajectory_controller"]

@@ -19,9 +19,8 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros import side
-from iiwa_sim.ros.messages import result_text
 from tests.needed import lacks
-from tests.processes import IIWA_SIM, Process, fails, next_line, refused, running, succeeds
+from tests.processes import IIWA_SIM, Process, fails, refused, running, succeeds
 from tests.talking import DEADLINE_S, wait_until
 
 SYSTEM_PYTHON = "/usr/bin/python3"
@@ -183,6 +182,7 @@ def test_the_tools_know_the_types_with_the_published_sums(shared: tuple[Terminal
     assert all(known[name].startswith(published) for name, published in SUMS.items())
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA002", "FRA005")
 def test_services_are_called_from_another_terminal(shared: tuple[Terminal, Process]) -> None:
     terminal, robot = shared
@@ -235,69 +235,6 @@ def test_lists_are_published_from_another_terminal(shared: tuple[Terminal, Proce
     assert "command_type 'CIRC'" in results[2]["field.additional_information"]
     with Iiwa("127.0.0.1", robot.port) as telnet:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
-
-
-@pytest.mark.slow
-@pytest.mark.requirement("FRA002")
-def test_results_of_an_older_package_are_heard_by_its_clients(tmp_path: Path) -> None:
-    """The type of 2016 has no constants; a client that was built with it has another MD5 sum than today's."""
-    name = "robot_movement_interface/Result"
-    script = (
-        "import rospy\n"
-        "from genpy.dynamic import generate_dynamic\n"
-        f"made = generate_dynamic('{name}', {result_text(2016)!r})['{name}']\n"
-        "rospy.init_node('older', anonymous=True, disable_rosout=True)\n"
-        "heard = []\n"
-        "subscriber = rospy.Subscriber('/command_result', made, heard.append)\n"
-        "while not subscriber.get_num_connections(): rospy.sleep(0.01)\n"
-        "print('hears', flush=True)\n"
-        "while not heard: rospy.sleep(0.01)\n"
-        "print(made._md5sum[:8], heard[0].command_id, heard[0].result_code)\n"
-    )
-    command = ("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
-    with (
-        master(tmp_path) as terminal,
-        on_ros(terminal, "--ros-result", "2016"),
-        terminal.starts(SYSTEM_PYTHON, "-c", script) as older,
-    ):
-        try:
-            assert next_line(older) == "hears\n"
-            terminal.says(*command)
-            assert next_line(older) == "aae92300 7 3000\n"
-        finally:
-            older.kill()
-
-
-@pytest.mark.slow
-def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(tmp_path: Path) -> None:
-    """Lists as long as are taken, by a publisher that does nothing else, also while the robot ends."""
-    script = (
-        "import roslib.message, rospy\n"
-        f"made = roslib.message.get_message_class('{LIST}')\n"
-        "wrong = [roslib.message.get_message_class("
-        "'robot_movement_interface/Command')(command_type='CIRC') for _ in range(1000)]\n"
-        "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
-        "publisher = rospy.Publisher('/command_list', made, queue_size=1)\n"
-        "while not publisher.get_num_connections(): pass\n"
-        "print('begins', flush=True)\n"
-        "while True: publisher.publish(made(commands=wrong))\n"
-    )
-    with (
-        master(tmp_path) as terminal,
-        on_ros(terminal) as robot,
-        terminal.starts(SYSTEM_PYTHON, "-c", script) as flood,
-    ):
-        try:
-            assert next_line(flood) == "begins\n"
-            terminal.says("rostopic", "echo", "-n200", "/tool_frame")
-            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            assert flood.poll() is None
-            code, log = robot.ends(signal.SIGTERM)
-        finally:
-            flood.kill()
-    assert code == 0
-    assert "fault" not in log
-    assert "Traceback" not in log, log
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.view.connection import Place, Station, StationFault
 from tests.cell.cells import GRIPPER
 from tests.talking import wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
@@ -189,14 +187,6 @@ def test_a_page_without_viewers_and_a_robot_at_rest_cost_nothing(simulator: Simu
             tick = simulator.state().tick
             wait_until(is_quiet)
             assert simulator.state().tick > tick, "the page is connected, so the robot ticks"
-
-
-@pytest.mark.parametrize("backdoor", [True, False])
-def test_nobody_at_an_address_is_reported_in_one_line(backdoor: bool) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        nobody = free.getsockname()[:2]
-    with pytest.raises(StationFault, match="Connection refused"):
-        Station(Place(status=nobody, backdoor=nobody if backdoor else None))
 
 
 def test_a_robot_that_goes_is_reported_and_followed_again(simulator: Simulator) -> None:

@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.talking import wait_until
-from tests.view.viewer import Viewer, page_at, place_of, viewing
+from tests.view.viewer import Viewer
 
 HOLD_S = 0.05
 
@@ -52,18 +52,6 @@ def test_a_tap_makes_one_step_and_needs_the_switch(simulator: Simulator, viewer:
     tap(viewer, "-")
     wait_until(lambda: simulator.joints[1] == pytest.approx(before[1] - radians(10.0), abs=1e-4))
     assert simulator.joints[0] == before[0]
-
-
-def test_a_step_along_z_of_the_base(simulator: Simulator, viewer: Viewer) -> None:
-    before = simulator.state().tool_frame
-    viewer.clicks("Enable")
-    viewer.clicks("Frame", "Base")
-    viewer.shows("X  (tap: 1 mm)")
-    viewer.clicks("Axis", "Z")
-    viewer.shows("Z  (tap: 1 mm)")
-    tap(viewer, "+")
-    wait_until(lambda: simulator.state().tool_frame[2] == pytest.approx(before[2] + 1.0, abs=1e-3))
-    assert simulator.state().tool_frame[:2] == pytest.approx(before[:2], abs=1e-2)
 
 
 def test_a_held_button_moves_until_its_release(simulator: Simulator, viewer: Viewer) -> None:
@@ -124,9 +112,3 @@ def test_it_refuses_while_another_client_moves_the_robot(simulator: Simulator, v
         hold_until(viewer, "+", is_refused)
         viewer.until(lambda each: each.get("uuid") == enable and each.get("updates") == {"value": False})
         assert robot.get_status() == "moving"
-
-
-def test_a_robot_of_krc4_messages_alone_has_no_such_tab(simulator: Simulator) -> None:
-    with page_at(place_of(simulator, driver=False)) as port, viewing(port) as viewer:
-        viewer.shows("Program", "Dialogue")
-        assert not any("Enable" in str(message.get("props", {}).get("label")) for message in viewer.seen)
