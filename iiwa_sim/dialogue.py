@@ -89,7 +89,7 @@ class RecentLines(msgspec.Struct, frozen=True):
 
 @dataclass
 class _Entry:
-    """An event, or a line with its reply and what went over the wire; an exchange may be repeated."""
+    """An event, or a line with its reply; an exchange may be repeated."""
 
     number: int
     """Number of its last repetition among all entries, from 0."""
@@ -97,11 +97,11 @@ class _Entry:
     command: str = ""
     """Empty for an event."""
     times: int = 1
-    last: DialogueLine = field(init=False)
-    """The first line of the last repetition."""
+    first: DialogueLine = field(init=False)
+    """The first line of the first repetition."""
 
     def __post_init__(self) -> None:
-        self.last = self.lines[0]
+        self.first = self.lines[0]
 
     @property
     def words(self) -> list[tuple[str, Direction, str]]:
@@ -148,7 +148,7 @@ class Dialogue:
         entry = _Entry(self._count, [said, answer], command or line)
         last = self._entries[-1] if self._entries else None
         if last is not None and last.number >= self._from and last.words == entry.words:
-            last.times, last.last, last.number = last.times + 1, said, self._count
+            last.times, last.lines, last.number = last.times + 1, entry.lines, self._count
             self._count += 1
         else:
             self._add(entry)
@@ -163,23 +163,10 @@ class Dialogue:
 
     def on_wire(self, session: str, text: str) -> None:
         """Add what goes over the wire instead of the reply before."""
-        if not self.is_heard:
-            return
-        said = DialogueLine(session, Direction.ON_WIRE, text, self._tick(), time.monotonic_ns())
-        self._tell(said)
-        last = self._entries[-1] if self._entries else None
-        if last is None or last.last.session != session or len(last.lines) != 2:
+        if self.is_heard:
+            said = DialogueLine(session, Direction.ON_WIRE, text, self._tick(), time.monotonic_ns())
+            self._tell(said)
             self._add(_Entry(self._count, [said]))
-            return
-        before = self._entries[-2] if self._entries and len(self._entries) > 1 else None
-        if last.times > 1:  # only the last repetition was changed on the wire
-            last.times -= 1
-            before, last = last, _Entry(last.number, [last.last, *last.lines[1:]], last.command)
-            self._add(last)
-        last.lines.append(said)
-        if before is not None and self._entries and before.words == last.words:
-            self._entries.pop()
-            before.times, before.last, before.number = before.times + 1, last.last, last.number
 
     def remember(self) -> None:
         """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
@@ -252,7 +239,7 @@ class Dialogue:
         for entry in reversed(self._entries or ()):
             if entry.number < number or len(lines) + len(entry.lines) > TOLD_AT_ONCE:
                 break
-            lines += [entry.last, *entry.lines[1:]][::-1]
+            lines += entry.lines[::-1]
         recent = [
             RecentLine(line.tick * self._tick_s, line.session, line.direction.value, line.text, line.reason)
             for line in reversed(lines)
@@ -269,12 +256,12 @@ class Dialogue:
         if left_out:
             lines.append(f"({left_out} before these are left out)")
         for entry in entries[-REPORTED:]:
-            first, *answers = entry.lines
-            lines.append(f"{self._when(first)}  {first.session} {first.direction.value} {first.text}")
-            margin = " " * (21 + len(first.session))
+            said, *answers = entry.lines
+            lines.append(f"{self._when(entry.first)}  {said.session} {said.direction.value} {said.text}")
+            margin = " " * (21 + len(said.session))
             lines += [f"{margin} {line.direction.value} {line.text}" for line in answers]
             if entry.times > 1:
-                lines[-1] += f"  ({entry.times} times, last at{self._when(entry.last)})"
+                lines[-1] += f"  ({entry.times} times, last at{self._when(said)})"
         return "\n".join(lines)
 
     def _when(self, line: DialogueLine) -> str:

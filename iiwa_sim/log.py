@@ -115,7 +115,7 @@ class _NeverWaitingHandler(logging.Handler):
         self._writer = NeverWaiting(descriptor, self._told)
 
     def emit(self, record: logging.LogRecord) -> None:
-        self._writer.put(self._line(record))
+        self._writer.put(self.format(record).encode() + b"\n")
 
     def flush(self) -> None:
         self._writer.flush()
@@ -124,12 +124,9 @@ class _NeverWaitingHandler(logging.Handler):
         self._writer.close()
         super().close()
 
-    def _line(self, record: logging.LogRecord) -> bytes:
-        return self.format(record).encode() + b"\n"
-
     def _told(self, lost: int) -> bytes:
-        words = ("%d log lines lost: nobody read them", (lost,))
-        return self._line(logger.makeRecord(logger.name, logging.WARNING, __file__, 0, *words, None))
+        words = {"msg": f"{lost} log lines lost: nobody read them", "levelname": "WARNING"}
+        return self.format(logging.makeLogRecord(words)).encode() + b"\n"
 
 
 class _PlainFormatter(logging.Formatter):
