@@ -9,7 +9,8 @@ forces that end a move; `info` for clients that connect and disconnect; `debug` 
 import json
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import partial
@@ -30,6 +31,16 @@ logger = logging.getLogger(__name__)
 robot: ContextVar[str] = ContextVar("robot", default="")
 """Name of the robot that lines are about, in a process with several. Tasks and callbacks that are set up
 in an asyncio loop inherit the present value."""
+
+
+@contextmanager
+def named(name: str) -> Iterator[None]:
+    """Have log lines, and those of tasks that begin meanwhile, carry the name of a robot; empty for none."""
+    before = robot.set(" ".join(filter(None, (robot.get(), name))))
+    try:
+        yield
+    finally:
+        robot.reset(before)
 
 
 class SessionLog:

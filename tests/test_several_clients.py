@@ -25,9 +25,9 @@ async def exclusive() -> AsyncIterator[Simulator]:
 
 async def connect(simulator: Simulator) -> Client:
     """A client that the server knows of."""
-    count = len(simulator._servers["iiwa"].connections)
+    count = len(simulator.robots[""].servers["iiwa"].connections)
     client = await Client.connect(simulator.port)
-    await until(lambda: len(simulator._servers["iiwa"].connections) == count + 1)
+    await until(lambda: len(simulator.robots[""].servers["iiwa"].connections) == count + 1)
     return client
 
 
@@ -70,7 +70,7 @@ async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None
         over = loop.create_future()
         loop.call_later(pause_s, over.set_result, None)
         await first.leaves()
-        await until(lambda: not simulator._servers["iiwa"].connections)
+        await until(lambda: not simulator.robots[""].servers["iiwa"].connections)
         next_one = await connect(simulator)
         assert await next_one.ask("hello") == "hello"
         assert over.done()

@@ -99,7 +99,7 @@ async def test_a_client_that_only_looks_on_may_go(simulator: Simulator, client: 
     assert await client.ask(FAR) == "done"
     assert await looker_on.ask("get status") == "moving"
     looker_on.vanishes()
-    await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
+    await until(lambda: len(simulator.robots[""].servers["iiwa"].connections) == 1)
     assert await client.ask("get status") == "moving"
     assert await client.ask(FAR) == "done"
 

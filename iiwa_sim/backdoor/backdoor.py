@@ -27,6 +27,7 @@ from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.clock.clock import Clock, StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.controller_group import ControllerGroup, Member
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.state import Snapshot, snapshot
@@ -123,8 +124,10 @@ class Backdoor:
         clock: Clock,
         dialogue: Dialogue,
         call: Call = lambda function: function(),
+        group: ControllerGroup | None = None,
+        states: States | None = None,
     ) -> None:
-        """`ports` gives the listening ports of all protocols."""
+        """`ports` gives the listening ports of all protocols; `group` and `states` are those of the cell."""
         self.call = call
         self.listeners: list[Callable[[str], None]] = []
         """Called with the text of each call that has changed something."""
@@ -133,7 +136,8 @@ class Backdoor:
         self._ports = ports
         self._clock = clock
         self._dialogue = dialogue
-        self._states = States(controller)
+        self._group = group or ControllerGroup([Member(controller)])
+        self._states = states or States(controller)
         self._client = HERE
         self._dragged_until_s: dict[str, float] = {}
 
@@ -219,18 +223,18 @@ class Backdoor:
     @acts
     def add_surface(self, surface: AnySurface) -> None:
         """Add a surface with the keys of cell.toml. Refused where the TCP or a part would be within it."""
-        surfaces.add(self._controller, surface)
+        surfaces.add(self._group, self._controller, surface)
 
     @acts
     def move_surface(self, name: str, pose: Frame) -> None:
         """Move a surface to a pose in the base, at once. One that touches the TCP goes on pushing it."""
         _check_pose(pose)
-        surfaces.move(self._controller, name, pose)
+        surfaces.move(self._group, self._controller, name, pose)
 
     @acts
     def remove_surface(self, name: str) -> None:
         """Remove a surface."""
-        surfaces.remove(self._controller, name)
+        surfaces.remove(self._group, self._controller, name)
 
     @called
     def surfaces(self) -> list[str]:
@@ -346,7 +350,10 @@ class Backdoor:
 
     @acts
     def save_state(self, name: str) -> None:
-        """Save joints, tool, load, gripper, parts, override, IO, pushes and surfaces. At rest only."""
+        """Save joints, tool, load, gripper, parts, override, IO, pushes and surfaces. At rest only.
+
+        A state is one of the whole cell, with all its robots.
+        """
         self._states.save(name)
 
     @acts

@@ -22,13 +22,16 @@ class BackdoorClient:
 
     Arguments are those of `Backdoor`; results are values of JSON. A method raises `Refused` where the
     backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each call has a connection
-    of its own, so threads may share a client.
+    of its own, so threads may share a client. `robot` names one of several.
     """
 
-    def __init__(self, host: str, port: int, token: str = "", timeout_s: float = ANSWERED_S) -> None:
+    def __init__(
+        self, host: str, port: int, token: str = "", timeout_s: float = ANSWERED_S, robot: str = ""
+    ) -> None:
         self._address = host, port
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         self._timeout_s = timeout_s
+        self._path = f"/{robot}" if robot else ""
         self._calls: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
@@ -45,7 +48,7 @@ class BackdoorClient:
             if len(args) > len(names):
                 raise TypeError(f"{name} takes {', '.join(names) or 'no arguments'}: {len(args)} given")
             arguments = dict(zip(names, args, strict=False)) | arguments
-        return self._ask("POST", f"/{name}", msgspec.json.encode(arguments))
+        return self._ask("POST", f"{self._path}/{name}", msgspec.json.encode(arguments))
 
     def _known(self) -> dict[str, Any]:
         if not self._calls:

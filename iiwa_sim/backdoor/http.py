@@ -1,5 +1,7 @@
 """The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
+Of several robots, `POST /ROBOT/METHOD` calls that of one.
+
 The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
 the loop's thread; its connection waits in a thread of its own.
 """
@@ -9,7 +11,7 @@ import contextlib
 import inspect
 import socket
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, Future
 from difflib import get_close_matches
 from http import HTTPStatus
@@ -102,12 +104,16 @@ class BackdoorHttp:
     """
 
     def __init__(
-        self, backdoor: Backdoor, log: SessionLog, host: str, port: int, token: Token | None = None
+        self,
+        robots: Mapping[str, tuple[Backdoor, SessionLog]],
+        host: str,
+        port: int,
+        token: Token | None = None,
     ) -> None:
+        """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
         self.token = token
         self.access = WebAccess()
-        self._backdoor = backdoor
-        self._log = log
+        self.robots = robots
         self._asked = host, port
         self._listener: socket.socket | None = None
         self._accepting: asyncio.Task[None] | None = None
@@ -159,31 +165,33 @@ class BackdoorHttp:
 
     def refused(self, client: str, request: str, code: int, reason: str) -> None:
         """Log a request that is not carried out; from any thread."""
-        self._loop.call_soon_threadsafe(self._log.refused, client, request, code, reason)
+        _, log = next(iter(self.robots.values()))
+        self._loop.call_soon_threadsafe(log.refused, client, request, code, reason)
 
-    def begin(self, call: Call, arguments: msgspec.Struct, client: str) -> "Future[bytes]":
+    def begin(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> "Future[bytes]":
         """Begin a call in the loop's thread; its result is the JSON of the answer."""
-        future = asyncio.run_coroutine_threadsafe(self._made(call, arguments, client), self._loop)
+        future = asyncio.run_coroutine_threadsafe(self._made(robot, call, arguments, client), self._loop)
         self._calls.add(future)
         future.add_done_callback(self._calls.discard)
         return future
 
-    async def _made(self, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
+    async def _made(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
+        backdoor, log = self.robots[robot]
         request = harmless(shortened(repr(arguments), _LONGEST_SHOWN))
         try:
-            with self._backdoor._by(client):
-                result = call.method(self._backdoor, **msgspec.structs.asdict(arguments))
+            with backdoor._by(client):
+                result = call.method(backdoor, **msgspec.structs.asdict(arguments))
             if inspect.isawaitable(result):
                 result = await result
         except Refused as refused:
-            self._log.refused(client, request, refused.code, refused.reason)
+            log.refused(client, request, refused.code, refused.reason)
             raise
         except Exception as fault:
-            self._log.exception(client, request, fault)
+            log.exception(client, request, fault)
             raise
         answer = msgspec.json.encode(result)
-        if self._log.wants_commands():
-            self._log.command(client, request, shortened(answer.decode(), _LONGEST_SHOWN))
+        if log.wants_commands():
+            log.command(client, request, shortened(answer.decode(), _LONGEST_SHOWN))
         return answer
 
 
@@ -238,6 +246,12 @@ class _Handler(BaseHTTPRequestHandler):
             return b'{"ok":true}'
         if not name:
             return _listing()
+        robot, _, name = name.rpartition("/")
+        robots = self.server.robots
+        if robot not in robots and (robot or len(robots) > 1):
+            there = f"expected /ROBOT/{name}, with one of {', '.join(robots)}" if len(robots) > 1 else ""
+            raise NotUnderstood(HTTPStatus.NOT_FOUND, there or f"there is no robot {_shown(robot)}")
+        robot = robot or next(iter(robots))
         call = CALLS.get(name)
         if call is None:
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
@@ -254,7 +268,7 @@ class _Handler(BaseHTTPRequestHandler):
             words = ", ".join(f"{key} = {each}" for key, each in call.takes.items())
             reason = f"{name} takes {words or 'no arguments'}: {fault}"
             raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
-        return self._result(self.server.begin(call, arguments, self._client))
+        return self._result(self.server.begin(robot, call, arguments, self._client))
 
     def _result(self, future: "Future[bytes]") -> bytes:
         while True:

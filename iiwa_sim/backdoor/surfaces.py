@@ -7,8 +7,9 @@ from iiwa_sim.cell.surfaces import SURFACE_RANGES, AnySurface
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
 from iiwa_sim.world.part import LIES
@@ -19,10 +20,10 @@ SOURCE = "surface"
 """Stands for the name of a file in messages."""
 
 
-def add(controller: Controller, settings: AnySurface) -> None:
-    """Add a surface to the world.
+def add(group: ControllerGroup, controller: Controller, settings: AnySurface) -> None:
+    """Add a surface to the world of a group, at a pose in the base of a robot of it.
 
-    Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where the TCP, or the middle
+    Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where a TCP, or the middle
     of a part that lies, would be within it. A held part is pushed out the nearest way.
     """
     world = controller.load.world
@@ -40,29 +41,41 @@ def add(controller: Controller, settings: AnySurface) -> None:
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None
     surface = surface_of(settings)
-    check_outside([surface], controller.tcp().translation)
-    _check_parts(controller, surface, None)
-    world.put(surface)
+    seen = [(other, _seen(surface, base)) for other, base in group.seen_from(controller)]
+    for other, there in seen:
+        check_outside([there], other.tcp().translation)
+        _check_parts(other, there, None)
+    for other, there in seen:
+        other.load.world.put(there)
 
 
-def move(controller: Controller, name: str, pose: Frame) -> None:
-    """Move a surface. If it touches the TCP, it goes on pushing it, and takes it along by friction.
+def move(group: ControllerGroup, controller: Controller, name: str, pose: Frame) -> None:
+    """Move a surface. If it touches a TCP, it goes on pushing it, and takes it along by friction.
 
-    Raises `Refused` if it does not, and the TCP would be within it; and if the middle of a part that lies on
+    Raises `Refused` if it does not, and a TCP would be within it; and if the middle of a part that lies on
     something else would be. What lies on it rides up with it, and a held part is pushed.
     """
-    world = controller.load.world
-    surface, transform = named(world, name), pose.to_transform()
-    _check_parts(controller, surface._replace(pose=transform), surface)
-    if not world.touched(name):
-        check_outside([surface._replace(pose=transform)], controller.tcp().translation)
-    world.move(name, transform)
+    surface = named(controller.load.world, name)._replace(pose=pose.to_transform())
+    seen = [(other, _seen(surface, base)) for other, base in group.seen_from(controller)]
+    for other, there in seen:
+        world = other.load.world
+        _check_parts(other, there, world.surfaces[name])
+        if not world.touched(name):
+            check_outside([there], other.tcp().translation)
+    for other, there in seen:
+        other.load.world.move(name, there.pose)
 
 
-def remove(controller: Controller, name: str) -> None:
+def remove(group: ControllerGroup, controller: Controller, name: str) -> None:
     """Remove a surface; raises `Refused` if there is none of the name."""
-    world = controller.load.world
-    world.remove(named(world, name).name)
+    named(controller.load.world, name)
+    for other in group.controllers:
+        other.load.world.remove(name)
+
+
+def _seen(surface: Surface, base: Transform) -> Surface:
+    """Return a surface whose pose is in a base, in the frame in which that base is."""
+    return surface if base == IDENTITY else surface._replace(pose=compose(base, surface.pose))
 
 
 def _check_parts(controller: Controller, surface: Surface, before: Surface | None) -> None:

@@ -284,7 +284,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
 
 
 def _is_recording(file: Path) -> bool:
-    return file.suffix.lower() == ".mcap"
+    return file.suffix.lower().partition(":")[0] == ".mcap"
 
 
 @contextmanager

@@ -7,8 +7,8 @@ import logging
 import os
 import resource
 import sys
-from collections.abc import AsyncIterator, Iterator, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
+from collections.abc import AsyncIterator, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
     from iiwa_sim.simulator import Simulator
 
+Cells = dict[tuple[str | None, str | None], "tuple[Cell, ...]"]
+"""Files that have been read."""
 SPARE_DESCRIPTORS = 64
 """Open files for clients, libraries and short use during the start."""
 
@@ -55,7 +57,7 @@ def run(words: Sequence[str]) -> int:
 
 async def _serve(robots: Robots) -> None:
     ending = Ending()
-    cells: dict[tuple[str | None, str | None], Cell] = {}
+    cells: Cells = {}
     page = None if robots[0][1].view_port is None else Page(robots[0][1])
     try:
         async with AsyncExitStack() as running:
@@ -67,7 +69,8 @@ async def _serve(robots: Robots) -> None:
             lines = "".join(_announcement(name, simulator) for name, simulator in simulators.items())
             if page is not None and listening is not None:
                 lines += f"page on {page_url(listening)}\n"
-                await page.start(listening, [_place(name, each) for name, each in simulators.items()])
+                places = [place for name, each in simulators.items() for place in _places(name, each)]
+                await page.start(listening, places)
                 running.push_async_callback(page.end)  # before the robots, or it would miss them
             announced = [announce(lines, sys.stdout)]
             if sys.stderr is not None and sys.stderr.isatty():
@@ -99,39 +102,27 @@ def _allow_descriptors(robots: Robots) -> None:
         raise Unusable(f"{len(robots)} robots need {needed} open files: expected up to {few} (ulimit -Hn)")
 
 
-@contextmanager
-def _logged_as(name: str) -> Iterator[None]:
-    """Have log lines, and those of tasks that begin meanwhile, carry the name of a robot."""
-    before = log.robot.set(name)
-    try:
-        yield
-    finally:
-        log.robot.reset(before)
-
-
 @asynccontextmanager
 async def _entered(name: str, simulator: "Simulator") -> AsyncIterator[None]:
-    with _logged_as(name):
+    with log.named(name):
         await simulator.__aenter__()
     try:
         yield
     finally:
-        with _logged_as(name):
+        with log.named(name):
             await simulator.__aexit__(None, None, None)
 
 
-def _simulator(
-    name: str, settings: Settings, cells: "dict[tuple[str | None, str | None], Cell]", ending: Ending
-) -> "Simulator":
-    """Return the simulator of a robot; `cells` caches files that have been read."""
+def _simulator(name: str, settings: Settings, cells: "Cells", ending: Ending) -> "Simulator":
+    """Return the simulator of a robot, or of the robots in its cell."""
     # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
     place = settings.robot, settings.cell
     on_bye = ending.asked.set if settings.bye_shuts_down else None
-    with _logged_as(name):
+    with log.named(name):
         simulator = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
-    cells.setdefault(place, simulator.cell)
+    cells.setdefault(place, simulator.cells)
     return simulator
 
 
@@ -139,8 +130,9 @@ def _announcement(name: str, simulator: "Simulator") -> str:
     """Return the listening addresses, one line for each port."""
     own, bench = simulator.host, simulator.settings.backdoor_host
     ports: list[tuple[str, str, int | None]] = [
-        ("listening" if protocol == "iiwa" else protocol, own, port)
-        for protocol, port in simulator.ports.items()
+        (f"{robot.name} {'listening' if protocol == 'iiwa' else protocol}".lstrip(), own, port)
+        for robot in simulator.robots.values()
+        for protocol, port in robot.ports.items()
     ]
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
     ports += [("backdoor", bench, simulator.backdoor_port)]
@@ -152,22 +144,27 @@ def _announcement(name: str, simulator: "Simulator") -> str:
     return "".join(f"{name} {line}\n".lstrip() for line in lines)
 
 
-def _place(name: str, simulator: "Simulator") -> dict[str, object]:
-    """Return how the page reaches a robot."""
+def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
+    """Return how the page reaches robots."""
     here, settings = reached_at(simulator.host), simulator.settings
-    port = simulator.ports.get("iiwa")
-    return {
-        "name": name,
-        "status": (here, simulator.status_port),
-        "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
-        "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
-        "driver": None if port is None else (here, port),
-    }
+    ports = {each.name: each.ports.get("iiwa") for each in simulator.robots.values()}
+    return [
+        {
+            "name": f"{name} {robot}".strip(),
+            "in_cell": robot,
+            "status": (here, simulator.status_port),
+            "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
+            "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
+            "driver": None if port is None else (here, port),
+        }
+        for robot, port in ports.items()
+    ]
 
 
 def _banner(simulator: "Simulator") -> str:
-    here, robot = reached_at(simulator.host), simulator.cell.description.name
-    protocol, port = next(iter(simulator.ports.items()))
+    here, first = reached_at(simulator.host), next(iter(simulator.robots.values()))
+    robot = " and ".join(each.cell.description.name for each in simulator.robots.values())
+    protocol, port = next(iter(first.ports.items()))
     ways = {
         "iiwa": f"telnet {here} {port}, then type help",
         "krc4": f"""printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",

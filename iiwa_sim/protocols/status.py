@@ -1,9 +1,10 @@
-"""The status port: the robot's state as lines of JSON; readers may send `stop`.
+"""The status port: the states of the robots as lines of JSON; readers may send `stop`, which all robots do.
 
 Input is read as on the main port, but only `stop` has an effect. Other lines are refused: the log and the
 field `error` of later lines tell why. There are no replies, so each line is a state.
 """
 
+from collections.abc import Sequence
 from functools import cache
 
 import msgspec
@@ -20,16 +21,24 @@ STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
 
 
-def status_line(controller: Controller) -> bytes:
-    """Return the present state as a line of JSON, as `protocol/status.schema.json` describes it."""
-    return msgspec.json.encode(snapshot(controller)) + b"\n"
+def status_line(controller: Controller, robot: str = "") -> bytes:
+    """Return the present state as a line of JSON, as `protocol/status.schema.json` describes it.
+
+    `robot` is the name of one of several.
+    """
+    name = b'"robot":%b,' % msgspec.json.encode(robot) if robot else b""
+    return b"{" + name + msgspec.json.encode(snapshot(controller))[1:] + b"\n"
 
 
 class StatusSession(LineSession):
     """One reader of the status port."""
 
-    def __init__(self, controller: Controller, log: SessionLog, name: str) -> None:
+    def __init__(
+        self, controller: Controller, log: SessionLog, name: str, others: Sequence[Controller] = ()
+    ) -> None:
+        """`name` identifies this connection in the log; `others` are the other robots of the cell."""
         super().__init__(controller, log, name, _table(), {STOP: _stop})
+        self.others = others
 
     def answer(self, most: int = AT_ONCE) -> bytes:
         """Carry out the next waiting lines; return the answer to telnet, once for all of them."""
@@ -41,6 +50,8 @@ class StatusSession(LineSession):
         return b""
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
+        for other in self.others:
+            other.record_error(COMMUNICATION_FAILURE, NOTHING_ELSE)
         return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
 
 
@@ -50,5 +61,6 @@ def _table() -> Table:
 
 
 def _stop(session: StatusSession, _: Request) -> bytes:
-    session.controller.stop()
+    for controller in (session.controller, *session.others):
+        controller.stop()
     return written("done")

@@ -22,6 +22,7 @@ from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescriptio
 from iiwa_sim.transcript.lines import Transcript, read
 from iiwa_sim.transcript.record import Lines
 
+SUFFIX = ".mcap"
 MOST_STATES = 60_000
 """States of a `Timeline`, two minutes at 500 Hz."""
 LARGEST_RECORD = 64 * 1024 * 1024
@@ -69,11 +70,15 @@ KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Happen
 
 
 class Recorded:
-    """A file that `iiwa-sim` has recorded."""
+    """A robot in a file that `iiwa-sim` has recorded."""
 
     def __init__(self, path: Path) -> None:
-        """Reads its head. Raises RecordingFault for a file that is no recording of ours, or not there."""
-        self.path = path
+        """Read its head; `FILE.mcap:NAME` is one of several robots, the first of them without a name.
+
+        Raises RecordingFault for a file that is no recording of ours, or not there.
+        """
+        name, ending, robot = str(path).rpartition(f"{SUFFIX}:")
+        self.path = Path(f"{name}{SUFFIX}") if ending else path
         self.cut_at_s: float | None = None
         """The time up to which a file without its end can be read (s), when `messages` has come to it."""
         self.metadata: dict[str, str] = {}
@@ -86,6 +91,14 @@ class Recorded:
                 self.attachments[record.name] = record.data
             elif not isinstance(record, Header):
                 break
+        self._space = ""
+        if robots := self.metadata.get("robots", "").split():
+            space = f"{robot or robots[0]}/"
+            if space[:-1] not in robots:
+                raise RecordingFault(f"{path}: expected {' or '.join(robots)} behind the colon")
+            self.metadata = {key.removeprefix(space): each for key, each in self.metadata.items()}
+            self.attachments = {key.removeprefix(space): each for key, each in self.attachments.items()}
+            self._space = f"/{space[:-1]}"
         rate_hz = self.metadata.get("rate_hz", "")
         if not rate_hz.isdigit() or int(rate_hz) == 0:
             raise RecordingFault(f"{path}: {EXPECTED}")
@@ -98,7 +111,7 @@ class Recorded:
         names: dict[int, str] = {}
         for record in self._records():
             if isinstance(record, Message):
-                topic = names.get(record.channel_id, "")
+                topic = names.get(record.channel_id, "").removeprefix(self._space)
                 if topic in topics:
                     yield topic, record
             elif isinstance(record, Channel):

@@ -19,7 +19,7 @@ from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings import watch
-from iiwa_sim.recordings.scene import TCP, Arm, stamp
+from iiwa_sim.recordings.scene import TCP, WORLD, Arm, in_namespace, stamp, transform
 from iiwa_sim.recordings.schemas import (
     ARM,
     CELL,
@@ -67,9 +67,11 @@ class State(NamedTuple):
 class Messages:
     """Makes the messages of blocks, in the writing thread."""
 
-    def __init__(self, cell: Cell, log_ns: Callable[[int], int]) -> None:
-        """`log_ns` gives the simulated time of a tick."""
+    def __init__(self, cell: Cell, log_ns: Callable[[int], int], namespace: str, shows_cell: bool) -> None:
+        """`log_ns` gives the simulated time of a tick; `shows_cell` adds the frames of parts."""
         self._log_ns = log_ns
+        self._namespace, self._shows_cell = namespace, shows_cell
+        self._base = cell.base
         self._arm = Arm(arm_model(cell.description).links)
         self._joints = cell.description.joints
         self._due_ns = 0
@@ -88,6 +90,8 @@ class Messages:
             if late_ns >= 0:
                 self._due_ns = log_ns + _VIEW_PERIOD_NS - (late_ns if late_ns < _VIEW_PERIOD_NS else 0)
                 for topic, content in self._views(state, log_ns):
+                    if self._namespace:
+                        in_namespace(self._namespace, content)
                     yield Message(topic, self._encode(content), log_ns, each.publish_ns)
 
     def _views(self, state: dict[str, Any], log_ns: int) -> Iterator[tuple[str, Any]]:
@@ -100,8 +104,11 @@ class Messages:
         columns = (state[f"joint_{name}"] for name in ("position", "velocity", "torque"))
         rows = zip(self._joints, *columns, strict=True)
         tool, goal = Frame(*state["tool_frame"]), Frame(*state["goal_frame"])
-        parts = state["parts"]
-        yield FRAMES, self._arm.frames(log_ns, state["joint_position"], tool, goal, opening_mm, parts)
+        parts = state["parts"] if self._shows_cell else ()
+        frames = self._arm.frames(log_ns, state["joint_position"], tool, goal, opening_mm, parts)
+        if self._namespace:
+            frames["transforms"].append(transform(time_of, WORLD, self._arm.base, self._base))
+        yield FRAMES, frames
         yield JOINTS, {"timestamp": time_of, "joints": [dict(zip(names, row, strict=True)) for row in rows]}
         yield (
             WRENCH,
@@ -115,7 +122,7 @@ class Messages:
 
 
 class Recorder:
-    """Records one robot into one file: from `start` to `stop`, both called between two ticks, then `finish`.
+    """Records one robot: from `start` to `stop`, both called between two ticks, then `finish`.
 
     Times are simulated, since the start of the simulator; the `publish_time` of each message is real. States
     come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. Where nobody waits
@@ -124,7 +131,6 @@ class Recorder:
 
     def __init__(
         self,
-        path: Path,
         controller: Controller,
         dialogue: Dialogue,
         *,
@@ -134,11 +140,13 @@ class Recorder:
         clock: Callable[[], str],
         in_haste: Callable[[], bool] = lambda: False,
         said_of_it: Mapping[str, str] | None = None,
+        namespace: str = "",
+        shows_cell: bool = True,
     ) -> None:
         """`rate_hz` is that of states, None for every tick; `said_of_it` is more for the metadata.
 
-        Nothing of the controller is read before `start`. Raises RecordingFault for a file that cannot be
-        written, and ValueError for a rate outside 1 to `tick_rate_hz`.
+        Of several robots in a file each has a namespace, and one of them shows surfaces and parts. Nothing of
+        the controller is read before `start`. Raises ValueError for a rate outside 1 to `tick_rate_hz`.
         """
         if rate_hz is not None and not 1 <= rate_hz <= tick_rate_hz:
             raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {tick_rate_hz}, that of the ticks")
@@ -161,7 +169,8 @@ class Recorder:
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
         self._arm = Arm(arm_model(description).links, description.flange, cell.tool)
-        told = {
+        self.namespace, self._shows_cell = namespace, shows_cell
+        self.head = {
             "version": metadata.version("iiwa-sim"),
             "robot": description.name,
             "joints": " ".join(description.joints),
@@ -173,8 +182,25 @@ class Recorder:
             "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
             **(said_of_it or {}),
         }
-        messages = Messages(cell, self._log_ns)
-        self._out = Writer(path, Head(told, _attachments(cell), self._began_ns), messages.of)
+        """The metadata of its recording."""
+        self._messages = Messages(cell, self._log_ns, namespace, shows_cell)
+        self.out: Writer
+        """The file, which other robots may share."""
+
+    def open(self, path: Path, others: Sequence["Recorder"] = ()) -> None:
+        """Open a file for this recorder, and `others` with other namespaces. Raises RecordingFault."""
+        head, attachments, namespaces = self.head, _attachments(self._cell), [""]
+        if others:
+            robots = {each.namespace: each for each in (self, *others)}
+            head = {"version": head["version"], "robots": " ".join(robots)}
+            head |= {f"{name}/{key}": each.head[key] for name, each in robots.items() for key in each.head}
+            found = {name: _attachments(each._cell) for name, each in robots.items()}
+            attachments = {f"{name}/{key}": file for name in found for key, file in found[name].items()}
+            namespaces = [f"/{name}" for name in robots]
+        writer = Writer(path, Head(head, attachments, self._began_ns), namespaces)
+        for each in (self, *others):
+            each._began_ns = self._began_ns
+            each.out = writer
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
         """Record from the present tick on; `there` are sessions that are connected, with their protocols."""
@@ -200,12 +226,12 @@ class Recorder:
 
     def finish(self) -> bool:
         """Write the rest and the end of the file; returns True if it is whole."""
-        return self._out.close()
+        return self.out.close()
 
     @property
     def lost(self) -> int:
         """Messages that found no room."""
-        return self._out.dropped
+        return self.out.dropped
 
     def tick(self) -> None:
         """A tick has been made."""
@@ -313,6 +339,8 @@ class Recorder:
 
     def _put(self, topic: str, content: Any, real_ns: int, tick: int | None = None) -> None:
         log_ns = self._log_ns(self._controller.tick if tick is None else tick)
+        if self.namespace:
+            in_namespace(self.namespace, content)
         self._block.append(Message(topic, self._encode(content), log_ns, real_ns))
 
     def _hasten(self) -> None:
@@ -324,7 +352,12 @@ class Recorder:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
         block, self._block = self._block, []
         if block:
-            self._out.put(block, can_wait=self._in_haste())
+            self.out.put(block, self._made, can_wait=self._in_haste())
+
+    def _made(self, block: Block) -> Iterator[Message]:
+        """Yield the messages of a block, in the writing thread."""
+        for message in self._messages.of(block):
+            yield message._replace(topic=f"/{self.namespace}{message.topic}") if self.namespace else message
 
     def _show_arm(self) -> None:
         description = self._cell.description
@@ -340,7 +373,8 @@ class Recorder:
         self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaw_m = jaw_m_of(self._controller)
-        self._put(SCENE, self._arm.scene(log_ns, self._surfaces, radius_m, jaw_m, self._parts), real_ns)
+        shown = (self._surfaces, self._parts) if self._shows_cell else ((), ())
+        self._put(SCENE, self._arm.scene(log_ns, shown[0], radius_m, jaw_m, shown[1]), real_ns)
         self._put(CELL, described_cell(self._controller), real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """The recordings of one simulator: which there are, and what each is told of."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
@@ -32,100 +32,102 @@ class Recording:
         self.close()
 
 
+class Source(NamedTuple):
+    """What recordings see of one robot."""
+
+    cell: Cell
+    controller: Controller
+    dialogue: Dialogue
+    wire: WireFaults
+    backdoor: Backdoor
+    log: SessionLog
+    events: RobotEvents
+    protocols: Sequence[str]
+
+
 class Recordings:
     """Any number of recordings at a time, each begun and ended between two ticks."""
 
-    def __init__(
-        self,
-        controller: Controller,
-        cell: Cell,
-        clock: Clock,
-        dialogue: Dialogue,
-        wire: WireFaults,
-        backdoor: Backdoor,
-        log: SessionLog,
-        events: RobotEvents,
-        protocols: Sequence[str],
-        on_change: Callable[[], None],
-    ) -> None:
+    def __init__(self, clock: Clock, on_change: Callable[[], None]) -> None:
         """`on_change` is called when there is a recorder more or less in `recorders`."""
         self.recorders: list[Recorder] = []
-        self._controller = controller
-        self._cell = cell
+        self._begun: dict[Recorder, Source] = {}
         self._clock = clock
-        self._dialogue = dialogue
-        self._wire = wire
-        self._backdoor = backdoor
-        self._log = log
-        self._events = events
-        self._protocols = protocols
         self._on_change = on_change
 
-    def new(self, path: Path, rate_hz: int | None) -> "Recorder":
-        """A recorder into a file that has not begun; it reads and writes files, so in any thread.
+    def new(self, path: Path, rate_hz: int | None, sources: Sequence[Source]) -> "dict[Recorder, Source]":
+        """Recorders into a file that have not begun; it reads and writes files, so in any thread.
 
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
         """
         with needs_mcap():
             from iiwa_sim.recordings import recorder
-        return recorder.Recorder(
-            path,
-            self._controller,
-            self._dialogue,
-            cell=self._cell,
-            tick_rate_hz=self._clock.rate_hz,
-            rate_hz=rate_hz,
-            clock=lambda: self._clock.told,
-            in_haste=lambda: self._clock.in_haste or self._clock.paused,
-            said_of_it={"protocols": " ".join(self._protocols)},
-        )
+        recorders = {
+            recorder.Recorder(
+                each.controller,
+                each.dialogue,
+                cell=each.cell,
+                tick_rate_hz=self._clock.rate_hz,
+                rate_hz=rate_hz,
+                clock=lambda: self._clock.told,
+                in_haste=lambda: self._clock.in_haste or self._clock.paused,
+                said_of_it={"protocols": " ".join(each.protocols)},
+                namespace=each.cell.name if len(sources) > 1 else "",
+                shows_cell=each is sources[0],
+            ): each
+            for each in sources
+        }
+        first, *others = recorders
+        first.open(path, others)
+        return recorders
 
-    def start(self, recorder: "Recorder") -> None:
-        """Have a recorder see all from here on."""
-        self.recorders.append(recorder)
-        self._log.on_refused.append(recorder.refused)
-        self._events.listeners.append(recorder)
-        self._backdoor.listeners.append(recorder.backdoor)
+    def start(self, recorders: "Mapping[Recorder, Source]") -> None:
+        """Have recorders see all from here on."""
+        for recorder, source in recorders.items():
+            self.recorders.append(recorder)
+            source.log.on_refused.append(recorder.refused)
+            source.events.listeners.append(recorder)
+            source.backdoor.listeners.append(recorder.backdoor)
         self._on_change()
         self._clock.look()  # ticks go on from here, each of them seen
-        recorder.start([(name, protocol or self._protocols[0]) for name, protocol in self._wire.peers()])
+        for recorder, source in recorders.items():
+            first = source.protocols[0]
+            recorder.start([(name, protocol or first) for name, protocol in source.wire.peers()])
+        self._begun |= recorders
 
-    def stop(self, recorder: "Recorder") -> None:
-        """Have a recorder see nothing more; does nothing for one that has been stopped."""
-        if recorder in self.recorders:
-            recorder.stop()
-            self.recorders.remove(recorder)
-            self._log.on_refused.remove(recorder.refused)
-            self._events.listeners.remove(recorder)
-            self._backdoor.listeners.remove(recorder.backdoor)
-            self._on_change()
+    def stop(self, recorders: "Iterable[Recorder]") -> None:
+        """Have recorders see nothing more; does nothing for those that have been stopped."""
+        for recorder in recorders:
+            if recorder in self.recorders:
+                recorder.stop()
+                self.recorders.remove(recorder)
+                source = self._begun.pop(recorder)
+                source.log.on_refused.remove(recorder.refused)
+                source.events.listeners.remove(recorder)
+                source.backdoor.listeners.remove(recorder.backdoor)
+        self._on_change()
 
     def recording(
-        self, path: Path, rate_hz: int | None, call: Callable[[Callable[[], None]], None]
+        self,
+        path: Path,
+        rate_hz: int | None,
+        sources: Sequence[Source],
+        call: Callable[[Callable[[], None]], None],
     ) -> Recording:
-        """Make a recorder, here, and start it by `call`, in the robot's thread. Raises as `new` does."""
-        recorder = self.new(path, rate_hz)
-        call(lambda: self.start(recorder))
+        """Make recorders, here, and start them by `call`, in the robots' thread. Raises as `new` does."""
+        recorders = self.new(path, rate_hz, sources)
+        call(lambda: self.start(recorders))
 
         def close() -> None:
-            call(lambda: self.stop(recorder))
-            recorder.finish()
+            call(lambda: self.stop(recorders))
+            next(iter(recorders)).finish()
 
         return Recording(close)
 
-    def begin(self, path: Path, rate_hz: int | None) -> "Recorder":
-        """Make a recorder and start it. Raises as `new` does."""
-        recorder = self.new(path, rate_hz)
-        self.start(recorder)
-        return recorder
-
-    def end(self, recorder: "Recorder") -> None:
-        """Stop a recorder, and make its file whole."""
-        self.stop(recorder)
-        recorder.finish()
-
     def end_all(self) -> None:
         """End those that have not been ended."""
-        for recorder in list(self.recorders):
-            self.end(recorder)
+        recorders = list(self.recorders)
+        self.stop(recorders)
+        for recorder in {each.out: each for each in recorders}.values():
+            recorder.finish()

@@ -17,6 +17,8 @@ from iiwa_sim.world.part import Mesh, Part
 
 TCP = "tcp"
 GOAL = "goal"
+WORLD = "world"
+"""The frame in which the bases of several robots are."""
 JAWS = {"jaw_1": 1.0, "jaw_2": -1.0}
 """Frames of the jaws of a gripper, and to which side of the TCP they open."""
 
@@ -109,6 +111,14 @@ class Arm:
             add_shape(body, part.shape, IDENTITY, _PART)
             entities.append(body)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
+
+
+def in_namespace(name: str, message: Message) -> Message:
+    """Put the frames of a message, and its entities, in the namespace of one of several robots."""
+    keys = ("frame_id", "parent_frame_id", "child_frame_id", "id")
+    for each in (message, *message.get("transforms", ()), *message.get("entities", ())):
+        each.update({key: f"{name}/{each[key]}" for key in keys if each.get(key, WORLD) != WORLD})
+    return message
 
 
 def part_frame(name: str) -> str:

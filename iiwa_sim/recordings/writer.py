@@ -56,6 +56,7 @@ class Head(NamedTuple):
 
 
 Block = Sequence[Any]
+Made = Callable[[Block], Iterable[Message]]
 
 
 class Writer:
@@ -65,16 +66,16 @@ class Writer:
     messages. A full disk ends the recording with one line in the log.
     """
 
-    def __init__(self, path: Path, head: Head, made: Callable[[Block], Iterable[Message]]) -> None:
-        """Open the file. `made` makes the messages of a block, in the writing thread.
+    def __init__(self, path: Path, head: Head, namespaces: Sequence[str] = ("",)) -> None:
+        """Open the file, with topics in all namespaces, such as `/left`.
 
         Raises RecordingFault.
         """
         self.dropped = 0
         """Messages that found no room."""
         self._path = path
-        self._made = made
-        self._blocks: queue.Queue[Block | None] = queue.Queue(MOST_BLOCKS)
+        self._namespaces = namespaces
+        self._blocks: queue.Queue[tuple[Block, Made] | None] = queue.Queue(MOST_BLOCKS)
         self._whole = False
         self._over = False  # nothing is written any more
         existed = path.exists()
@@ -98,12 +99,15 @@ class Writer:
         )
         self._thread.start()
 
-    def put(self, block: Block, *, can_wait: bool = False) -> None:
-        """Write a block. If there is no room, wait for it if `can_wait`, else drop the block."""
+    def put(self, block: Block, made: Made, *, can_wait: bool = False) -> None:
+        """Write a block, whose messages `made` makes in the writing thread.
+
+        If there is no room, wait for it if `can_wait`, else drop the block.
+        """
         if self._over:
             return
         try:
-            self._blocks.put(block, block=can_wait, timeout=PATIENCE_S)
+            self._blocks.put((block, made), block=can_wait, timeout=PATIENCE_S)
         except queue.Full:
             if not self.dropped:
                 logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
@@ -131,7 +135,9 @@ class Writer:
             for name, schema in schemas().items()
         }
         self._ids = {
-            topic: self._file.register_channel(topic, "json", known[name]) for topic, name in CHANNELS.items()
+            f"{space}{topic}": self._file.register_channel(f"{space}{topic}", "json", known[name])
+            for space in self._namespaces
+            for topic, name in CHANNELS.items()
         }
         self._stream.flush()
 
@@ -139,8 +145,9 @@ class Writer:
         number, flushed_s = 0, time.monotonic()
         try:
             with self._stream:
-                while (block := self._blocks.get()) is not None:
-                    for message in self._made(block):
+                while (item := self._blocks.get()) is not None:
+                    block, made = item
+                    for message in made(block):
                         number += 1
                         self._file.add_message(
                             self._ids[message.topic],

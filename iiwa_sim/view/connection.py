@@ -49,6 +49,8 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     """Port of the iiwa's text protocol."""
     robot: str | None = None
     """Name or folder of the robot, for a place without a backdoor."""
+    in_cell: str = ""
+    """Name of the robot in its cell, if there are several."""
 
 
 class Driver:
@@ -83,7 +85,9 @@ class Station:
     def __init__(self, place: Place, period_s: float = STATE_S) -> None:
         """Raises StationFault if nobody answers, or if the robot is unknown."""
         self.place, self.name = place, place.name
-        self.bench = None if place.backdoor is None else BackdoorClient(*place.backdoor, place.token)
+        self.bench = None
+        if place.backdoor is not None:
+            self.bench = BackdoorClient(*place.backdoor, place.token, robot=place.in_cell)
         self.driver = None if place.driver is None else Driver(place.driver)
         self._where = host_and_port(*(place.backdoor or place.status))
         self._where = f"the {'status port' if self.bench is None else 'backdoor at'} {self._where}"

@@ -45,6 +45,7 @@ _COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}
 _PAD = "padding:0 0.9em 0.4em;font-size:0.78em;line-height:1.3"
 _LIST = "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace"
 
+
 def tell(client: Any, text: str) -> None:
     """Show a client a text for some seconds."""
     client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)

@@ -66,7 +66,6 @@ class Robot:
         self.controller = controller or self.cell.controller(1.0 / RATE_HZ)
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recorder = Recorder(
-            path,
             self.controller,
             self.dialogue,
             cell=self.cell,
@@ -76,6 +75,7 @@ class Robot:
             in_haste=lambda: True,
             said_of_it={"protocols": "iiwa"},
         )
+        self.recorder.open(path)
         self.recorder.start()
         self.joints = {self.controller.tick: self.controller.joints}
 

@@ -29,7 +29,7 @@ def test_a_disk_that_fills_up_ends_the_recording_with_one_line(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     robot = Robot(tmp_path / "run.mcap")
-    writer = robot.recorder._out
+    writer = robot.recorder.out
     writer._stream.close()  # the next chunk cannot be written
     robot.goes_to(*FAR)
     robot.step(500)
@@ -49,11 +49,11 @@ def test_blocks_without_room_are_dropped_and_counted(
         goes_on.wait(DEADLINE_S)
         return messages
 
-    writer = Writer(path, HEAD, slowly)
-    writer.put(block(1))
+    writer = Writer(path, HEAD)
+    writer.put(block(1), slowly)
     wait_until(writer._blocks.empty)
     for _ in range(4):
-        writer.put(block(10))
+        writer.put(block(10), slowly)
     goes_on.set()
     assert writer.close()
     assert len(contents(path, LOG)) == 21
