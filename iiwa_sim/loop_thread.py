@@ -1,15 +1,14 @@
 """An asyncio event loop in a thread of its own, for callers that have no loop."""
 
 import asyncio
-import contextlib
 import os
 import sys
 import threading
 import traceback
 from collections.abc import Callable, Coroutine
-from concurrent.futures import Future
+from concurrent.futures import CancelledError
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 CLOSED = "the loop is closed"
 ELSEWHERE = "the loop runs in the process that this one was forked from"
@@ -18,7 +17,7 @@ T = TypeVar("T")
 
 
 class LoopThread:
-    """Runs from its creation until `close`, soon after each of its timers as far as the system lets it.
+    """Runs from its creation until `close`.
 
     The thread is a daemon: a program that ends without closing it ends nevertheless.
     """
@@ -28,7 +27,6 @@ class LoopThread:
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
         self._lock = threading.Lock()
-        self._awaited: set[_Awaited[Any]] = set()
         self._closed = False
         self._process = os.getpid()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -57,26 +55,22 @@ class LoopThread:
             raise RuntimeError(ELSEWHERE)
         if self.current:
             raise RuntimeError("the loop cannot wait for itself")
-        answer: Future[T] = Future()
-        waited_for = _Awaited(function, answer)
         with self._lock:
             if self._closed:
                 raise RuntimeError(CLOSED)
-            self._awaited.add(waited_for)
-            self._loop.call_soon_threadsafe(waited_for.begin)
+            answer = asyncio.run_coroutine_threadsafe(_kept(function), self._loop)
         try:
-            return answer.result(limit_s)
+            value, fault = answer.result(limit_s)
+        except CancelledError:
+            raise RuntimeError(CLOSED) from None
         except TimeoutError:
-            if answer.done():  # raised by the coroutine
-                raise
             raise TimeoutError(f"the thread {self._thread.name} is blocked by {self._busy_with()}") from None
         except KeyboardInterrupt:
-            with contextlib.suppress(RuntimeError):  # closed meanwhile
-                self._loop.call_soon_threadsafe(waited_for.cancel)
+            answer.cancel()
             raise
-        finally:
-            with self._lock:
-                self._awaited.discard(waited_for)
+        if fault is not None:
+            raise fault
+        return value  # type: ignore[return-value]  # None only beside a fault, or as the result
 
     def close(self, *, wait: bool = True) -> None:
         """Cancel what runs in the loop, end the thread and wait for that; does nothing in a forked process.
@@ -106,44 +100,15 @@ class LoopThread:
         return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 
     def _run(self) -> None:
-        try:
-            with self._runner:
-                self._loop.run_forever()
-        finally:
-            with self._lock:
-                self._closed = True
-                for awaited in self._awaited:
-                    awaited.give_up()
+        with self._runner:
+            self._loop.run_forever()
 
 
-class _Awaited(Generic[T]):
-    """A coroutine that a thread waits for. All methods run in the loop's thread."""
-
-    def __init__(self, function: Callable[[], Coroutine[Any, Any, T]], answer: Future[T]) -> None:
-        self._function = function
-        self._answer = answer
-        self._task: asyncio.Task[None] | None = None
-
-    def begin(self) -> None:
-        self._task = asyncio.get_running_loop().create_task(self._run())
-        self._task.add_done_callback(self._done)
-
-    def cancel(self) -> None:
-        if self._task is not None:
-            self._task.cancel()
-
-    def give_up(self) -> None:
-        if not self._answer.done():
-            self._answer.set_exception(RuntimeError(CLOSED))
-
-    async def _run(self) -> None:
-        try:
-            self._answer.set_result(await self._function())
-        except (SystemExit, KeyboardInterrupt) as fault:  # they would end the loop
-            self._answer.set_exception(fault)
-
-    def _done(self, task: asyncio.Task[None]) -> None:
-        if task.cancelled():
-            self.give_up()
-        elif (fault := task.exception()) is not None:
-            self._answer.set_exception(fault)
+async def _kept(function: Callable[[], Coroutine[Any, Any, T]]) -> tuple[T | None, BaseException | None]:
+    """Return the result and the exception, which would end the loop if it were a SystemExit."""
+    try:
+        return await function(), None
+    except asyncio.CancelledError:
+        raise
+    except BaseException as fault:  # noqa: BLE001 - for the thread that waits
+        return None, fault

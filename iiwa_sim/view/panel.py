@@ -25,7 +25,7 @@ HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
 LONGEST_STEP_S, NOTE_S = 60.0, 8.0
 NEAR_DEG = 5.0
-"""Distance from a limit at which the bar of a joint is red."""
+"""Distance from a limit at which the bar of a joint is yellow."""
 LEAST_N = 0.5
 STOP, STOPPED = "Emergency stop", "Emergency stop is PRESSED"
 Calls = dict[str, tuple[Any, ...]]
@@ -89,12 +89,11 @@ class Readout:
 
 
 class DialogueList:
-    """The newest lines of all connections, with a filter."""
+    """The newest lines of all connections."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
         self.lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_SAID)
         """The lines, oldest first."""
-        self._filter: Any = gui.add_text("Filter", "", hint="text, port, a mark such as ~, or refused")
         self._html: Any = gui.add_html("")
         self._next_s = 0.0
 
@@ -102,7 +101,9 @@ class DialogueList:
         """Show the lines, at most once per `LIST_PERIOD_S`."""
         if time.monotonic() >= self._next_s:
             self._next_s = time.monotonic() + LIST_PERIOD_S
-            self._html.content = listed(self.lines, self._filter.value)
+            # The box is filled from below, so that the newest line is visible; that reverses the order.
+            rows = "".join(map(_row, reversed(self.lines)))
+            self._html.content = f"<div style='{_PAD};{_LIST}'>{rows}</div>"
 
 
 class Panel:
@@ -263,7 +264,7 @@ def figures(state: State, robot: Robot, speed_mm_s: float = 0.0) -> str:
     limits = zip(robot.joints, state["joint_position"], robot.position_min, robot.position_max, strict=True)
     bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
     x, y, z, *angles = state["tool_frame"]
-    place = " ".join(f"{round(each, 1) + 0.0:.1f}" for each in (x, y, z, *map(degrees, angles)))
+    place = _rounded((x, y, z, *map(degrees, angles)))
     tcp = f"TCP {place} mm, deg<br>Speed of the TCP {speed_mm_s:.0f} mm/s"
     return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
 
@@ -277,52 +278,41 @@ def lamps(states: Iterable[tuple[str, bool]]) -> str:
     )
 
 
-def listed(lines: Iterable[Mapping[str, Any]], text: str = "") -> str:
-    """Return the lines with a text, mark, client or the word refused as HTML, the newest one last."""
-    rows = [row for row in map(_row, lines) if text.strip().lower() in row[0].lower()]
-    # The box is filled from below, so that the newest line is visible; that reverses the order.
-    return f"<div style='{_PAD};{_LIST}'>{''.join(row[1] for row in reversed(rows))}</div>"
-
-
-def _row(line: Mapping[str, Any]) -> tuple[str, str]:
-    """Return a line as text for the filter, and as HTML."""
+def _row(line: Mapping[str, Any]) -> str:
     reason, mark = line.get("reason", ""), line["mark"]
     client = str(line["session"]).rpartition(":")[2]  # the port
     text = f"{line['time_s']:.3f} {client} {mark} {line['text']}{f' ({reason})' if reason else ''}"
     colour = _RED if reason else _COLOURS.get(mark, "inherit")
-    return f"{text}{' refused' if reason else ''}", f"<div style='color:{colour}'>{html.escape(text)}</div>"
+    return f"<div style='color:{colour}'>{html.escape(text)}</div>"
 
 
 def _bar(name: str, value: float, low: float, high: float) -> str:
     """Return a row with a joint within its limits (deg)."""
-    share = 100.0 * min(max((value - low) / (high - low), 0.0), 1.0)
-    colour = _RED if min(value - low, high - value) < NEAR_DEG else _GREEN
-    place = f"margin-left:calc({share:.1f}% - 3px);width:6px;height:100%;background:{colour}"
-    mark = f"<div style='height:0.7em;background:{_GREY}'><div style='{place}'></div></div>"
-    small = "<td style='font-size:0.85em;text-align:right'>"
-    return (
-        f"<tr><td>{html.escape(name)}</td>{small}{low:.0f}</td>"
-        f"<td style='width:55%;padding:0 0.3em'>{mark}</td>{small}{high:.0f}</td>"
-        f"<td style='text-align:right;font-family:monospace'>{round(value, 2) + 0.0:.2f}</td></tr>"
+    meter = (
+        f"<meter style='width:100%' min={low:.1f} max={high:.1f} low={low + NEAR_DEG:.1f}"
+        f" high={high - NEAR_DEG:.1f} optimum=0 value={value:.2f}></meter>"
     )
+    cells = (html.escape(name), f"{low:.0f}", meter, f"{high:.0f}", f"{round(value, 2) + 0.0:.2f}")
+    return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _moves(station: Station) -> str:
     """Return the clock and the moves that run and wait as HTML."""
     rows = [f"Clock: {station.clock}", f"Moves: {station.moves['count']}"]
-    for move in station.moves["moves"][:MOST_MOVES]:
-        x, y, z = move["goal_frame"][:3]
-        rows.append(f"{move['number']}: to {x:.0f} {y:.0f} {z:.0f} mm")
-    return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
+    goals = [(move["number"], move["goal_frame"][:3]) for move in station.moves["moves"][:MOST_MOVES]]
+    return _lines(rows + [f"{number}: to {_rounded(goal, 0)} mm" for number, goal in goals])
 
 
 def _force(state: State) -> str:
     """Return wrench and joint torques as HTML."""
-    names = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
-    wrench = [
-        f"{name} {round(value, 1) + 0.0:.1f}"
-        for name, value in zip(names, state["cartesian_force"], strict=True)
-    ]
-    torques = " ".join(f"{round(value, 1) + 0.0:.1f}" for value in state["joint_torque"])
-    rows = (f"{' '.join(wrench[:3])} N", f"{' '.join(wrench[3:])} Nm", f"Joints {torques} Nm")
-    return f"<div style='{_PAD}'>{'<br>'.join(rows)}</div>"
+    wrench = state["cartesian_force"]
+    rows = [f"Fx Fy Fz {_rounded(wrench[:3])} N", f"Tx Ty Tz {_rounded(wrench[3:])} Nm"]
+    return _lines([*rows, f"Joints {_rounded(state['joint_torque'])} Nm"])
+
+
+def _lines(rows: Sequence[str]) -> str:
+    return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
+
+
+def _rounded(values: Iterable[float], digits: int = 1) -> str:
+    return " ".join(f"{round(value, digits) + 0.0:.{digits}f}" for value in values)
