@@ -82,10 +82,10 @@ def _check_parts(controller: Controller, surface: Surface, before: Surface | Non
     """Raises `Refused` where the middle of a part that lies would come to be within a surface that is put, or
     was moved from where it was before."""
     handling = controller.handling
-    world = None if handling is None else handling.world
-    for number, part in enumerate(() if world is None else world.parts):
-        assert world is not None
-        middle = world.pose(number).translation
+    arm = None if handling is None else handling.arm
+    for number, part in enumerate(() if arm is None else arm.world.parts):
+        assert arm is not None
+        world, middle = arm.world, arm.pose(number).translation
         rides = before is not None and surface.name in world.near(number, 1e-4)
         if world.state(number) != LIES or rides or surface.nearest(*middle)[0] >= 0.0:
             continue

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
 from iiwa_sim.cell.settings import HOME, CellFault, OneRobotSettings, RobotSettings, metres, read_settings
@@ -25,6 +25,7 @@ from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
+from iiwa_sim.world.gripper import Gripper
 from iiwa_sim.world.part import Part
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ class Cell:
         self,
         tick_s: float,
         *,
+        arm: Any = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -96,6 +98,7 @@ class Cell:
             safety=self.safety,
             tool=self.tool,
             handled=self.handled,
+            arm=arm,
             servo_timeout_s=servo_timeout_s,
             on_fault=on_fault,
             on_contact=on_contact,
@@ -105,6 +108,28 @@ class Cell:
     def noise(self) -> Noise | None:
         """A new noise generator from the seed; None without noise."""
         return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
+
+
+def shared_world(cells: Sequence[Cell], tick_s: float) -> Any:
+    """Return the `World` of robots that share a cell.
+
+    Its `arms`, in the order of the robots, are what `Cell.controller` takes.
+    """
+    from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
+    from iiwa_sim.world.world import World
+
+    arms = []
+    parts: tuple[tuple[Part, Transform], ...] = ()
+    scene: Scene | None = None
+    for cell in cells:
+        tool = () if cell.tool is None else cell.tool.capsules
+        shape = ArmShape(cell.description, cell.tool_in_flange, tool, cell.contact_radius_m)
+        kind = None
+        if cell.handled is not None:
+            kind, parts, scene = cell.handled.gripper, cell.handled.parts, cell.handled.scene
+        gripper = None if kind is None else Gripper(kind)
+        arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
+    return World(arms, cells[0].surfaces, parts, None if scene is None else scene.spec, tick_s)
 
 
 def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:

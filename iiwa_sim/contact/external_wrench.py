@@ -343,6 +343,11 @@ class ExternalWrench:
         return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
 
     @property
+    def of_robots(self) -> frozenset[str]:
+        """The names of what other robots touch with, in a world that robots share."""
+        return frozenset() if self.bodies is None else self.bodies.world.of_robots
+
+    @property
     def colliding(self) -> tuple[str, str] | None:
         """The names of two links that are in each other."""
         return self._links.colliding

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import dist, isfinite
+from typing import Any
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
@@ -23,10 +24,10 @@ from iiwa_sim.controller.errors import (
     Refused,
     RobotErrors,
 )
-from iiwa_sim.controller.handling import Handling, HandlingSetup
+from iiwa_sim.controller.handling import NOTHING, Handling, HandlingSetup, Wiring
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
-from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, robot_touched
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
@@ -39,6 +40,7 @@ from iiwa_sim.motion.motions import Motions
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
+from iiwa_sim.wording import harmless
 from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
@@ -77,6 +79,7 @@ class Controller:
         safety: Safety = NOTHING_MORE,
         tool: Tool | None = None,
         handled: HandlingSetup | None = None,
+        arm: Any = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -95,6 +98,7 @@ class Controller:
             safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
             tool: The load at the flange, which the controller knows.
             handled: Gripper and parts of the cell.
+            arm: Its `Arm` in a world that robots share, in which the parts are.
             servo_timeout_s: Time without a command that ends a servo mode; by default none does.
             on_fault: Called with code and reason of an error between commands.
             on_contact: Called with the force that has ended a move.
@@ -131,8 +135,11 @@ class Controller:
         """The contacts and other forces from outside."""
         self.handling = None
         """The gripper and the parts of the cell; None without both."""
+        if handled is None and arm is not None:
+            handled = HandlingSetup(None, Wiring(NOTHING))
         if handled is not None:
-            self.handling = Handling(handled, self.io, self.load, description, tool, start, tick_s)
+            self.handling = Handling(handled, self.io, self.load, description, tool, start, tick_s, arm)
+        self._coming_tcp: Transform | None = None
         self.planner = Planner(self.model)
         self.motions = self._motions_from(start)
         self.joints_before = start
@@ -163,13 +170,21 @@ class Controller:
         """Make one tick: the robot moves, then feels the forces where it is now, then compares with limits.
 
         A stop that a force asks for so begins in the tick after the one in which its threshold is passed. An
-        internal error in a tick stops the robot, sets the error state, and is raised.
+        internal error in a tick stops the robot, sets the error state, and is raised. Of robots that share a
+        world each has to `move_on`, then the world a step, then each robot has to `feel`.
         """
+        self.move_on()
+        if self.handling is not None and self.handling.world is not None:
+            self.handling.world.step()
+        self.feel()
+
+    def move_on(self) -> None:
+        """Make the first half of a tick: the robot moves."""
         # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
         if self._servo_timeout_s is not None:
             self._watch_servo(self._servo_timeout_s)
-        self.tick = tick = self.tick + 1
-        motions, load, protection, pending = self.motions, self.load, self.protection, self.endings.pending
+        self.tick += 1
+        motions, load, pending = self.motions, self.load, self.endings.pending
         self.joints_before = motions.joints
         try:
             motions.step()
@@ -180,9 +195,26 @@ class Controller:
             self.trajectories.after_tick()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
+        if load.bodies is not None:
+            self._go()
+
+    def _go(self) -> None:
+        """Tell the world where a tick has brought the robot, and where the next one will."""
+        motions, load, coming = self.motions, self.load, None
+        tcp, next_joints = load.tcp(motions.joints), motions.coming  # found a tick ago
+        if next_joints is not None:
+            coming = load.coming_tcp(next_joints)
+        self._coming_tcp = coming
+        assert self.handling is not None
+        stiffness = motions.compliance if next_joints is None else STIFF
+        self.handling.go(motions.joints, next_joints, tcp, coming, stiffness)
+
+    def feel(self) -> None:
+        """Make the second half of a tick: the robot feels the forces, and compares with limits."""
+        motions, load, tick = self.motions, self.load, self.tick
         if self.handling is not None or not load.is_idle(motions.joints, tick, self.tick_s):
             self._feel()
-        pending = self.endings.pending
+        pending, protection = self.endings.pending, self.protection
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
         acts = load.wrenches or load.torques
@@ -198,14 +230,12 @@ class Controller:
         """Find the forces where a tick has brought the robot."""
         motions, load = self.motions, self.load
         joints, contact = motions.joints, motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-        tcp = coming = next_joints = None
-        if load.needs_poses:
-            tcp = load.tcp(joints)  # found a tick ago
+        coming = self._coming_tcp
+        if load.needs_poses and load.bodies is None:
             next_joints = motions.coming
             coming = None if next_joints is None else load.coming_tcp(next_joints)
         if self.handling is not None:
-            stiffness = motions.compliance if next_joints is None and load.bodies is not None else STIFF
-            self.handling.step(joints, next_joints, tcp, coming, stiffness)
+            self.handling.feel()
         load.step(joints, self.tick, self.tick_s, contact, coming)
 
     def _watch_forces(self, guard: ForceGuard) -> None:
@@ -223,7 +253,7 @@ class Controller:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
         why = self._passed_limit(self.errors.standing is not None)
         if why is not None:
-            self.fail(STOP_TRIGGERED, f"protective stop: {why}")
+            self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{robot_touched(self.load)}"))
 
     def _passed_limit(self, standing: bool) -> str | None:
         """Return why the robot has to stop for a force or for the last tick; None if it need not.

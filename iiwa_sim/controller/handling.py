@@ -135,9 +135,15 @@ class Handling:
         tool: Tool | None,
         joints: Joints,
         tick_s: float,
+        arm: Arm | None = None,
     ) -> None:
-        """The robot is at rest at `joints` (rad); forces on it go to `load`, whose surfaces parts lie on."""
+        """The robot is at rest at `joints` (rad); forces on it go to `load`, whose surfaces parts lie on.
+
+        An `arm` is one in a world that robots share; otherwise parts make a world of this robot alone.
+        """
         self.gripper = None if handled.gripper is None else Gripper(handled.gripper)
+        if arm is not None:
+            self.gripper = arm.gripper
         self._wiring, self._io, self._load, self._tick_s = handled.wiring, io, load, tick_s
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
@@ -146,17 +152,13 @@ class Handling:
         self._told: tuple[bool, ...] = ()
         self._looked: tuple[float, bool, int] | None = None  # how the gripper was when its sensors were read
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
-        self._changes = load.world.changes
+        self._changes, self._seen, self._own = load.world.changes, 0, load.world.surfaces
         self._parts: tuple[PartState, ...] = ()
         self._parts_at = self._scene_at = -1
         self._scene, self._inputs, self._outputs = handled.scene, handled.inputs, handled.outputs
         self._scene_bodies: tuple[BodyState, ...] = ()
         self._sensed: list[bool] = []
-        self.world: World | None = None
-        """The bodies; None in a cell without parts."""
-        self.arm: Arm | None = None
-        """The robot among them."""
-        if handled.parts or handled.scene is not None:
+        if arm is None and (handled.parts or handled.scene is not None):
             from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
             from iiwa_sim.world.world import World
 
@@ -166,8 +168,10 @@ class Handling:
             surfaces = tuple(load.world.surfaces.values())
             setup = ArmSetup(shape, joints, self.gripper)
             scene = None if handled.scene is None else handled.scene.spec
-            self.world = World([setup], surfaces, handled.parts, tick_s, scene)
-            self.arm = load.bodies = self.world.arms[0]
+            arm = World([setup], surfaces, handled.parts, scene, tick_s).arms[0]
+        self.arm = load.bodies = arm
+        """The robot among the bodies; None in a cell without parts, a scene or other robots."""
+        self.world: World | None = None if arm is None else arm.world
         self._place_jaws()
         self._tell()
         self._drive_scene()
@@ -185,48 +189,94 @@ class Handling:
             return False
         if self._outputs and self._scene_driven_by is not self._io.outputs:
             return False
-        return world is None or (world.settled and self._changes == self._load.world.changes)
+        return world is None or (
+            world.settled
+            and self._changes == self._load.world.changes
+            and self._seen == world.surface_changes
+        )
 
     @property
     def under_way(self) -> bool:
         """True if jaws or parts move by themselves, or may after surfaces have."""
-        return not self.settled and not (self.arm is not None and self.arm.compliance)
+        arm, world = self.arm, self.world
+        if self.settled or (arm is not None and arm.compliance):
+            return False
+        return arm is None or world is None or len(world.arms) == 1 or not (arm.stands and world.is_calm)
 
     @property
     def holds(self) -> bool:
         """True if a part is held."""
         return self.arm is not None and self.arm.held >= 0
 
-    def step(
+    def go(
         self,
         joints: Joints,
         coming: Joints | None,
-        tcp: Transform | None,
+        tcp: Transform,
         coming_tcp: Transform | None,
         compliance: int,
     ) -> None:
-        """Make a tick, as `Arm.go` and `World.step` do."""
+        """Tell the world where a tick brings the robot, as `Arm.go` takes it."""
+        assert self.arm is not None
+        if self._changes != self._load.world.changes:
+            self._share_surfaces()
+        self._drive_scene()
+        self.arm.go(joints, coming, tcp, coming_tcp, self._driven(), compliance)
+
+    def feel(self) -> None:
+        """End a tick: move jaws without parts, take what bodies do to the robot, switch inputs."""
         gripper, world, arm, load = self.gripper, self.world, self.arm, self._load
-        driven = self._driven()
         if world is None or arm is None:
+            driven = self._driven()
             if gripper is not None and not gripper.settled(driven):
                 gripper.step(driven, self._tick_s)
                 self._place_jaws()
                 self._tell()
             return
-        if self._changes != load.world.changes:
-            self._changes = load.world.changes
-            world.set_surfaces(tuple(load.world.surfaces.values()))
-        self._drive_scene()
-        assert tcp is not None
-        arm.go(joints, coming, tcp, coming_tcp, driven, compliance)
-        world.step()
+        if self._seen != world.surface_changes:
+            self._see_surfaces()
         self._read_scene()
         load.hand(arm.wrench, arm.push, arm.torques)
         if gripper is not None and (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
             self._looked = gripper.opening_m, gripper.blocked, gripper.driven
             self._place_jaws()
             self._tell()
+
+    def _share_surfaces(self) -> None:
+        """Change the surfaces of the world as those of this robot have been."""
+        world, arm, own = self.world, self.arm, self._load.world.surfaces
+        assert world is not None
+        assert arm is not None
+        shared = {} if len(world.arms) == 1 else {surface.name: surface for surface in world.surfaces}
+        before = {} if len(world.arms) == 1 else self._own
+        for name in before.keys() - own.keys():
+            shared.pop(name, None)
+        for name, surface in own.items():
+            if before.get(name) != surface:
+                shared[name] = surface._replace(pose=arm.in_world(surface.pose))
+        knows = self._seen == world.surface_changes
+        world.set_surfaces(tuple(shared.values()))
+        self._note_surfaces() if knows else self._see_surfaces()
+
+    def _see_surfaces(self) -> None:
+        """Have the surfaces of the world, which another robot has changed."""
+        world, arm, own = self.world, self.arm, self._load.world
+        assert world is not None
+        assert arm is not None
+        shared = {each.name: each._replace(pose=arm.in_base(each.pose)) for each in world.surfaces}
+        there = own.surfaces
+        for name in there.keys() - shared.keys():
+            own.remove(name)
+        for name, surface in shared.items():
+            if name not in there or there[name]._replace(pose=surface.pose) != surface:
+                own.put(surface)
+            elif there[name] != surface:
+                own.move(name, surface.pose)
+        self._note_surfaces()
+
+    def _note_surfaces(self) -> None:
+        self._changes, self._own = self._load.world.changes, self._load.world.surfaces
+        self._seen = 0 if self.world is None else self.world.surface_changes
 
     def tcp_is(self, joints: Joints, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
@@ -236,24 +286,25 @@ class Handling:
             self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
 
     def kept(self) -> HandlingState:
-        """Return what a named state keeps."""
+        """Return what a named state keeps; that of the first robot of several has the whole world."""
         gripper, world = self.gripper, self.world
         if world is not None and self._changes != self._load.world.changes:
-            self._changes = self._load.world.changes
-            world.set_surfaces(tuple(self._load.world.surfaces.values()))
+            self._share_surfaces()
         jaws = (
             (0.0, STAYS, False) if gripper is None else (gripper.opening_m, gripper.driven, gripper.blocked)
         )
-        return HandlingState(*jaws, None if world is None else world.kept())
+        is_first = world is not None and self.arm is world.arms[0]
+        return HandlingState(*jaws, world.kept() if world is not None and is_first else None)
 
     def restore(self, kept: HandlingState) -> None:
-        """Bring that back, with the TCP at rest where it was."""
+        """Bring that back, with the TCP at rest where it was, the first robot of several first."""
         if self.gripper is not None:
             self.gripper.opening_m, self.gripper.driven, self.gripper.blocked = kept[:3]
         self._place_jaws()
         if self.world is not None and self.arm is not None:
-            self._changes = self._load.world.changes
-            self.world.restore(kept.world)
+            if kept.world is not None:
+                self.world.restore(kept.world)
+            self._note_surfaces()
             self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
         # Inputs are as they were saved, when sensors may have told something else.
         self._told, self._looked = (), None
@@ -264,11 +315,11 @@ class Handling:
     @property
     def parts(self) -> tuple[PartState, ...]:
         """Return the parts in the order of the cell."""
-        world = self.world
-        if world is not None and world.changes != self._parts_at:
+        world, arm = self.world, self.arm
+        if world is not None and arm is not None and world.changes != self._parts_at:
             self._parts_at = world.changes
             self._parts = tuple(
-                PartState(part.name, Frame.from_transform(world.pose(number)), world.state(number))
+                PartState(part.name, Frame.from_transform(arm.pose(number)), world.state(number))
                 for number, part in enumerate(world.parts)
             )
         return self._parts

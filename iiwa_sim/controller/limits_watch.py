@@ -150,6 +150,18 @@ class Protection:
         return grows and not standing
 
 
+def _toucher(load: ExternalWrench, link: str) -> str:
+    return f"link {link}" if link in load.arm_links else NAMED.get(link, link)
+
+
+def robot_touched(load: ExternalWrench) -> str:
+    """Return, after a semicolon, which other robot the arm touches; empty for none."""
+    for link, other, *_ in load.link_contacts if load.of_robots else ():
+        if other in load.of_robots:
+            return f"; {_toucher(load, link)} touches {other}"
+    return ""
+
+
 class LinkWatch:
     """Reports links, and what is fixed to the flange, that begin to touch surfaces or each other."""
 
@@ -172,9 +184,9 @@ class LinkWatch:
         if contacts or self.touching:
             touching = {(contact.link, contact.surface) for contact in contacts}
             for link, surface in sorted(touching - self.touching):
-                who = f"link {link}" if link in self._load.arm_links else NAMED.get(link, link)
                 kind = "surface" if surface in self._load.world.surfaces else "part"
-                self._tell(harmless(f"{who} touches {kind} {surface!r}"))
+                what = surface if surface in self._load.of_robots else f"{kind} {surface!r}"
+                self._tell(harmless(f"{_toucher(self._load, link)} touches {what}"))
             self.touching = touching
         if moved and tick % self.every == 0:
             folded = self._load.colliding

@@ -49,13 +49,14 @@ Vector = NDArray[np.float64]
 Tell = Callable[[str, bool], None]
 """Takes a line on a part, and True for a warning."""
 NOWHERE = (0.0, 0.0)
+_Told = tuple[Joints, Joints | None, Transform, Transform | None, int, int]
 
 
 class Arm:
     """One robot of a world: `go` tells where a tick brings it, then `World.step` finds what acts on it."""
 
     def __init__(self, world: World, number: int, setup: ArmSetup) -> None:
-        self._world, self._number, self.setup = world, number, setup
+        self.world, self._number, self.setup = world, number, setup
         self.name, self.gripper = setup.name, setup.gripper
         self.base: Transform | None = None if setup.base == IDENTITY else setup.base
         """Pose of the base in the world; None where they are the same."""
@@ -75,7 +76,7 @@ class Arm:
             self.model.tcp(setup.shape.tool_in_flange).pose(setup.joints)
         )
         self.coming_tcp: Transform | None = None
-        self.driven, self._complies = STAYS, STIFF
+        self._next: _Told = self.joints, None, self.tcp, None, STAYS, STIFF
         self._at: Vector = np.zeros(len(setup.joints) + 12)
         self._levers: Vector = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
         self.far_m = self.tool_far_m = self.links_m = self.tool_m = 0.0
@@ -109,6 +110,10 @@ class Arm:
         """Return a pose in the base of one in the world."""
         return pose if self.base is None else compose(inverse(self.base), pose)
 
+    def pose(self, number: int) -> Transform:
+        """Return the pose of a part in the base."""
+        return self.in_base(self.world.pose(number))
+
     def go(
         self,
         joints: Joints,
@@ -128,14 +133,10 @@ class Arm:
             driven: How outputs drive the jaws.
             compliance: How the robot gives way.
         """
-        self.before, self.joints, self.coming = self.joints, joints, coming
-        self.tcp_older, self.tcp_before = self.tcp_before, self.tcp
-        if self.base is None:
-            self.tcp, self.coming_tcp = tcp, coming_tcp
-        else:
-            self.tcp = compose(self.base, tcp)
-            self.coming_tcp = None if coming_tcp is None else compose(self.base, coming_tcp)
-        self.driven, self._complies = driven, compliance
+        if self.base is not None:
+            tcp = compose(self.base, tcp)
+            coming_tcp = None if coming_tcp is None else compose(self.base, coming_tcp)
+        self._next = joints, coming, tcp, coming_tcp, driven, compliance
 
     @property
     def stands(self) -> bool:
@@ -152,7 +153,7 @@ class Arm:
     def contacts(self) -> tuple[LinkContact, ...]:
         """Contacts of links, tool and jaws with bodies: deepest point and summed force of each pair."""
         if self.contacts_found is None:
-            self.contacts_found = () if self._world.behind else tuple(self._find_contacts())
+            self.contacts_found = () if self.world.behind else tuple(self._find_contacts())
         return self.contacts_found
 
     def _find_contacts(self) -> list[LinkContact]:
@@ -166,7 +167,7 @@ class Arm:
             if force[0] > 0.0:
                 acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if own == a else 1.0)
                 names, here = (
-                    (touching[own], self._world.name_of(other)),
+                    (touching[own], self.world.name_of(other)),
                     (data.contact.dist[k], data.contact.pos[k]),
                 )
                 *nearest, total = found.get(names, (*here, 0.0))
@@ -181,20 +182,22 @@ class Arm:
 
     def begin(self) -> float:
         """Begin a tick; returns how far (m) links or jaws go at most."""
+        self.before, self.tcp_older, self.tcp_before = self.joints, self.tcp_before, self.tcp
+        self.joints, self.coming, self.tcp, self.coming_tcp, driven, compliance = self._next
         self.far_m, tcp_m, turned = way(self.joints, self.tcp, self._at, self._levers)
         jaw_m = 0.0
-        if self._complies or self.compliance:
-            self._comply(self._complies)
+        if compliance or self.compliance:
+            self._comply(compliance)
         gripper = self.gripper
-        if gripper is not None and not (self._jaws_rest and self.driven == gripper.driven):
-            jaw_m = self._drive(gripper, self.driven)
+        if gripper is not None and not (self._jaws_rest and driven == gripper.driven):
+            jaw_m = self._drive(gripper, driven)
         self.tool_far_m, self._turned = tcp_m + jaw_m, turned
         return self.far_m + jaw_m
 
     def carry(self) -> bool:
         """Find what the held part makes of the motion; returns True if the gripper can hold that."""
         assert self.moments is not None
-        self.motion.step(self.tcp, self._world.tick_s, self.coming_tcp)
+        self.motion.step(self.tcp, self.world.tick_s, self.coming_tcp)
         self._carried = self._weight = self.motion.wrench(self.moments)
         if self.compliance:
             self._weight = self.motion.weight(self.moments)
@@ -215,7 +218,7 @@ class Arm:
         """Move the held part by what it slides in a tick, also in the positions `before`."""
         if self.slip == NOWHERE:
             return
-        h = self._world.tick_s
+        h = self.world.tick_s
         x, y, z = self.inside.translation
         moved = (x + self.slip[0] * h, y, z + self.slip[1] * h)
         self.inside = self.inside._replace(translation=moved)
@@ -228,7 +231,7 @@ class Arm:
         n, first = len(joints), self._q
         q[first : first + n], q[first + n : first + n + 7] = joints, _position(tcp)
         if self.leads:
-            first = self._world.part_first + 7 * self.held
+            first = self.world.part_first + 7 * self.held
             q[first : first + 7] = _position(compose(tcp, self.inside))
 
     def impose(self, v_of_all: Vector, ahead: Vector | None) -> None:
@@ -236,7 +239,7 @@ class Arm:
 
         Both are the velocities of all dofs, now and in the next tick.
         """
-        h, n, data, dofs = self._world.tick_s, len(self.joints), self._data, self.dofs
+        h, n, data, dofs = self.world.tick_s, len(self.joints), self._data, self.dofs
         v, was, felt = v_of_all[dofs], self._v_was, data.qfrc_constraint[dofs]
         if self.compliance:
             # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
@@ -267,6 +270,8 @@ class Arm:
             self.torques = tuple(torques) if any(torques) else None
         if self.leads:
             self._slide()
+        elif self.held >= 0 and not self._is_on_pads(self.held):
+            self.let_go(SLIPS)
 
     def _at_tcp(self, first: int, inside: Transform) -> Wrench:
         """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
@@ -306,7 +311,8 @@ class Arm:
             press_n = min(self._acting[self._jaw_dofs].tolist())
             gripper.blocked = driven != OPENS and press_n > min(FELT_N, 0.5 * gripper.kind.force_n)
         if closes and gripper.blocked and (number := self._between_pads()) >= 0:
-            gripper.opening_m += self._pressed_in_m(number)
+            if number not in self.world.holders:
+                gripper.opening_m += self._pressed_in_m(number)
             self.hold(number)
         end_m = 0.0 if driven == CLOSES else gripper.stroke_m
         if self.jaws_move:
@@ -318,14 +324,14 @@ class Arm:
         if self._jaw_stall >= STALL_TICKS:
             return 0.0
         self.jaws_move = True
-        return 0.5 * gripper.kind.speed_m_per_s * self._world.tick_s
+        return 0.5 * gripper.kind.speed_m_per_s * self.world.tick_s
 
     def move_jaws(self, *, computed: bool) -> None:
         """Move the jaws by a tick, both as fast as their force allows the one that is held up more."""
         gripper, jaws = self.gripper, None if self.gripper is None else self.gripper.kind
         if gripper is None or not isinstance(jaws, Jaws):
             return
-        h, driven = self._world.tick_s, gripper.driven
+        h, driven = self.world.tick_s, gripper.driven
         wanted = 0.5 * jaws.speed_m_per_s * driven
         end_m = 0.0 if driven == CLOSES else gripper.stroke_m
         drives = self.held < 0 and driven != STAYS and not gripper.stuck and gripper.opening_m != end_m
@@ -345,7 +351,7 @@ class Arm:
             self._set_tip()
         if computed:
             drives = drives and gripper.opening_m != end_m
-            mass = jaws.force_n * h / abs(wanted) if drives else HEAVY
+            mass = jaws.force_n * h / abs(wanted) if drives and not self._meets_held() else HEAVY
             force = mass * (wanted - self.jaw_speed) / h if drives else 0.0
             self._built.model.dof_armature[self._jaw_dofs] = mass
             self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
@@ -359,7 +365,7 @@ class Arm:
         bit = self.bit if gripper.opening_m < 2.0 * self.setup.shape.radius_m else 0
         if model.geom_contype[tip] != bit:
             model.geom_contype[tip], model.geom_conaffinity[tip] = bit, PARTS + ARMS - bit if bit else 0
-            self._world.forget_distances()
+            self.world.forget_distances()
 
     def _between_pads(self) -> int:
         """Return the number of a part that both pads press on along their axis; -1 for none."""
@@ -372,17 +378,22 @@ class Arm:
         """Return the numbers of the parts in these contacts of a geom, without one that was lost."""
         pairs = self._data.contact.geom[which].tolist()
         others = {b if a == geom else a for a, b in pairs if geom in (a, b)}
-        numbers = self._world.numbers
+        numbers = self.world.numbers
         return {numbers[other] for other in others & numbers.keys()} - {self.lost}
+
+    def _meets_held(self) -> bool:
+        """Return True if jaws touch a part that another arm holds: that gives way to no grip force."""
+        held = self.world.holders.keys()
+        return bool(held) and any(held & self._meets(finger) for finger in self._numbers.fingers)
 
     def _is_on_pads(self, number: int) -> bool:
         """Return True if both pads touch a part."""
-        geom, apart = self._world.geoms[number], self._world.apart
+        geom, apart = self.world.geoms[number], self.world.apart
         return all(apart(geom, pad) < ON_PAD_M for pad in self._numbers.pads)
 
     def _pressed_in_m(self, number: int) -> float:
         """Return how deep both jaws are in a part, together."""
-        geom, contact = self._world.geoms[number], self._data.contact
+        geom, contact = self.world.geoms[number], self._data.contact
         pairs = [set(pair) for pair in contact.geom.tolist()]
         fingers = self._numbers.fingers
         of_each = [contact.dist[[pair == {finger, geom} for pair in pairs]] for finger in fingers]
@@ -391,15 +402,17 @@ class Arm:
     # What the gripper holds
 
     def hold(self, number: int) -> None:
-        """Hold a part where it is, from now on."""
+        """Hold a part where it is, from now on; another arm that holds it goes on to lead."""
         self.held = number
-        self._world.holders.setdefault(number, []).append(self)
-        self.lead()
+        arms = self.world.holders.setdefault(number, [])
+        arms.append(self)
+        if arms[0] is self:
+            self.lead()
         self._say(HOLDS, number)
 
     def lead(self) -> None:
         """Impose the motion of what it holds from now on."""
-        number, world = self.held, self._world
+        number, world = self.held, self.world
         self.leads = True
         pose = pose_of(world.part_q[number].tolist())
         self.inside = compose(inverse(self.tcp_before), pose)
@@ -415,19 +428,24 @@ class Arm:
         world.wake_up()
 
     def let_go(self, why: str = LOSES) -> None:
-        """Let the held part go on with the velocity of the gripper."""
-        number, world, data = self.held, self._world, self._data
-        if world.behind:  # the velocity is that of the last tick, which was not computed
+        """Let the held part go on with the velocity of the gripper, or with the next arm that holds it."""
+        number, world, data, led = self.held, self.world, self._data, self.leads
+        arms = world.holders[number]
+        arms.remove(self)
+        if led and world.behind:  # the velocity is that of the last tick, which was not computed
             older = data.qpos.copy()
             self.place_in(older, self.before, self.tcp_older)
             world.catch_up(now=False)
             world.part_v[number] = world.velocity(older, data.qpos)[self.dofs][-6:]
         self.held, self.leads, self.moments, self.slip, self._jaws_rest = -1, False, None, NOWHERE, False
         self._on_held = self._weight = self._carried = NO_WRENCH
-        self.lost = number
-        world.holders.pop(number)
-        world.free(number)
+        self.lost = number if led else -1
+        if not arms:
+            del world.holders[number]
+            world.free(number)
         self.note_imposed()
+        if arms and led:
+            arms[0].lead()
         world.wake_up()
         if self.gripper is not None:
             self.gripper.blocked = False
@@ -456,7 +474,7 @@ class Arm:
             if self._load_n(load) > self._most_n:
                 self.let_go(SLIPS)
             return
-        world, h, limit = self._world, self._world.tick_s, self._most_n
+        world, h, limit = self.world, self.world.tick_s, self._most_n
         x, _, z = load[:3]
         force, (sx, sz) = hypot(x, z), self.slip
         self._firm = force < limit and (self._firm or force < 0.9 * limit)
@@ -478,10 +496,10 @@ class Arm:
 
     def _stiffness(self) -> float:
         """Return the stiffness (N/m) of the stiffest contact of what is held; 0 without one."""
-        model, geom = self._built.model, self._world.geoms[self.held]
+        model, geom = self._built.model, self.world.geoms[self.held]
         soft, of = model.body_invweight0[:, 0], model.geom_bodyid
         both = [soft[of[a]] + soft[of[b]] for a, b in self._data.contact.geom.tolist() if geom in (a, b)]
-        return float(BASE * self._world.law.scale / min(both)) if both else 0.0
+        return float(BASE * self.world.law.scale / min(both)) if both else 0.0
 
     def _weigh_held(self) -> None:
         """Find the moments of the held part as they are in the TCP."""
@@ -491,7 +509,7 @@ class Arm:
 
     def note_imposed(self) -> None:
         """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
-        n, world, first = len(self.joints), self._world, self._dof
+        n, world, first = len(self.joints), self.world, self._dof
         self._held_dof = world.part_dof + 6 * self.held if self.leads else -1
         held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
         self.dofs = np.array([*range(first, first + n + 6), *held])
@@ -505,11 +523,11 @@ class Arm:
         if changed or compliance == COMPLIANT_JOINTS:
             self.weigh_imposed()
         if changed:
-            self._world.thaw()
+            self.world.thaw()
 
     def weigh_imposed(self) -> None:
         """Set the inertia of all that is imposed, and the contact law of the held part."""
-        world, model, n = self._world, self._built.model, len(self.joints)
+        world, model, n = self.world, self._built.model, len(self.joints)
         compliant = self.compliance != STIFF
         inertia = TCP_INERTIA if self.compliance == COMPLIANT_TCP else np.full(6, HEAVY)
         if self.compliance == COMPLIANT_JOINTS:
@@ -531,9 +549,10 @@ class Arm:
 
     def place(self, joints: Joints, tcp: Transform, tool_in_flange: Transform) -> None:
         """Put arm and held part at rest at joint positions (rad), with the TCP there in the base."""
-        world, tcp = self._world, self.in_world(tcp)
+        world, tcp = self.world, self.in_world(tcp)
         self.joints = self.before = joints
         self.tcp = self.tcp_before = self.tcp_older = tcp
+        self._next = joints, None, tcp, None, *self._next[4:]
         way(joints, tcp, self._at, self._levers)
         if tool_in_flange != self.setup.shape.tool_in_flange:
             shape = self.setup.shape._replace(tool_in_flange=tool_in_flange)
@@ -580,7 +599,7 @@ class Arm:
         self._set_tip()
 
     def _say(self, what: str, number: int) -> None:
-        self.tell(harmless(what.format(self._world.parts[number].name)), what == SLIPS)
+        self.tell(harmless(what.format(self.world.parts[number].name)), what == SLIPS)
 
 
 def _position(pose: Transform) -> list[float]:

@@ -69,7 +69,7 @@ def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector | flo
     With this torque that is a step of Newton's method to the implicit solution.
     """
     spin = np.abs(velocity[:, 3:])
-    if spin.max() <= SPINS_RAD_S:
+    if spin.max(initial=0.0) <= SPINS_RAD_S:
         return 0.0
     fast = spin.max(axis=1) > SPINS_RAD_S
     forces, v, mass = np.zeros_like(velocity), velocity[fast, 3:], inertia[fast, 3:]

@@ -61,8 +61,8 @@ class World:
         arms: Sequence[ArmSetup],
         surfaces: Sequence[Surface],
         parts: Sequence[tuple[Part, Transform]],
+        scene: Any,
         tick_s: float,
-        scene: Any = None,
     ) -> None:
         """The arms are at rest; surfaces and parts are in the world's frame."""
         self.tick_s, self._scene = tick_s, scene
@@ -71,6 +71,8 @@ class World:
         self.surfaces = tuple(surfaces)
         self.changes = 0
         """Counts up when a part may have another pose or state."""
+        self.surface_changes = 0
+        """Counts up when surfaces change."""
         self.holders: dict[int, list[Arm]] = {}
         """The arms that hold a part, by its number; the first of them leads."""
         self._gone: set[int] = set()
@@ -99,6 +101,11 @@ class World:
     def settled(self) -> bool:
         """True if ticks change nothing as long as the arms stay where they are, and outputs as they are."""
         return (self._frozen or self._quiet) and all(arm.stands for arm in self.arms)
+
+    @property
+    def is_calm(self) -> bool:
+        """True if nothing moves by itself, whatever the arms do."""
+        return self._frozen or self._quiet or self._is_slow()
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
@@ -131,10 +138,7 @@ class World:
 
     def name_of(self, geom: int) -> str:
         """Return the name of what an arm touches: a surface, a part, a body of the scene, or another arm."""
-        for arm, numbers in zip(self.arms, self._built.arms, strict=True):
-            if geom in numbers.touching:
-                return f"{arm.name}'s {numbers.touching[geom]}"
-        return self._names[geom]
+        return self._touchable[geom]
 
     def apart(self, one: int, two: int) -> float:
         """Return the distance (m) of two geoms."""
@@ -332,6 +336,7 @@ class World:
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
         """Have these surfaces from now on; those that only moved push what is in their way."""
         before, self.surfaces = self.surfaces, tuple(surfaces)
+        self.surface_changes += 1
         was, now = ([each._replace(pose=IDENTITY) for each in of] for of in (before, self.surfaces))
         if was != now:
             self.rebuild()
@@ -394,6 +399,7 @@ class World:
         self._bind(state.built._replace(model=copy.copy(state.built.model)), copy.copy(state.data))
         self.q_was = fields["q_was"]
         self.changes += 1
+        self.surface_changes += 1
 
     def rebuild(self) -> None:
         """Build the model for the present surfaces and tools; bodies go on from where they are."""
@@ -434,12 +440,20 @@ class World:
         self._names = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
         self._names |= {geom: of_body[at].name for geom, at in of_geom if at in of_body}
         self._names |= {geom: self.parts[number].name for geom, number in self.numbers.items()}
+        robots = {
+            geom: f"{name} of robot {arm.name!r}"
+            for arm, numbers in zip(self.arms, built.arms, strict=True)
+            for geom, name in numbers.touching.items()
+        }
+        self._touchable = self._names | robots
+        self.of_robots = frozenset(robots.values())
+        """Names of what arms touch other arms with."""
         for arm in self.arms:
             arm.bind(built, data)
 
 
-_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "parts", "holders"}
-_SHARED_OF_ARM = {"_world", "_built", "_data", "model", "motion", "gripper", "tell"}
+_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "surface_changes", "parts", "holders"}
+_SHARED_OF_ARM = {"world", "_built", "_data", "model", "motion", "gripper", "tell"}
 """Attributes that a named state does not keep, or copies otherwise."""
 
 
