@@ -1,6 +1,6 @@
 """Arm and cell as data for viewers: the arm, surfaces, parts and tool."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -10,6 +10,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Mesh, Part
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.scene import SceneBody
 
 
 class DescribedRobot(msgspec.Struct, frozen=True):
@@ -54,6 +57,8 @@ class DescribedCell(msgspec.Struct, frozen=True):
     """The surfaces as they stand now: `shape` is plane, box, sphere or cylinder."""
     parts: tuple[dict[str, object], ...]
     """Shapes of the parts: `name`, `shape`, its lengths. A state has their places."""
+    bodies: tuple[dict[str, object], ...]
+    """Bodies of the scene: `name`, and `shapes`, each with its pose in the body and `colour` (r, g, b, a)."""
     jaw_mm: tuple[float, ...]
     """Size of each jaw of the gripper, along x y z of the TCP; empty without a gripper."""
     tool_capsules: tuple[DescribedCapsule, ...]
@@ -109,6 +114,7 @@ def described_cell(controller: Controller) -> DescribedCell:
             {"name": part.name, "shape": _kind(part.shape), **_lengths(part.shape)}
             for part in parts_of(controller)
         ),
+        bodies=tuple(map(_described_body, bodies_of(controller))),
         jaw_mm=tuple(1e3 * each for each in jaw_m_of(controller)),
         tool_capsules=tuple(
             DescribedCapsule(_mm(each.start), _mm(each.end), 1e3 * each.radius_m)
@@ -120,6 +126,11 @@ def described_cell(controller: Controller) -> DescribedCell:
 def parts_of(controller: Controller) -> list[Part]:
     """The parts that are there, in the order in which the cell names them."""
     return [] if controller.handling is None else controller.handling.bodies
+
+
+def bodies_of(controller: Controller) -> "tuple[SceneBody, ...]":
+    """Return what the bodies of the scene look like."""
+    return () if controller.handling is None else controller.handling.scene_shapes
 
 
 def jaw_m_of(controller: Controller) -> tuple[float, ...]:
@@ -142,6 +153,19 @@ def described_surface(surface: Surface) -> dict[str, Any]:
         **_lengths(surface.shape),
         **(carries if isinstance(surface.shape, Box) else {}),
     }
+
+
+def _described_body(body: "SceneBody") -> dict[str, object]:
+    shapes = [
+        {
+            "shape": _kind(shape),
+            **_lengths(shape),
+            **Frame.from_transform(pose)._asdict(),
+            "colour": colour,
+        }
+        for shape, pose, colour in body.shapes
+    ]
+    return {"name": body.name, "shapes": shapes}
 
 
 def _mm(place: Vector) -> Vector:

@@ -32,7 +32,7 @@ DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError
 """Errors that mcap and the libraries below it raise for a damaged file."""
 NO_CELL: dict[str, Any] = {
     "contact_radius_mm": 0.0,
-    **{key: [] for key in ("inputs", "outputs", "surfaces", "parts", "jaw_mm", "tool_capsules")},
+    **{key: [] for key in ("inputs", "outputs", "surfaces", "parts", "bodies", "jaw_mm", "tool_capsules")},
 }
 _SLACK_S = 1e-6  # of times told in seconds; a tick takes a thousand times that
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from iiwa_sim.backdoor.described import described_cell, jaw_m_of, parts_of
+from iiwa_sim.backdoor.described import bodies_of, described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
@@ -104,8 +104,8 @@ class Messages:
         columns = (state[f"joint_{name}"] for name in ("position", "velocity", "torque"))
         rows = zip(self._joints, *columns, strict=True)
         tool, goal = Frame(*state["tool_frame"]), Frame(*state["goal_frame"])
-        parts = state["parts"] if self._shows_cell else ()
-        frames = self._arm.frames(log_ns, state["joint_position"], tool, goal, opening_mm, parts)
+        bodies = (state["parts"], state["bodies"]) if self._shows_cell else ((), ())
+        frames = self._arm.frames(log_ns, state["joint_position"], tool, goal, opening_mm, *bodies)
         if self._namespace:
             frames["transforms"].append(transform(time_of, WORLD, self._arm.base, self._base))
         yield FRAMES, frames
@@ -373,8 +373,9 @@ class Recorder:
         self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaw_m = jaw_m_of(self._controller)
-        shown = (self._surfaces, self._parts) if self._shows_cell else ((), ())
-        self._put(SCENE, self._arm.scene(log_ns, shown[0], radius_m, jaw_m, shown[1]), real_ns)
+        shown = self._surfaces, self._parts, bodies_of(self._controller)
+        surfaces, *bodies = shown if self._shows_cell else ((), (), ())
+        self._put(SCENE, self._arm.scene(log_ns, surfaces, radius_m, jaw_m, *bodies), real_ns)
         self._put(CELL, described_cell(self._controller), real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:

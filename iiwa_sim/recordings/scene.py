@@ -3,17 +3,20 @@
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from math import floor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import Tool
-from iiwa_sim.controller.handling import PartState
+from iiwa_sim.controller.handling import BodyState, PartState
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, quaternion_from_rotation
 from iiwa_sim.robot.capsules import TOOL, Capsule
 from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.robot.model import Link, Shape
 from iiwa_sim.world.part import Mesh, Part
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.scene import SceneBody
 
 TCP = "tcp"
 GOAL = "goal"
@@ -62,12 +65,14 @@ class Arm:
         goal: Frame,
         opening_mm: float | None = None,
         parts: Iterable[PartState] = (),
+        scene: Iterable[BodyState] = (),
     ) -> Message:
-        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP, goal and parts in the base,
-        and the jaws of a gripper, if there is one, along y of the TCP."""
+        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP, goal, parts and bodies of the
+        scene in the base, and the jaws of a gripper, if there is one, along y of the TCP."""
         time = stamp(ns)
         transforms = [transform(time, parent, link.name, link.pose_at(q)) for parent, link in self._joints]
         bodies = [(part_frame(part.name), part.frame) for part in parts]
+        bodies += [(body_frame(body.name), body.frame) for body in scene]
         for name, frame in ((TCP, tcp), (GOAL, goal), *bodies):
             transforms.append(transform(time, self.base, name, frame.to_transform()))
         if opening_mm is not None:
@@ -88,8 +93,9 @@ class Arm:
         contact_radius_m: float,
         jaw_m: Sequence[float] = (),
         parts: Iterable[Part] = (),
+        bodies: Iterable[SceneBody] = (),
     ) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: tool, cell, sphere at the TCP, jaws, parts.
+        """A foxglove.SceneUpdate in place of all before it: tool, cell, TCP's sphere, jaws, parts, bodies.
 
         `jaw_m` is the size of each jaw along x y z of the TCP; empty without a gripper.
         """
@@ -110,6 +116,11 @@ class Arm:
             body = entity(ns, frame, frame)
             add_shape(body, part.shape, IDENTITY, _PART)
             entities.append(body)
+        for each in bodies:
+            body = entity(ns, body_frame(each.name), body_frame(each.name))
+            for shape, pose, colour in each.shapes:
+                add_shape(body, shape, pose, colour)
+            entities.append(body)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
 
@@ -124,6 +135,11 @@ def in_namespace(name: str, message: Message) -> Message:
 def part_frame(name: str) -> str:
     """The frame in the middle of a part."""
     return f"part {name}"
+
+
+def body_frame(name: str) -> str:
+    """The frame of a body of the scene."""
+    return f"body {name}"
 
 
 def _link(ns: int, link: Link, meshes: Sequence[LinkMesh]) -> Message:

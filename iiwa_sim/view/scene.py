@@ -153,6 +153,7 @@ class Scene:
         self._surfaces = Bodies(scene, f"{root}/cell", SURFACE, 0.6)
         self._tool_body = Bodies(scene, f"{flange}/tool_body", TOOL)
         self._parts = Bodies(scene, f"{root}/parts", BODY)
+        self._bodies = Bodies(scene, f"{root}/scene", SURFACE)
         self._jaws = Bodies(scene, f"{root}/tcp/jaws", JAW)
         self.cell: Mapping[str, Any] = {}
 
@@ -172,6 +173,9 @@ class Scene:
             if (body := self._parts.get(part["name"])) is not None:
                 _place(body, Frame(*part["frame"]).to_transform())
                 body.color = HELD if part["state"] == "held" else BODY
+        for each in state.get("bodies", ()):
+            if (body := self._bodies.get(each["name"])) is not None:
+                _place(body, Frame(*each["frame"]).to_transform())
         wrench = np.array(state["cartesian_force"])
         for arrow, vector, least, metres in zip(
             self._arrows, (wrench[:3], wrench[3:]), (LEAST_N, LEAST_NM), (M_PER_N, M_PER_NM), strict=True
@@ -193,6 +197,7 @@ class Scene:
         self.cell = cell
         self._surfaces.set(cell["surfaces"])
         self._parts.set(cell.get("parts", ()))
+        self._bodies.set(cell.get("bodies", ()))
         self._tool_body.set(_capsules(cell.get("tool_capsules", ())))
         self._jaws.set(())
 
@@ -231,18 +236,32 @@ class Bodies(dict[str, Any]):
         self._numbers = 0
 
     def set(self, bodies: Sequence[Mapping[str, Any]]) -> None:
-        """Show these bodies and no others, each by keys of a cell.toml, in mm."""
+        """Show these bodies and no others, each by keys of a cell.toml, in mm, or with several `shapes`."""
         for handle in self.values():
             handle.remove()
         self.clear()
         for body in bodies:
             self._numbers += 1
-            handle = self[str(body["name"])] = self._added(f"{self._root}/{self._numbers}", body)
-            if "x_mm" in body:
-                _place(handle, Frame(*(float(body[key]) for key in Frame._fields)).to_transform())
+            path = f"{self._root}/{self._numbers}"
+            if "shapes" in body:
+                self[str(body["name"])] = self._scene.add_frame(path, show_axes=False)
+                for number, shape in enumerate(body["shapes"]):
+                    self._added(f"{path}/{number}", shape)
+            else:
+                self[str(body["name"])] = self._added(path, body)
 
     def _added(self, path: str, body: Mapping[str, Any]) -> Any:
+        handle = self._shown(path, body)
+        if "x_mm" in body:
+            _place(handle, Frame(*(float(body[key]) for key in Frame._fields)).to_transform())
+        return handle
+
+    def _shown(self, path: str, body: Mapping[str, Any]) -> Any:
         scene, look = self._scene, self._look
+        if "colour" in body:
+            *colour, alpha = body["colour"]
+            opacity = None if alpha == 1.0 else alpha
+            look = {**look, "color": tuple(round(255 * each) for each in colour), "opacity": opacity}
         match body["shape"]:
             case "plane":
                 return scene.add_box(path, dimensions=(PLANE_M, PLANE_M, THIN_M), **look)
