@@ -1,5 +1,7 @@
 """The arm and its cell in Foxglove's messages: frames, shapes and models."""
 
+from __future__ import annotations
+
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from math import floor
