@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 
 from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.controller.state import ErrorState
-from iiwa_sim.transcript.lines import Said, Transcript, Wait, shipped
+from iiwa_sim.transcript.lines import Kind, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.view.panel import figures
 from iiwa_sim.view.scene import Robot
@@ -47,9 +47,9 @@ def until_it_stops(simulator: Simulator, name: str) -> None:
     with socket.create_connection((simulator.host, simulator.port), DEADLINE_S) as driver:
         file = driver.makefile("rwb")
         for step in TRANSCRIPTS[name].steps:
-            if isinstance(step, Wait):
+            if step.kind is Kind.WAIT:
                 simulator.run_until_stopped()
-            elif isinstance(step, Said):
+            elif step.kind is Kind.SAID:
                 if step.text == "get error":
                     return
                 file.write(f"{step.text}\r\n".encode())

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from iiwa_sim.client.connection import Connection
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.table import load_table
-from iiwa_sim.transcript.lines import Said, Transcript
+from iiwa_sim.transcript.lines import Kind, Transcript
 from iiwa_sim.transcript.replay import connected
 from iiwa_sim.transcript.texts import command_of, wire_bytes
 
@@ -85,7 +85,7 @@ class NotAllowed(Exception):
 
 def commands_of(transcript: Transcript) -> list[str]:
     """Return the commands that a transcript sends, line by line."""
-    return [_command(wire_bytes(step.text)) for step in transcript.steps if isinstance(step, Said)]
+    return [_command(wire_bytes(step.text)) for step in transcript.steps if step.kind is Kind.SAID]
 
 
 class Link:

@@ -24,7 +24,7 @@ Texts are those of `iiwa_sim.transcript.texts`.
 import math
 import re
 from codecs import BOM_UTF8
-from collections import Counter
+from collections import defaultdict
 from enum import Enum
 from importlib.resources import files
 from pathlib import Path
@@ -50,65 +50,40 @@ _LINE = re.compile(
 )
 
 
-class Compare(Enum):
-    """How a reply is compared."""
+class Kind(Enum):
+    """The kind of a line."""
 
+    SAID = ">"
     EXACT = "<"
+    """A reply, word for word."""
     NUMBERS = "<~"
+    """A reply whose numbers are compared within a tolerance."""
     ANY = "<?"
+    CONNECTS = "connects"
+    LEAVES = "leaves"
+    WAIT = "wait"
+
+    @property
+    def is_reply(self) -> bool:
+        return self in (Kind.EXACT, Kind.NUMBERS, Kind.ANY)
 
 
 class Step(NamedTuple):
-    """The common fields of all lines."""
+    """A line of a transcript."""
 
+    kind: Kind
     line: int
     """The number of the line in the file, from 1."""
     client: str
     """Name of the client; empty if there is only one."""
     at_s: float | None
     """Simulated time (s) since the beginning, if the transcript has times."""
-    protocol: str = DEFAULT_PROTOCOL
+    protocol: str
     """The client's protocol, one of `iiwa_sim.protocols.ports`."""
-
-
-class Said(NamedTuple):
-    """A client sends a line."""
-
-    step: Step
     text: str
-
-
-class Answered(NamedTuple):
-    """A client gets a reply."""
-
-    step: Step
-    text: str
-    compare: Compare
-    within: float | None
-    """Tolerance of numbers; None where they are not compared as such."""
-
-
-class Connects(NamedTuple):
-    """A client connects."""
-
-    step: Step
-
-
-class Leaves(NamedTuple):
-    """A client disconnects."""
-
-    step: Step
-
-
-class Wait(NamedTuple):
-    """Time passes before the next line."""
-
-    step: Step
-    seconds: float | None
-    """Time to wait. With None the wait ends when the robot has stopped."""
-
-
-Steps = Said | Answered | Connects | Leaves | Wait
+    """The words of a line or a reply."""
+    number: float | None
+    """Tolerance of NUMBERS, else None; seconds of a WAIT, None until the robot has stopped."""
 
 
 class Transcript(NamedTuple):
@@ -116,7 +91,7 @@ class Transcript(NamedTuple):
 
     name: str
     """Name of its file."""
-    steps: tuple[Steps, ...]
+    steps: tuple[Step, ...]
     robot: str
     """The robot, at home, that it holds for; empty for any."""
     protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
@@ -125,7 +100,7 @@ class Transcript(NamedTuple):
     @property
     def commands(self) -> set[str]:
         """The commands that are sent, without parameters; of KRC4 messages the tags, such as GOP."""
-        return {topic(step.step.protocol, step.text) for step in self.steps if isinstance(step, Said)}
+        return {topic(step.protocol, step.text) for step in self.steps if step.kind is Kind.SAID}
 
 
 def read_file(path: Path) -> Transcript:
@@ -145,20 +120,19 @@ def read(name: str, text: str) -> Transcript:
     robot = ""
     protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
     spoken: dict[str, str] = {}
-    steps: list[Steps] = []
-    unanswered: Counter[str] = Counter()
-    last_said: dict[str, int] = {}
+    steps: list[Step] = []
+    unanswered: dict[str, list[int]] = defaultdict(list)  # lines said, by client
     for number, line in enumerate(text.split("\n"), 1):
         line = line.removesuffix("\r")
         if not line.strip() or line.startswith("#"):
             continue
         found = _LINE.fullmatch(line)
-        if found is None:
-            raise _fault(name, number, line, "expected `> words`, `< words`, a wait, connects or leaves")
-        if found["only"]:
-            robot = found["robot"]
-            continue
         try:
+            if found is None:
+                raise ValueError("expected `> words`, `< words`, a wait, connects or leaves")
+            if found["only"]:
+                robot = found["robot"]
+                continue
             if found["protocols"]:
                 if steps:
                     raise ValueError("expected above all that is said")
@@ -170,23 +144,20 @@ def read(name: str, text: str) -> Transcript:
                 raise ValueError(f"expected one of the protocols of this transcript, {', '.join(protocols)}")
             spoken[client] = protocol
             step = _step(number, found, protocol)
+            said = unanswered[client]
+            if step.kind is Kind.SAID:
+                said.append(number)
+            elif step.kind.is_reply:
+                if not said:
+                    raise ValueError("a reply to nothing")
+                del said[0]
+            elif said and (step.kind is Kind.LEAVES or (step.kind is Kind.WAIT and step.number is None)):
+                raise ValueError("expected the replies to the lines above it first")
         except ValueError as fault:
-            raise _fault(name, number, line, str(fault)) from None
+            raise TranscriptFault(f"{name}:{number}: '{line}': {fault}") from None
         steps.append(step)
-        if isinstance(step, Said):
-            unanswered[client] += 1
-            last_said[client] = number
-        elif isinstance(step, Answered):
-            unanswered[client] -= 1
-            if unanswered[client] < 0:
-                raise _fault(name, number, line, "a reply to nothing")
-        elif unanswered[client] and (
-            isinstance(step, Leaves) or (isinstance(step, Wait) and step.seconds is None)
-        ):
-            raise _fault(name, number, line, "expected the replies to the lines above it first")
-    for client, number in last_said.items():
-        if unanswered[client]:
-            raise _fault(name, number, "", "expected a reply to each line, `<?` for any")
+    for left in filter(None, unanswered.values()):
+        raise TranscriptFault(f"{name}:{left[-1]}: expected a reply to each line, `<?` for any")
     return Transcript(name, tuple(steps), robot, protocols)
 
 
@@ -197,24 +168,19 @@ def shipped(*folders: str) -> list[Transcript]:
     return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]
 
 
-def _step(number: int, found: re.Match[str], protocol: str) -> Steps:
+def _step(number: int, found: re.Match[str], protocol: str) -> Step:
     at_s = None if found["simulated"] is None else _number(found["simulated"])
-    step = Step(number, found["client"] or "", at_s, protocol)
-    if found["event"]:
-        return Connects(step) if found["event"] == "connects" else Leaves(step)
-    if found["wait"]:
-        return Wait(step, None if found["wait"] == "stopped" else _number(found["wait"]))
-    text, mark = found["text"] or "", found["mark"]
-    if mark == ">":
+    text, mark, wait, value = found["text"] or "", found["mark"] or "", found["wait"], None
+    kind = Kind.NUMBERS if mark.startswith("<~") else Kind(mark or found["event"] or "wait")
+    if kind is Kind.SAID:
         check(protocol, text)
-        return Said(step, text)
-    compare = Compare.NUMBERS if mark.startswith("<~") else Compare(mark)
-    if protocol == KRC4 and compare is not Compare.ANY:
-        check_reply(text, verbatim=compare is Compare.EXACT)
-    within = None
-    if compare is Compare.NUMBERS:
-        within = WITHIN if mark == "<~" else _number(mark[2:])
-    return Answered(step, text, compare, within)
+    elif kind.is_reply and kind is not Kind.ANY and protocol == KRC4:
+        check_reply(text, verbatim=kind is Kind.EXACT)
+    if kind is Kind.NUMBERS:
+        value = WITHIN if mark == "<~" else _number(mark[2:])
+    elif kind is Kind.WAIT and wait != "stopped":
+        value = _number(wait)
+    return Step(kind, number, found["client"] or "", at_s, protocol, text, value)
 
 
 def _protocols(text: str) -> tuple[str, ...]:
@@ -232,8 +198,3 @@ def _number(word: str) -> float:
     if math.isnan(value) or value < 0.0:
         raise ValueError(f"expected a number, at least 0, got {word!r}")
     return value
-
-
-def _fault(name: str, number: int, line: str, reason: str) -> TranscriptFault:
-    quoted = f"'{line}': " if line else ""
-    return TranscriptFault(f"{name}:{number}: {quoted}{reason}")

@@ -2,7 +2,6 @@
 
 import logging
 import os
-import stat
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -49,21 +48,19 @@ class Lines:
 
     def line(self, told: DialogueLine, simulated_s: float) -> str:
         """One of them, without its end."""
-        real_s = (told.instant_ns - self._began_ns) * 1e-9
-        return self._line(told, f"[{simulated_s:.3f} {real_s:.6f}]")
-
-    def _line(self, told: DialogueLine, times: str) -> str:
+        times = f"[{simulated_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
         if told.direction is Direction.EVENT:
             return self._event(told, times)
         name = self._name(told.session)
         if told.direction is Direction.ON_WIRE:
             return f"# {times} {name}: on the wire: {told.text}"
-        text = told.text.replace("{", "\\x7b")
+        mark = ">"
         if told.direction is Direction.FROM_CLIENT:
             self._last_said = told.text  # its reply comes next
+        else:
+            mark = self._mark(told.session, told.text)
         hidden = "# " if self._last_said in UNSPEAKABLE else ""
-        mark = ">" if told.direction is Direction.FROM_CLIENT else self._mark(told.session, told.text)
-        return f"{hidden}{times} {name}{mark} {text}"
+        return f"{hidden}{times} {name}{mark} " + told.text.replace("{", "\\x7b")
 
     def _event(self, told: DialogueLine, times: str) -> str:
         if told.text == "connected":
@@ -116,20 +113,14 @@ class Recorder:
         self._path = path
         self._lines = Lines(protocols, time.monotonic_ns())
         self._broken = False
-        header = self._lines.header(title)
+        # Opening a FIFO for writing only would wait for a reader.
+        how = os.O_RDWR if path.is_fifo() else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
         try:
-            self._descriptor = _opened(path)
-            self._out = NeverWaiting(self._descriptor, _lost)
-            try:
-                if _may_wait(self._descriptor):
-                    self._out.put(_bytes(header))
-                else:
-                    os.write(self._descriptor, _bytes(header))
-            except OSError:
-                os.close(self._descriptor)
-                raise
+            self._descriptor = os.open(path, how | os.O_NOCTTY | os.O_CLOEXEC, 0o666)
         except OSError as fault:
             raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
+        self._out = NeverWaiting(self._descriptor, lambda n: b"# %d lines lost: nobody read them\n" % n)
+        self._put(self._lines.header(title))
 
     def __enter__(self) -> Self:
         self._dialogue.listeners.append(self._hear)
@@ -144,41 +135,21 @@ class Recorder:
         """Stop listening; the context does so at its end."""
         self._dialogue.listeners.remove(self._hear)
         written = self._out.close()
-        if self._out.fault is not None:
-            if not self._broken:
-                self._break(self._out.fault)
-        elif untold := self._out.untold:
+        self._check_fault()
+        if not self._broken and (untold := self._out.untold):
             logger.warning("%s: the last %d lines are lost: nobody read them", self._path, untold)
         if written:  # otherwise the thread that waits for the file still uses it
             os.close(self._descriptor)
 
     def _hear(self, said: DialogueLine) -> None:
-        if self._broken:
-            return
-        if self._out.fault is None:
-            self._out.put(_bytes(self._lines.line(said, said.tick * self._tick_s) + "\n"))
-        else:
-            self._break(self._out.fault)
+        self._check_fault()
+        if not self._broken:
+            self._put(self._lines.line(said, said.tick * self._tick_s) + "\n")
 
-    def _break(self, fault: OSError) -> None:
-        logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
-        self._broken = True
+    def _put(self, text: str) -> None:
+        self._out.put(text.encode("ascii", "backslashreplace"))
 
-
-def _opened(path: Path) -> int:
-    """Open for writing; a FIFO also for reading, as opening would otherwise wait for a reader."""
-    is_fifo = path.exists() and stat.S_ISFIFO(path.stat().st_mode)
-    how = os.O_RDWR if is_fifo else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
-    return os.open(path, how | os.O_NOCTTY | os.O_CLOEXEC, 0o666)
-
-
-def _may_wait(descriptor: int) -> bool:
-    return stat.S_ISFIFO(os.fstat(descriptor).st_mode) or os.isatty(descriptor)
-
-
-def _bytes(text: str) -> bytes:
-    return text.encode("ascii", "backslashreplace")
-
-
-def _lost(count: int) -> bytes:
-    return b"# %d lines lost: nobody read them\n" % count
+    def _check_fault(self) -> None:
+        if self._out.fault is not None and not self._broken:
+            self._broken = True
+            logger.error("%s: the transcript ends here: %s", self._path, self._out.fault.strerror)

@@ -15,7 +15,7 @@ from iiwa_sim.client.krc4 import END_OF_REPLY
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.ports import KRC4
 from iiwa_sim.server.listening import host_and_port
-from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Steps, Transcript, Wait
+from iiwa_sim.transcript.lines import Kind, Step, Transcript
 from iiwa_sim.transcript.texts import TranscriptFault, ask_status, deviation, filled, is_moving, sent, topic
 
 TIMEOUT_S = 5.0
@@ -23,7 +23,6 @@ STOPPED_WITHIN_S = 60.0
 """Seconds for which `wait stopped` waits."""
 
 POLL_PERIOD_S = 0.01
-_REPLY_BEGINS = b"<Res"
 
 
 class Deviation(NamedTuple):
@@ -78,7 +77,7 @@ def replay(
     Raises TranscriptFault if the server cannot be reached, if ports and protocols do not match, or if nothing
     is sent: an empty recording must not pass.
     """
-    if not any(isinstance(step, Said) for step in transcript.steps):
+    if not any(step.kind is Kind.SAID for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.protocols):
@@ -90,25 +89,24 @@ def replay(
     clients: dict[str, _Client] = {}
     try:
         for step in transcript.steps:
-            line, name, at_s, protocol = step.step
-            if at_s is not None:
-                clock.wait(max(0.0, began_s + at_s - clock.now_s()))
-            if isinstance(step, Leaves):
-                if name in clients:
-                    clients.pop(name).connection.close()
+            if step.at_s is not None:
+                clock.wait(max(0.0, began_s + step.at_s - clock.now_s()))
+            if step.kind is Kind.LEAVES:
+                if step.client in clients:
+                    clients.pop(step.client).connection.close()
                 continue
-            if name not in clients:
-                its_port = ports[transcript.protocols.index(protocol)]
-                clients[name] = _Client(host, its_port, timeout_s, protocol)
-            client = clients[name]
-            client.line = line
+            if step.client not in clients:
+                its_port = ports[transcript.protocols.index(step.protocol)]
+                clients[step.client] = _Client(host, its_port, timeout_s, step.protocol)
+            client = clients[step.client]
+            client.line = step.line
             try:
                 found = client.play(step, clock)
             except _OutOfStep as end:
-                yield Deviation(line, client.last, str(end))
+                yield Deviation(step.line, client.last, str(end))
                 return
             if found:
-                yield Deviation(line, client.last, found)
+                yield Deviation(step.line, client.last, found)
         for client in clients.values():
             if unread := readable(client.connection.unread):
                 yield Deviation(client.line, client.last, f"more came than was asked for: '{unread}'")
@@ -134,17 +132,16 @@ class _Client:
         self._said: deque[str] = deque()  # lines without a reply yet
         self._heard: dict[str, str] = {}  # the last reply to each command, by topic
 
-    def play(self, step: Steps, clock: Time) -> str:
+    def play(self, step: Step, clock: Time) -> str:
         """Carry out a step; returns the difference in words."""
-        match step:
-            case Said():
-                self._say(step.text)
-            case Answered():
-                return self._hear(step)
-            case Wait(seconds=None):
-                self._wait_until_stopped(clock)
-            case Wait(seconds=float(seconds)):
-                clock.wait(seconds)
+        if step.kind is Kind.SAID:
+            self._say(step.text)
+        elif step.kind.is_reply:
+            return self._hear(step)
+        elif step.kind is Kind.WAIT and step.number is None:
+            self._wait_until_stopped(clock)
+        elif step.kind is Kind.WAIT:
+            clock.wait(step.number or 0.0)
         return ""
 
     def _say(self, text: str) -> None:
@@ -156,14 +153,14 @@ class _Client:
             raise _OutOfStep(_why(fault)) from None
         self._said.append(line)
 
-    def _hear(self, expected: Answered) -> str:
+    def _hear(self, expected: Step) -> str:
         self.last = self._said.popleft()
         reply = self._reply()
         try:
-            if expected.compare is Compare.ANY:
+            if expected.kind is Kind.ANY:
                 return ""
             wanted = filled(self._protocol, expected.text, self._heard)
-            return deviation(self._protocol, wanted, expected.within, reply)
+            return deviation(self._protocol, wanted, expected.number, reply)
         except ValueError as fault:
             return str(fault)
         finally:
@@ -192,20 +189,19 @@ class _Client:
                 return readable(connection.read_until(END_OF_REPLY))
             return readable(connection.read_line())
         except OSError as fault:
-            unread = connection.unread
-            if self._protocol != KRC4 and unread.startswith(_REPLY_BEGINS):
-                raise TranscriptFault(
-                    f"{self._server} answers with KRC4 messages, expected the iiwa's protocol"
-                ) from None
-            if self._protocol == KRC4 and not self._heard:
-                with contextlib.suppress(OSError):  # a server of lines waits for a line end
-                    connection.send(b"\r\n")
-                    unread = unread or connection.read_line()
-                if unread and not unread.lstrip().startswith(b"<"):
-                    raise TranscriptFault(
-                        f"{self._server} answers '{readable(unread)}', expected KRC4 messages"
-                    ) from None
+            if not self._heard:
+                self._check_server()
             raise _OutOfStep(_why(fault)) from None
+
+    def _check_server(self) -> None:
+        unread, expected = self.connection.unread, "the iiwa's protocol"
+        if self._protocol == KRC4:
+            expected = "KRC4 messages"
+            with contextlib.suppress(OSError):  # a server of lines waits for a line end
+                self.connection.send(b"\r\n")
+                unread = unread or self.connection.read_line()
+        if unread and unread.lstrip().startswith(b"<") != (self._protocol == KRC4):
+            raise TranscriptFault(f"{self._server} answers '{readable(unread)}', expected {expected}")
 
 
 def _why(fault: Exception) -> str:

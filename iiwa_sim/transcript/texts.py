@@ -177,11 +177,9 @@ def _message_deviation(wanted: Message, within: float, reply: str) -> str:
         found = understood(reply, REPLY)
     except ValueError as broken:
         return f"expected '{shown}', got '{reply}': {broken}"
-    if found.fault:
-        return f"expected '{shown}', got '{reply}': {found.fault}"
     got = short_reply(found.integers, found.reals)
-    if found.integers != wanted.integers:
-        return f"expected '{shown}', got '{got}'"
+    if found.fault or found.integers != wanted.integers:
+        return f"expected '{shown}', got '{got}'{found.fault and f': {found.fault}'}"
     for place, (real, other) in enumerate(zip(found.reals, wanted.reals, strict=True)):
         if not abs(real - other) <= within:
             return f"R{place} is {real}, expected {other} within {within:g}: '{got}'"

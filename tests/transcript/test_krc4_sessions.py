@@ -9,7 +9,7 @@ import pytest
 
 from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, read_file
+from iiwa_sim.transcript.lines import Kind, Transcript, read, read_file
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.transcript.texts import TranscriptFault
 from tests.krc4_talking import IDS, Krc4Client, attributes, request
@@ -86,8 +86,8 @@ def test_a_session_with_every_message_is_recorded_and_played(recorded: Path) -> 
     transcript = read_file(recorded)
     assert transcript.protocols == ("krc4",)
     assert set(IDS) <= transcript.commands
-    by_mark = {step.compare for step in transcript.steps if isinstance(step, Answered)}
-    assert by_mark == {Compare.EXACT, Compare.NUMBERS}
+    by_mark = {step.kind for step in transcript.steps if step.kind.is_reply}
+    assert by_mark == {Kind.EXACT, Kind.NUMBERS}
     with Simulator(SIX_AXES, protocol=["krc4"], clock="stepped") as another:
         assert played(transcript, another) == []
 
@@ -123,7 +123,7 @@ def test_both_protocols_of_one_robot_are_recorded_and_played(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("spoken", "text", "told"),
     [
-        ("krc4", "> hello\n< hello\n", "answers with KRC4 messages, expected the iiwa's protocol"),
+        ("krc4", "> hello\n< hello\n", "answers '<Res>.*', expected the iiwa's protocol"),
         ("iiwa", "protocol krc4\n> Cmd I1=100\n<?\n", "answers 'unknown command.*', expected KRC4 messages"),
     ],
 )

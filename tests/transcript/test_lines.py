@@ -8,12 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.transcript.lines import (
-    Answered,
-    Said,
-    read,
-    read_file,
-)
+from iiwa_sim.transcript.lines import Kind, read, read_file
 from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
 
 
@@ -45,7 +40,7 @@ def test_any_line_can_be_written_and_is_sent_as_it_was(line: bytes) -> None:
     written = repr(line)[2:-1]
     transcript = read("one", f"> {written}\n<? \n")
     (said, _) = transcript.steps
-    assert isinstance(said, Said)
+    assert said.kind is Kind.SAID
     assert wire_bytes(said.text) == line
 
 
@@ -55,8 +50,8 @@ def test_any_text_is_read_or_told_of(text: str) -> None:
         transcript = read("one", text)
     except TranscriptFault:
         return
-    said = sum(isinstance(step, Said) for step in transcript.steps)
-    assert said == sum(isinstance(step, Answered) for step in transcript.steps)
+    said = sum(step.kind is Kind.SAID for step in transcript.steps)
+    assert said == sum(step.kind.is_reply for step in transcript.steps)
 
 
 def test_a_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.lines import Leaves, read_file
+from iiwa_sim.transcript.lines import Kind, read_file
 from iiwa_sim.transcript.record import Recorder
 
 
@@ -34,8 +34,8 @@ def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
     assert re.search(r"\n# \[1\.000 \S+\] robot: 3040 no smart command for 0\.2 s\n", text)
     assert re.search(r"\n# \[1\.000 \S+\] client1> \(too long\)\n", text)
     transcript = read_file(path)
-    assert [step.step.client for step in transcript.steps] == ["client1", "client1", "client2"]
-    assert isinstance(transcript.steps[1], Leaves)
+    assert [step.client for step in transcript.steps] == ["client1", "client1", "client2"]
+    assert transcript.steps[1].kind is Kind.LEAVES
 
 
 def test_a_disk_that_fills_up_ends_the_recording_only(
