@@ -669,21 +669,18 @@ def _room(
     return room
 
 
-def run(
+def brake(
     x: cython.double[::1],
     derivatives: cython.double[:, :, ::1],
     limits: cython.double[:, :, ::1],
-    start_speed: cython.double,
+    squares: cython.double[::1],
     speeds: cython.double[::1],
-    times: cython.double[::1],
 ) -> None:
-    """Write speeds dx/dt and times (s), from 0 on, of the fastest run without jerk limits to rest.
+    """Write the squares of dx/dt that limits allow at samples (m,), and of those from which rest is reached.
 
-    It passes samples x (m,), rising, with constant accelerations between them. `derivatives` (m, 4, n) and
-    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
+    The arguments are those of `run`, which goes on with what is written.
     """
     m: cython.Py_ssize_t = x.shape[0]
-    squares: cython.double[::1] = np.empty(m)
     for k in range(m):
         squares[k] = _cap(derivatives, limits, k)
     speeds[m - 1] = 0.0
@@ -698,6 +695,24 @@ def run(
                 y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
             speeds[k] = b
         speeds[k - 1] = min(squares[k - 1], y)
+
+
+def run(
+    x: cython.double[::1],
+    derivatives: cython.double[:, :, ::1],
+    limits: cython.double[:, :, ::1],
+    squares: cython.double[::1],
+    start_speed: cython.double,
+    speeds: cython.double[::1],
+    times: cython.double[::1],
+) -> None:
+    """Write speeds dx/dt and times (s), from 0 on, of the fastest run without jerk limits to rest.
+
+    It passes samples x (m,), rising, with constant accelerations between them. `derivatives` (m, 4, n) and
+    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
+    `squares` and `speeds` (m,) are those of `brake`.
+    """
+    m: cython.Py_ssize_t = x.shape[0]
     b = start_speed * start_speed
     for k in range(m - 1):
         speeds[k] = b

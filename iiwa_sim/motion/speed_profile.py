@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.plan_kernel import BlendedPath, SpeedProfile, moving_average, run
+from iiwa_sim.motion.plan_kernel import BlendedPath, SpeedProfile, brake, moving_average, run
 
 T = TypeVar("T")
 Slices = Generator[None, None, T]
@@ -22,6 +22,8 @@ ENOUGH = 0.03
 """Duality gap that ends a solution, as a part of the duration."""
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
+MANY_SEGMENTS = 200
+"""A trajectory of fewer segments is put together in the slice that has solved it."""
 SHORTEST_SEGMENT_S = 1e-4
 """With a shorter segment hardly more is left than what is kept: it is too late to plan."""
 SEGMENT_S = 0.01
@@ -81,7 +83,11 @@ def nominal(
     x_run, speeds, times = np.empty((3, len(samples) + 1))
     x_run[0], speeds[0], times[0] = *earlier, -window_s
     x_run[1:] = samples
-    run(samples, derivatives, limits, speed, speeds[1:], times[1:])
+    squares = np.empty(len(samples))
+    brake(samples, derivatives, limits, squares, speeds[1:])
+    if many:
+        yield
+    run(samples, derivatives, limits, squares, speed, speeds[1:], times[1:])
     if many:
         yield
     half_s, end_s = 0.5 * window_s, float(times[-1]) + window_s
@@ -91,7 +97,11 @@ def nominal(
     else:
         begins, ends = (np.interp(span, samples, times[1:]) + half_s for span in blend_spans(path))
         events = _switches(times[1:], speeds[1:]) + half_s
-        lengths_s = segment_lengths(end_s, begins[ends > 0.0], ends[ends > 0.0], events, first_s)
+        ahead = ends > 0.0
+        density = segment_density(end_s, begins[ahead], ends[ahead], events, first_s)
+        if many:
+            yield
+        lengths_s = segment_lengths(*density, end_s, first_s)
     if lengths_s.min() < SHORTEST_SEGMENT_S:
         return None
     if many:
@@ -108,6 +118,8 @@ def sampled(path: BlendedPath, x: Array, old: Array, kept: int) -> Slices[SpeedP
     `old` are coefficients of the profile over the first `kept` segments; two of them stay.
     """
     profile = SpeedProfile(path, x, old, kept)
+    if len(x) > MANY_SEGMENTS:
+        yield
     while not profile.sample(WORK):
         yield
     return profile
@@ -136,17 +148,18 @@ def _switches(times: Array, speeds: Array) -> Array:
     return found
 
 
-def segment_lengths(end_s: float, begins: Array, ends: Array, events: Array, first_s: Array) -> Array:
-    """Return nominal lengths (s) of segments from 0 to an end, the first ones like `first_s` (0 to 2,).
+def segment_density(
+    end_s: float, begins: Array, ends: Array, events: Array, first_s: Array
+) -> tuple[Array, Array]:
+    """Return times (m,), and at each how many segments there should be in a second.
 
-    They are short in blends (k,) from `begins` to `ends`, long where nothing happens for long, and change
+    Segments are short in blends (k,) from `begins` to `ends`, long where nothing happens for long, and change
     gently. `events` are times of anything else. Raises ArithmeticError for times that no motion can take.
     """
-    least = LEAST_LEFT if len(first_s) else LEAST_SEGMENTS
     for time_s in (end_s, *first_s.tolist()):
         if not LEAST_S < time_s < LONGEST_S:
             raise ArithmeticError(f"a motion that takes {time_s} s")
-    segment_s = min(SEGMENT_S, end_s / least)
+    segment_s = min(SEGMENT_S, end_s / (LEAST_LEFT if len(first_s) else LEAST_SEGMENTS))
     all_events = np.concatenate([begins, ends, events])
     inner = all_events[(all_events > 0.0) & (all_events < end_s)]
     inner.sort()
@@ -163,14 +176,20 @@ def segment_lengths(end_s: float, begins: Array, ends: Array, events: Array, fir
     density: Array = 1.0 / np.tile(segment_s + longer, 2)
     order = t.argsort(kind="stable")
     t, density = t[order], density[order]
-    for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-        low, high = np.searchsorted(t, (begin - BESIDE_S, end + BESIDE_S))
-        wish = 1.0 / max((end - begin) / BLEND_SEGMENTS, SHORTEST_S)
+    lows, highs = t.searchsorted(begins - BESIDE_S), t.searchsorted(ends + BESIDE_S)
+    wishes = 1.0 / np.maximum((ends - begins) / BLEND_SEGMENTS, SHORTEST_S)
+    for low, high, wish in zip(lows.tolist(), highs.tolist(), wishes.tolist(), strict=True):
         np.maximum(density[low:high], wish, out=density[low:high])
     for _ in range(2 if len(begins) else 0):
         whole = _integral(t, density)
         low_s, high_s = np.maximum(t - 0.5 * BESIDE_S, 0.0), np.minimum(t + 0.5 * BESIDE_S, end_s)
         density = (np.interp(high_s, t, whole) - np.interp(low_s, t, whole)) / (high_s - low_s)
+    return t, density
+
+
+def segment_lengths(t: Array, density: Array, end_s: float, first_s: Array) -> Array:
+    """Return lengths (s) of segments of a density, the first ones like `first_s` (0 to 2,)."""
+    least = LEAST_LEFT if len(first_s) else LEAST_SEGMENTS
     whole = _integral(t, density)
     count = max(4 * int(0.25 * whole[-1] + 0.5), least)
     wanted = whole[-1] * np.arange(1, count) / count

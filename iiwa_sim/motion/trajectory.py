@@ -20,6 +20,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.plan_kernel import UNIT_S, BlendedPath
 from iiwa_sim.motion.speed_profile import (
+    MANY_SEGMENTS,
     SEGMENT_S,
     Slices,
     T,
@@ -304,6 +305,8 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     yield
     if not (yield from fastest(profile)):
         return None
+    if len(x) > MANY_SEGMENTS:
+        yield
     return _timed(path, x, profile.coefficients, front)
 
 
