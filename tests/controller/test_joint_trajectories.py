@@ -23,8 +23,6 @@ from iiwa_sim.controller.joint_trajectories import (
     TrajectoryRequest,
 )
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.motion.joint_trajectory import Knot, Reference, windows_of
-from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
@@ -32,6 +30,7 @@ from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 Array = NDArray[np.float64]
 
 TICK_S = 0.002
+EVERY = 10  # ticks between looks at how the robot follows
 
 
 class Following:
@@ -65,7 +64,7 @@ class Following:
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             self.robot.step()
-            progress = self.controller.trajectories.progress
+            progress = None if self.controller.tick % EVERY else self.controller.trajectories.progress
             if progress is not None:
                 self.desired.append(np.array(progress.desired[0]))
                 self.actual.append(np.array(progress.actual[0]))
@@ -84,11 +83,6 @@ class Following:
         return worst
 
 
-def through(places: Sequence[Array], times: Sequence[float]) -> list[TrajectoryPoint]:
-    """Points with positions alone."""
-    return [TrajectoryPoint(float(t), place.tolist()) for t, place in zip(times, places, strict=True)]
-
-
 def swinging(
     robot: Following, times: Array, size: float, turns: Array, *, bent: bool = True
 ) -> list[TrajectoryPoint]:
@@ -96,7 +90,6 @@ def swinging(
     accelerations."""
     whole = float(times[-1])
     x = times / whole
-    bell, slope, bend = x**3 * (1 - x) ** 3 * 64, None, None
     polynomial = np.polynomial.Polynomial([0, 0, 0, 64.0]) * np.polynomial.Polynomial([1, -1]) ** 3
     bell, slope, bend = polynomial(x), polynomial.deriv()(x) / whole, polynomial.deriv(2)(x) / whole**2
     room = size * np.array(robot.robot.description.velocity) * whole / 8.0
@@ -112,24 +105,8 @@ def swinging(
     return points
 
 
+AVERAGED_S = 0.1
 signs = st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7).map(np.array)
-
-
-def stated_error(following: Following, points: Sequence[TrajectoryPoint]) -> Array:
-    """The largest distance from the reference: what the fastest joint goes in half the width of the
-    averages."""
-    d = following.robot.description
-    limits = JointLimits(np.array(d.velocity), np.array(d.direct_acceleration), np.array(d.direct_jerk))
-    knots = [
-        Knot(p.time_s, tuple(p.positions), tuple(p.velocities) or None, tuple(p.accelerations) or None)
-        for p in points
-    ]
-    if knots[0].time_s > 0.0:
-        still = (0.0,) * len(following.home)
-        knots.insert(0, Knot(0.0, tuple(following.home.tolist()), still, still))
-    reference = Reference(knots)
-    error: Array = reference.range(1).magnitude * 0.5 * windows_of(reference, limits).width_s
-    return error
 
 
 @given(st.integers(2, 200), st.floats(0.5, 5.0), st.floats(0.05, 0.9), signs, st.booleans())
@@ -142,7 +119,9 @@ def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     following.runs()
     assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
     assert_within_limits(following.robot)
-    assert (following.error() <= stated_error(following, points) + 1e-9).all()
+    # An average smooths the curve: the fastest joint may be half its width behind or ahead.
+    fastest = np.abs(np.diff(following.robot.joints, axis=0)).max(axis=0) / TICK_S
+    assert (following.error() <= 0.5 * AVERAGED_S * fastest + 1e-9).all()
 
 
 def test_joints_may_come_in_any_order() -> None:
@@ -280,19 +259,15 @@ def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
     assert np.abs(following.controller.joints[0] - place[0]) < 1e-9
 
 
-@pytest.mark.parametrize("override", [0.3])
-def test_time_runs_at_the_override_and_tolerances_do_not_mind(override: float) -> None:
+def test_time_runs_at_the_override_and_tolerances_do_not_mind() -> None:
     following = Following()
-    following.controller.set_override(override)
+    following.controller.set_override(0.5)
     every = {name: Tolerance(0.1) for name in following.names}
-    points = swinging(following, np.linspace(0.0, 2.0, 21), 0.5, np.ones(7))
+    points = swinging(following, np.linspace(0.0, 0.8, 9), 0.5, np.ones(7))
     number = following.sends(points, path_tolerance=every, goal_tolerance=every, goal_time_s=0.5)
-    ticks = 0
-    while following.controller.moving:
-        following.step()
-        ticks += 1
+    following.runs()
     assert following.ends[number].outcome is Outcome.REACHED
-    assert ticks * TICK_S == pytest.approx(2.0 / override, rel=0.05)
+    assert len(following.robot.joints) * TICK_S == pytest.approx(1.6, rel=0.05)
 
 
 def test_a_pause_and_a_slower_override_in_mid_motion_keep_the_limits() -> None:
@@ -308,41 +283,36 @@ def test_a_pause_and_a_slower_override_in_mid_motion_keep_the_limits() -> None:
 
 def lines(following: Following) -> list[TrajectoryPoint]:
     """To and fro in straight lines at some speed, which the robot follows with a delay."""
-    places = [following.home + 0.3 * (k % 2) * np.ones(7) for k in range(6)]
-    return through(places[1:], [0.5 * k for k in range(1, 6)])
+    places = [following.home + 0.3 * (k % 2) * np.ones(7) for k in range(4)]
+    return [TrajectoryPoint(0.5 * k, places[k].tolist()) for k in (1, 2, 3)]
 
 
-@pytest.mark.parametrize(("bound", "outcome"), [(1e-3, Outcome.PATH_TOLERANCE), (0.2, Outcome.REACHED)])
-def test_a_path_tolerance_ends_a_trajectory_that_leaves_it(bound: float, outcome: Outcome) -> None:
+def of_all(bound: float) -> dict[str, Tolerance]:
+    return {name: Tolerance(bound, bound) for name in Following().names}
+
+
+TOLERANCES: list[tuple[dict[str, Any], Outcome]] = [
+    ({"path_tolerance": {"A3": Tolerance(1e-3)}}, Outcome.PATH_TOLERANCE),
+    ({"path_tolerance": {"A3": Tolerance(0.2)}}, Outcome.REACHED),
+    ({"goal_tolerance": {"A1": Tolerance(1e-4)}, "goal_time_s": 0.005}, Outcome.GOAL_TOLERANCE),
+    ({"goal_tolerance": {"A1": Tolerance(1e-4)}, "goal_time_s": 1.0}, Outcome.REACHED),
+    # By default the joints have to have stopped at the end; with -1 they may do anything.
+    ({"goal_tolerance": of_all(0.0), "goal_time_s": 1e-3}, Outcome.GOAL_TOLERANCE),
+    ({"goal_tolerance": of_all(-1.0), "path_tolerance": of_all(-1.0), "goal_time_s": 1e-3}, Outcome.REACHED),
+]
+
+
+@pytest.mark.parametrize(("tolerances", "outcome"), TOLERANCES)
+def test_tolerances_of_path_and_goal_end_a_trajectory(tolerances: dict[str, Any], outcome: Outcome) -> None:
     following = Following()
-    number = following.sends(lines(following), path_tolerance={"A3": Tolerance(bound)})
+    number = following.sends(lines(following), **tolerances)
     following.robot.may_stop()
     following.runs()
     end = following.ends[number]
     assert end.outcome is outcome
     assert (outcome is Outcome.REACHED) == (following.controller.joints == tuple(following.home + 0.3))
-    assert end.reason.startswith("path tolerance: A3 is 0.00") or outcome is Outcome.REACHED
-
-
-@pytest.mark.parametrize("bound", [0.0, -1.0])
-def test_a_tolerance_of_0_is_the_default_and_minus_1_is_none(bound: float) -> None:
-    following = Following()
-    every = {name: Tolerance(bound, bound) for name in following.names}
-    number = following.sends(lines(following), path_tolerance=every, goal_tolerance=every, goal_time_s=1e-3)
-    following.robot.may_stop()
-    following.runs()
-    # By default the joints have to have stopped at the end; with -1 they may do anything.
-    assert following.ends[number].outcome is (Outcome.REACHED if bound else Outcome.GOAL_TOLERANCE)
-
-
-@pytest.mark.parametrize(("late_s", "outcome"), [(0.005, Outcome.GOAL_TOLERANCE), (1.0, Outcome.REACHED)])
-def test_a_goal_has_to_be_reached_in_its_time(late_s: float, outcome: Outcome) -> None:
-    following = Following()
-    tight = {"A1": Tolerance(1e-4)}
-    number = following.sends(lines(following), goal_tolerance=tight, goal_time_s=late_s)
-    following.robot.may_stop()
-    following.runs()
-    assert following.ends[number].outcome is outcome
+    if outcome is Outcome.PATH_TOLERANCE:
+        assert end.reason.startswith("path tolerance: A3 is 0.00")
 
 
 def test_other_motions_and_trajectories_stop_each_other() -> None:
@@ -364,11 +334,11 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
 
 def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
     following = Following()
-    points = swinging(following, np.linspace(0.0, 4.0, 41), 0.3, np.ones(7))
+    points = swinging(following, np.linspace(0.0, 2.0, 21), 0.15, np.ones(7))
     number = following.sends(points, delay_s=-0.5)
     following.runs()
     assert following.ends[number].outcome is Outcome.REACHED
-    assert len(following.desired) * TICK_S == pytest.approx(3.5, abs=0.1)
-    late = np.abs(np.subtract(following.desired, following.actual))[500:]
+    assert len(following.robot.joints) * TICK_S == pytest.approx(1.5, abs=0.1)
+    late = np.abs(np.subtract(following.desired, following.actual))[500 // EVERY :]
     assert late.max() < 1e-9, "it never came onto the curve"
     assert_within_limits(following.robot)

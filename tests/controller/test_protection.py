@@ -7,26 +7,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
-from iiwa_sim.controller.limits_watch import Protection, Safety
+from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.model import Model
-from tests.asked import (
-    joint_move,
-    lin_force_move,
-    lin_move,
-)
+from tests.asked import joint_move, lin_force_move, lin_move
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002
 TORQUE_LIMITS = {name: load_robot(name).torque for name in ARMS}
+NO_WRENCH = (0.0,) * 6
+LIMIT_A4, LIMIT_A7 = 110.0, 40.0
 
 
 def watched(
@@ -50,6 +45,15 @@ def watched(
     return robot
 
 
+def passes(robot: SteppedRobot, ticks: int = 5) -> None:
+    """As a clock lets time pass: a robot at rest makes no ticks."""
+    for _ in range(ticks):
+        if robot.controller.resting:
+            robot.controller.skip(1)
+        else:
+            robot.step()
+
+
 def down(robot: SteppedRobot, by_mm: float) -> Frame:
     here = robot.controller.tool_frame()
     return here._replace(z_mm=here.z_mm - by_mm)
@@ -57,8 +61,7 @@ def down(robot: SteppedRobot, by_mm: float) -> Frame:
 
 def largest_part(robot: SteppedRobot) -> float:
     """Of the torque limits of the joints, of what presses on them now."""
-    c = robot.controller
-    torques = np.abs(c.load.exact_torques(c.joints))
+    torques = np.abs(robot.controller.joint_torque())
     return float(np.max(torques / np.array(robot.description.torque)))
 
 
@@ -88,7 +91,6 @@ def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes
     assert_stopped_itself(robot, "torque on A", "its limit is")
     assert not robot.controller.motions.is_pending(waits)
     robot.runs_until_stopped()
-    assert robot.controller.tool_frame().z_mm > down(robot, 0.0).z_mm - 1e-6
     assert len(robot.faults) == 1
 
 
@@ -113,19 +115,28 @@ def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
     assert len(robot.faults) == 3, "it is watched as before"
 
 
-@pytest.mark.parametrize("name", ARMS)
-def test_pushes_on_joints_count_one_by_one_at_rest_too(name: str) -> None:
-    for joint, limit in enumerate(TORQUE_LIMITS[name]):
-        robot = watched(name)
-        push = [0.0] * len(TORQUE_LIMITS[name])
-        for part, stops in ((0.999, False), (-0.999, False), (-1.001, True)):
-            push[joint] = part * limit
-            robot.controller.load.joint_push = tuple(push)
-            assert not robot.controller.resting
-            robot.step()
-            assert bool(robot.faults) == stops
-            assert robot.controller.resting
-        assert_stopped_itself(robot, f"on A{joint + 1} is {1.001 * limit:.1f} Nm")
+@given(
+    name=st.sampled_from(ARMS),
+    joint=st.integers(0, 5),
+    part=st.sampled_from([0.999, -0.999, 1.001, -1.001]),
+    wrench=st.lists(st.floats(-20.0, 20.0), min_size=6, max_size=6),
+)
+def test_pushes_on_joints_count_one_by_one_at_rest_too(
+    name: str, joint: int, part: float, wrench: list[float]
+) -> None:
+    """The push is what a wrench leaves up to the limit of that joint."""
+    robot = watched(name)
+    limits = TORQUE_LIMITS[name]
+    robot.controller.load.wrench = tuple(wrench)  # type: ignore[assignment]
+    by_wrench = robot.controller.joint_torque()
+    push = [0.0] * len(limits)
+    push[joint] = part * limits[joint] - by_wrench[joint]
+    robot.controller.load.joint_push = tuple(push)
+    assert not robot.controller.resting
+    robot.step()
+    assert bool(robot.faults) == (abs(part) > 1.0)
+    if robot.faults:
+        assert_stopped_itself(robot, f"on A{joint + 1} is {1.001 * limits[joint]:.1f} Nm")
 
 
 def test_a_force_move_ends_at_its_threshold_before() -> None:
@@ -146,16 +157,14 @@ def test_a_force_move_ends_at_its_threshold_before() -> None:
 def test_a_collision_is_a_force_or_torque_at_the_tcp_above_its_threshold(
     safety: dict[str, float], push: tuple[float, ...], words: tuple[str, ...]
 ) -> None:
-    robot = watched(**safety)
+    robot, unwatched = watched(**safety), watched()
     robot.controller.load.wrench = tuple(0.7 * value for value in push)
     robot.step(3)
     assert not robot.faults
-    robot.controller.load.wrench = push
-    robot.step()
+    for each in (robot, unwatched):
+        each.controller.load.wrench = push
+        each.step()
     assert_stopped_itself(robot, *words)
-    unwatched = watched()
-    unwatched.controller.load.wrench = push
-    unwatched.step()
     assert not unwatched.faults
 
 
@@ -163,8 +172,7 @@ def test_collision_detection_is_set_read_and_switched_off() -> None:
     robot = watched(torque_nm=3.0)
     assert robot.controller.collision_detection == (0.0, 3.0)
     robot.controller.set_collision_detection(10.0, 0.0)
-    assert robot.controller.collision_detection == (10.0, 0.0)
-    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0), (0.0, 1e-320), (0.9e-3, 0.0)):
+    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0), (0.9e-3, 0.0)):
         with pytest.raises(Refused, match=r"expected 0, for off, or 0\.001 to 100000 N"):
             robot.controller.set_collision_detection(*wrong)
     assert robot.controller.collision_detection == (10.0, 0.0)
@@ -176,11 +184,16 @@ def test_collision_detection_is_set_read_and_switched_off() -> None:
     assert not robot.controller.resting, "what is applied has to be judged anew"
     robot.step()
     assert_stopped_itself(robot, "11.0 N")
+    robot.controller.reset_error()
+    passes(robot)
+    assert len(robot.faults) == 1, "what it stands in may stay"
+    robot.controller.set_collision_detection(10.0, 0.0)
+    passes(robot, 1)
+    assert len(robot.faults) == 2, "set anew, it allows nothing"
 
 
-@pytest.mark.parametrize("name", ARMS)
-def test_the_tcp_runs_no_faster_than_its_limit_by_more_than_a_tick(name: str) -> None:
-    robot = watched(name, tcp_speed_m_per_s=0.25)
+def test_the_tcp_runs_no_faster_than_its_limit_by_more_than_a_tick() -> None:
+    robot = watched(tcp_speed_m_per_s=0.25)
     start = robot.controller.tool_frame()
     robot.controller.move(lin_move(start._replace(y_mm=start.y_mm + 200.0), 1.0, 0.0))
     before = start
@@ -199,39 +212,70 @@ def test_the_tcp_runs_no_faster_than_its_limit_by_more_than_a_tick(name: str) ->
 
 
 def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
-    robot = watched()
-    x, y, z = (1e-3 * at for at in robot.controller.tool_frame()[:3])
+    x, y, z = (1e-3 * at for at in watched().controller.tool_frame()[:3])
     robot = watched(box=((x - 1.0, y - 1.0, z - 1.0), (x + 1.0, y + 0.05, z + 1.0)))
     start = robot.controller.tool_frame()
     outside = start._replace(y_mm=start.y_mm + 150.0)
     robot.controller.move(lin_move(outside, 0.2, 0.0))
     robot.runs_until_stopped()
     assert_stopped_itself(robot, "TCP is at y", "its box is")
-    robot.controller.reset_error()
-    robot.controller.move(lin_move(outside, 0.2, 0.0))
-    robot.runs_until_stopped()
-    assert len(robot.faults) == 2
-    robot.controller.reset_error()
-    robot.controller.move(lin_move(start, 0.2, 0.0))
-    robot.runs_until_stopped()
-    assert len(robot.faults) == 2
+    for target in (outside, start):
+        robot.controller.reset_error()
+        robot.controller.move(lin_move(target, 0.2, 0.0))
+        robot.runs_until_stopped()
+        assert len(robot.faults) == 2
 
 
-@given(
-    name=st.sampled_from(ARMS),
-    part=st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7),
-    wrench=st.lists(st.floats(-300.0, 300.0), min_size=6, max_size=6),
-    push=st.lists(st.floats(-50.0, 50.0), min_size=7, max_size=7),
+# What a stop leaves beyond a limit may stay so, and grow by 2 %, as long as it is there.
+
+
+def on_joints(a4: float, a7: float = 0.0) -> tuple[float, ...]:
+    return (0.0, 0.0, 0.0, a4, 0.0, 0.0, a7)
+
+
+def stopped_by(torques: tuple[float, ...]) -> SteppedRobot:
+    """The robot stands there, pushed like that, after the reset."""
+    robot = SteppedRobot()
+    robot.controller.load.joint_push = torques
+    passes(robot)
+    robot.controller.reset_error()
+    passes(robot)
+    assert len(robot.faults) == 1
+    return robot
+
+
+@pytest.mark.parametrize("reset_first", [False, True])
+def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_first: bool) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.set_collision_detection(50.0, 0.0)
+    for times in range(1, 4):
+        controller.load.wrench = (90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        passes(robot, 1)
+        assert len(robot.faults) == times
+        passes(robot)
+        for resets in (reset_first, not reset_first):
+            if resets:
+                controller.reset_error()
+            else:
+                controller.load.wrench = NO_WRENCH
+            passes(robot)
+        assert controller.resting
+
+
+@pytest.mark.parametrize(
+    ("a4", "a7", "stops"),
+    [
+        (111.019, 0.0, False),
+        (111.021, 0.0, True),
+        (111.0, 0.999 * LIMIT_A7, False),
+        (111.0, 1.001 * LIMIT_A7, True),
+    ],
 )
-def test_no_overload_is_missed_by_the_quick_look(
-    name: str, part: list[float], wrench: list[float], push: list[float]
+def test_the_excess_of_a_torque_may_grow_by_2_percent_on_the_same_joint(
+    a4: float, a7: float, stops: bool
 ) -> None:
-    """Most ticks look at a bound of all torques only."""
-    description = load_robot(name)
-    joints: Joints = tuple(p * high for p, high in zip(part, description.position_max, strict=False))
-    load = ExternalWrench(Model(description), description.tool_in_flange, description.home)
-    load.wrench = tuple(wrench)  # type: ignore[assignment]
-    load.joint_push = tuple(push[: len(joints)])
-    protection = Protection(description.joints, description.torque, Safety())
-    parts = np.abs(load.exact_torques(joints)) / np.array(description.torque)
-    assert (protection.overload(load, joints, standing=False) is not None) == bool(np.max(parts) > 1.0)
+    robot = stopped_by(on_joints(111.0))
+    robot.controller.load.joint_push = on_joints(a4, a7)
+    passes(robot)
+    assert bool(robot.faults[1:]) == stops

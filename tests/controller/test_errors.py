@@ -1,0 +1,267 @@
+"""The error state: what begins it, what it refuses, how it ends; and what a test bench does to a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    EMERGENCY_STOP,
+    EXECUTION,
+    ErrorRecord,
+    Refused,
+)
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.frames import Frame, compose
+from iiwa_sim.motion.executor import Executor
+from iiwa_sim.robot.nearest import JOINT_LIMIT
+from tests.asked import (
+    direct_cartesian_move,
+    direct_joint_move,
+    joint_move,
+    lin_joint_move,
+    lin_move,
+    ptp_move,
+    smart_joint_move,
+)
+from tests.protocols.fake_robot import Conversation
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+
+AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
+BACK = [0.0, 0.6, 0.0, -1.2, 0.0, 1.4, 0.0]
+WAYS = {ARMS[0]: (AWAY, BACK), ARMS[1]: ([0.5, -1.2, 1.3, 0.4, 1.3, -0.6], [0.0, -1.5, 1.6, 0.0, 1.4, 0.0])}
+FULL = [1.0] * 7
+REASON = "made to fail"
+CODE = 4711
+
+MOVES: list[Callable[[Controller], object]] = [
+    lambda controller: controller.move(joint_move(AWAY, FULL)),
+    lambda controller: controller.move(ptp_move(controller.tool_frame(), 1.0, 0.0)),
+    lambda controller: controller.move(lin_move(controller.tool_frame(), 1.0, 0.0)),
+    lambda controller: controller.move(lin_joint_move(controller.joints, 1.0, 0.0)),
+    lambda controller: controller.move(smart_joint_move(AWAY, FULL)),
+    lambda controller: controller.move(direct_joint_move(controller.joints, FULL)),
+    lambda controller: controller.move(direct_cartesian_move(controller.flange_frame(), 1.0)),
+]
+STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
+    "fault": (lambda controller: controller.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
+    "drives off": (
+        lambda controller: controller.switch_drives(on=False),
+        ErrorRecord(COMPONENT_NOT_READY, "the drives are off"),
+    ),
+    "emergency stop": (Controller.emergency_stop, ErrorRecord(EMERGENCY_STOP, "emergency stop")),
+}
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+@given(name=st.sampled_from(ARMS), how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
+def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how: str, ticks: int) -> None:
+    robot, undisturbed = SteppedRobot(name), SteppedRobot(name)
+    away, back = WAYS[name]
+    for each in (robot, undisturbed):
+        each.controller.move(joint_move(away, [1.0] * len(away)))
+        each.controller.move(lin_joint_move(back, 1.0, 0.0))
+        each.step(ticks)
+    undisturbed.runs_until_stopped()
+    stops, cause = STOPPERS[how]
+    robot.notice_mode()
+    stops(robot.controller)
+    robot.runs_until_stopped(0.1)
+    assert_within_limits(robot)
+    way = np.array(undisturbed.joints)
+    off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
+    assert off <= np.abs(np.diff(way, axis=0)).max(), "it rests between two places of the way it was on"
+    assert robot.controller.last_error == cause
+    assert robot.faults == [cause], "and the log hears of it"
+    status = robot.controller.status()
+    assert (status.in_error, status.error_code, status.motion_possible) == (1, cause.code, 0)
+    assert status.drives_powered == (how == "fault")
+    assert status.e_stopped == (how == "emergency stop")
+
+
+def times_out(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
+    robot.controller.move(smart_joint_move(AWAY, FULL))
+    robot.step(26)
+    return COMMUNICATION_FAILURE
+
+
+def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
+    def broken(_: Executor) -> None:
+        raise ZeroDivisionError
+
+    robot.controller.move(joint_move(AWAY, FULL))
+    robot.controller.move(joint_move([0.0] * 7, FULL))
+    robot.step(50)
+    with patch.context() as broken_for_a_tick:
+        robot.controller.motions.executor._ahead.clear()
+        broken_for_a_tick.setattr(Executor, "_advance", broken)
+        with pytest.raises(ZeroDivisionError):
+            robot.controller.step()
+    return EXECUTION
+
+
+def is_stopped(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
+    robot.controller.move(joint_move(AWAY, FULL))
+    robot.step(50)
+    robot.controller.emergency_stop()
+    robot.controller.release_emergency_stop()
+    return EMERGENCY_STOP
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+@pytest.mark.parametrize("fails", [times_out, breaks, is_stopped])
+def test_an_error_refuses_moves_until_it_is_reset(
+    fails: Callable[[SteppedRobot, pytest.MonkeyPatch], int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = SteppedRobot(servo_timeout_s=0.05)
+    code = fails(robot, monkeypatch)
+    controller = robot.controller
+    assert controller.mode is Mode.UNKNOWN
+    robot.runs_until_stopped(0.1)
+    rest = controller.joints
+    cause = controller.last_error
+    assert cause is not None
+    assert cause.code == code
+    for move in MOVES:
+        with pytest.raises(Refused, match="no move before reset error: ") as refused:
+            move(controller)
+        assert refused.value.code == code
+        controller.record_error(refused.value.code, refused.value.reason)
+        assert controller.last_error is cause, "the cause is told as long as it stands"
+    robot.step(10)
+    assert controller.joints == rest
+    controller.reset_error()
+    assert controller.last_error is None
+    assert controller.status() == (2, 0, 1, 1, 0, 0, 0)
+    for move in MOVES:
+        move(controller)
+        robot.step(20)
+        controller.stop()
+        robot.step(60)
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+def test_an_emergency_stop_has_to_be_released_before_the_reset() -> None:
+    robot = SteppedRobot()
+    talk = Conversation(robot.controller)
+    talk.ask("joint move : 1 0.5 0 -1 0 1 0 1 1 1 1 1 1 1")
+    robot.step(100)
+    assert talk.ask("get robot status") == "2 0 1 1 1 0 0"
+    robot.controller.emergency_stop()
+    assert talk.ask("get status") == "moving"
+    assert talk.ask("get robot status") == "2 1 0 0 1 1 3030"
+    robot.runs_until_stopped(0.1)
+    assert talk.ask("reset error") == "error"
+    assert talk.ask("get error") == "3030 emergency stop"
+    robot.controller.release_emergency_stop()
+    assert talk.ask("get robot status") == "2 0 0 0 0 1 3030"
+    assert talk.ask("lin move : 450 100 520 0 -1.57 0 1 0") == "error"
+    assert talk.ask("reset error") == "done"
+    assert talk.ask("get robot status") == "2 0 1 1 0 0 0"
+    assert talk.ask("get error") == "0 none"
+
+
+def test_drives_have_to_be_on_again_before_a_reset() -> None:
+    controller = SteppedRobot().controller
+    controller.switch_drives(on=False)
+    with pytest.raises(Refused, match="the drives have to be switched on first") as refused:
+        controller.reset_error()
+    assert refused.value.code == COMPONENT_NOT_READY
+    controller.switch_drives(on=True)
+    assert controller.status().drives_powered == 0, "not before the reset"
+    controller.reset_error()
+    assert controller.status().drives_powered == 1
+    controller.move(joint_move(AWAY, FULL))
+
+
+@pytest.mark.requirement("FRC021")
+def test_a_refused_command_is_no_state_of_error() -> None:
+    robot = SteppedRobot()
+    talk = Conversation(robot.controller)
+    assert talk.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
+    assert talk.ask("get error").startswith(f"{JOINT_LIMIT} A1")
+    assert talk.ask("get robot status") == "2 0 1 1 0 0 0"
+    assert talk.ask("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 1") == "done"
+    assert talk.ask("reset error") == "done"
+    assert talk.ask("get error") == "0 none"
+
+
+# What a test bench does
+
+
+def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(AWAY, FULL))
+    robot.step(20)
+    controller.errors.next_refusal = ErrorRecord(CODE, REASON)
+    with pytest.raises(Refused, match=REASON) as refused:
+        controller.move(smart_joint_move(AWAY, FULL))
+    assert refused.value.code == CODE
+    assert controller.mode is Mode.NORMAL
+    assert controller.status().in_error == 0
+    controller.move(joint_move(BACK, FULL))
+    robot.runs_until_stopped()
+    assert controller.joints == tuple(BACK)
+
+
+def test_a_servo_times_out_at_once() -> None:
+    robot = SteppedRobot(servo_timeout_s=60.0)
+    robot.controller.move(smart_joint_move(AWAY, FULL))
+    robot.step(50)
+    robot.controller.time_out_servo()
+    assert robot.controller.mode is Mode.UNKNOWN
+    assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
+    robot.runs_until_stopped(0.1)
+
+
+@pytest.mark.parametrize("go", [joint_move, smart_joint_move])
+def test_the_robot_is_placed_and_goes_on_from_there(go: Callable[..., object]) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(go(BACK, FULL))
+    robot.runs_until_stopped()
+    controller.place(AWAY)
+    assert controller.joints == controller.goal_joints == tuple(AWAY)
+    assert controller.joint_velocity() == (0.0,) * 7
+    assert controller.mode is Mode.UNKNOWN
+    controller.step()
+    assert controller.joints == tuple(AWAY)
+    robot.joints, robot.stopping, robot.direct = [controller.joints], [False], [False]
+    controller.move(go(BACK, FULL))
+    robot.runs_until_stopped()
+    assert_within_limits(robot)
+    assert controller.joints == tuple(BACK)
+
+
+def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(AWAY, FULL))
+    robot.step(20)
+    controller.stop()
+    robot.step()
+    tool = Frame(0, 0, 99, 0, 0, 0).to_transform()
+    for change in (lambda: controller.place(AWAY), lambda: controller.set_tool(tool)):
+        with pytest.raises(Refused, match="the robot has to be at rest, with nothing waiting"):
+            change()
+
+
+def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()
+    controller.set_tool(tool)
+    expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
+    assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
+    target = expected._replace(y_mm=expected.y_mm + 50.0)
+    controller.move(lin_move(target, 0.5, 0.0))
+    robot.runs_until_stopped()
+    assert controller.tool_frame() == pytest.approx(target, abs=1e-6)

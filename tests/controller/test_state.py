@@ -1,0 +1,192 @@
+"""What a controller says of itself: goal, planned moves, snapshot, and whether it will stop by itself."""
+
+from __future__ import annotations
+
+from math import dist
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.state import ErrorState, Snapshot, snapshot
+from iiwa_sim.frames import Frame
+from tests.asked import gravity_hold, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
+from tests.states import SCHEMA
+from tests.stepped import SteppedRobot
+
+FULL = [1.0] * 7
+AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
+ELSEWHERE = (-0.5, 0.6, 0.3, -1.4, 0.1, 1.2, 0.2)
+READY = (0.0, 0.4, 0.0, -1.2, 0.0, 1.2, 0.0)
+NO_FORCE = [0.0] * 6
+
+
+def told(robot: SteppedRobot) -> tuple[float, ...]:
+    """The goal, told in three ways that have to agree."""
+    controller = robot.controller
+    goal = controller.goal_joints
+    assert controller.goal_frame() == robot.tcp_frame(goal)
+    way_mm = dist(controller.tool_frame()[:3], controller.goal_frame()[:3])
+    assert controller.distance_to_goal_mm() == pytest.approx(way_mm, abs=1e-9)
+    return goal
+
+
+@pytest.mark.requirement("FRC019")
+def test_the_distance_falls_to_nothing_on_a_line() -> None:
+    robot = SteppedRobot()
+    frame = robot.controller.tool_frame()
+    robot.controller.move(lin_move(frame._replace(y_mm=frame.y_mm + 150.0), 0.5, 0.0))
+    distances = [robot.controller.distance_to_goal_mm()]
+    while robot.controller.moving:
+        robot.step(5)
+        distances.append(robot.controller.distance_to_goal_mm())
+    assert distances[0] == pytest.approx(150.0)
+    assert (np.diff(distances) <= 1e-9).all()
+    assert distances[-1] == 0.0
+
+
+@pytest.mark.requirement("FRC019")
+def test_the_goal_of_a_servo_is_its_target_and_of_a_stop_its_end() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(smart_joint_move(AWAY, FULL))
+    assert told(robot) == AWAY, "it has not begun to move"
+    robot.step(80)
+    controller.move(smart_joint_move(ELSEWHERE, FULL))
+    assert told(robot) == ELSEWHERE
+    robot.step(80)
+    controller.move(joint_move(AWAY, FULL))
+    rest = told(robot)
+    assert rest not in (AWAY, ELSEWHERE), "first the robot stops"
+    while told(robot) == rest:
+        robot.step()
+    assert robot.joints[-2:].count(rest) >= 1, "it has come to rest there"
+    assert told(robot) == AWAY
+    robot.step(80)
+    controller.stop()
+    rest = told(robot)
+    robot.runs_until_stopped(0.1)
+    assert told(robot) == rest == controller.joints
+
+
+def numbers(robot: SteppedRobot) -> list[int]:
+    return [each.number for each in robot.controller.motions.planned]
+
+
+def aside(robot: SteppedRobot, y_mm: float) -> Frame:
+    """Beside where the queue ends."""
+    there = robot.controller.tcp_frame_at(robot.controller.end_of_queue)
+    return there._replace(y_mm=there.y_mm + y_mm)
+
+
+def test_targets_and_spheres_of_planned_moves_are_those_that_were_asked_for() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    assert controller.motions.planned == []
+    controller.move(joint_move(READY, FULL))
+    corner, end = aside(robot, 100.0), aside(robot, 160.0)
+    controller.move(lin_move(corner, 0.5, 30.0))
+    controller.move(ptp_move(end, 0.5, 0.0))
+    first, second, third = controller.motions.planned
+    assert (first.number, first.joints) == (1, READY)
+    assert [each.blending_m for each in (first, second, third)] == pytest.approx([0.0, 0.03, 0.0])
+    for planned, wanted in ((second, corner), (third, end)):
+        assert controller.tcp_frame_at(planned.joints)[:3] == pytest.approx(wanted[:3], abs=1e-3)
+    while robot.controller.moving:
+        before = numbers(robot)
+        assert before == sorted(before)
+        assert before[0] == controller.motions.under_way or not controller.motions.under_way
+        assert len(before) == controller.queue + 1
+        robot.step(20)
+    assert controller.motions.planned == []
+
+
+@given(st.integers(0, 1500), st.sampled_from(["stop", "cancel_move", "clear_queue"]))
+def test_what_was_stopped_cancelled_or_cleared_is_planned_no_more(ticks: int, how: str) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(READY, FULL))
+    for y_mm in (80.0, -80.0):
+        controller.move(lin_move(aside(robot, y_mm), 0.5, 20.0))
+    robot.step(ticks)
+    before = numbers(robot)
+    getattr(controller, how)()
+    assert [number for number in before if controller.motions.is_pending(number)] == numbers(robot)
+    while controller.moving:
+        robot.step(10)
+        assert all(controller.motions.is_pending(number) for number in numbers(robot))
+    assert controller.motions.planned == []
+
+
+def test_the_schema_describes_every_field_and_no_other() -> None:
+    for struct, schema in ((Snapshot, SCHEMA), (ErrorState, SCHEMA["properties"]["error"])):
+        assert list(schema["properties"]) == schema["required"] == [*struct.__struct_fields__]
+
+
+@pytest.mark.requirement("FRA007", "FRC017", "FRC018")
+def test_a_snapshot_holds_what_the_controller_says() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.load.wrench = (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
+    controller.move(joint_move(AWAY, FULL))
+    while controller.moving:
+        robot.step(50)
+        seen = snapshot(controller)
+        assert seen.tick == controller.tick
+        assert seen.time_s == round(controller.tick * robot.tick_s, 3)
+        assert seen.mode == "normal"
+        assert seen.status == ("moving" if controller.moving else "stopped")
+        assert seen.joint_position == controller.joints
+        assert seen.flange_frame == controller.flange_frame()
+        assert seen.tool_frame == controller.tool_frame()
+        assert seen.cartesian_force == (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
+        assert seen.joint_torque == controller.joint_torque()
+    assert snapshot(controller).status == "stopped"
+
+
+@pytest.mark.parametrize("tick_s", [0.001, 0.01])
+def test_velocities_add_up_to_the_way(tick_s: float) -> None:
+    robot = SteppedRobot(tick_s=tick_s)
+    velocities = [robot.controller.joint_velocity()]
+    robot.controller.move(joint_move(AWAY, FULL))
+    while robot.controller.moving:
+        robot.step()
+        velocities.append(robot.controller.joint_velocity())
+    robot.step()
+    assert velocities[0] == robot.controller.joint_velocity() == (0.0,) * 7
+    way = np.sum(velocities, axis=0) * tick_s
+    assert way == pytest.approx(np.subtract(robot.controller.joints, robot.joints[0]), abs=1e-12)
+
+
+def test_a_clock_in_haste_knows_whether_the_robot_will_stop_by_itself() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    assert not controller.under_way
+    controller.move(joint_move(AWAY, [0.1] * 7))
+    robot.step(100)
+    assert controller.under_way
+    controller.set_override(0.0)
+    robot.step(100)
+    assert controller.moving
+    assert not controller.under_way, "a pause"
+    controller.set_override(1.0)
+    robot.step()
+    while controller.moving:
+        assert controller.under_way
+        robot.step()
+    assert not controller.under_way
+    frame = robot.tcp_frame(ELSEWHERE)
+    controller.move(lin_stiff_move(frame, 1.0, 1000.0, NO_FORCE))
+    assert numbers(robot) == [2]
+    while controller.under_way:
+        robot.step()
+    assert controller.tool_frame() == pytest.approx(frame, abs=1e-3)
+    controller.move(gravity_hold(300.0))
+    robot.step(100)
+    assert controller.moving
+    assert not controller.under_way, "a hold lasts until a command"
+    assert controller.motions.planned == []
+    controller.stop()
+    robot.runs_until_stopped()
+    assert not controller.under_way
