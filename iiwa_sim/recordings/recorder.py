@@ -18,7 +18,6 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.frames import Frame
-from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.scene import TCP, WORLD, Arm, in_namespace, stamp, transform
 from iiwa_sim.recordings.schemas import (
     ARM,
@@ -45,13 +44,7 @@ BLOCKS_HZ = 20
 """Blocks per simulated second: 25 ticks at 500 Hz."""
 _VIEW_PERIOD_NS = SECOND_NS // VIEW_RATE_HZ
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
-_LEVELS = {
-    watch.FAULT: _ERROR,
-    watch.LOST: _ERROR,
-    watch.REFUSED: _WARNING,
-    watch.CONTACT: _WARNING,
-    watch.SLIPS: _WARNING,
-}
+_LEVELS = {"fault": _ERROR, "refused": _WARNING, "contact": _WARNING, "part slips": _WARNING}
 _PER_MM, _PER_UNIT, _PER_N = 1e4, 1e7, 1e4
 _FRAME = (_PER_MM,) * 3 + (_PER_UNIT,) * 3
 
@@ -110,15 +103,8 @@ class Messages:
             frames["transforms"].append(transform(time_of, WORLD, self._arm.base, self._base))
         yield FRAMES, frames
         yield JOINTS, {"timestamp": time_of, "joints": [dict(zip(names, row, strict=True)) for row in rows]}
-        yield (
-            WRENCH,
-            {
-                "timestamp": time_of,
-                "frame_id": TCP,
-                "force": {"x": fx, "y": fy, "z": fz},
-                "torque": {"x": tx, "y": ty, "z": tz},
-            },
-        )
+        force, torque = {"x": fx, "y": fy, "z": fz}, {"x": tx, "y": ty, "z": tz}
+        yield WRENCH, {"timestamp": time_of, "frame_id": TCP, "force": force, "torque": torque}
 
 
 class Recorder:
@@ -282,23 +268,23 @@ class Recorder:
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         """A line of a session was refused."""
-        self.event(Event(watch.REFUSED, f"{session} '{line}': {reason}", code=code))
+        self.event(Event("refused", f"{session} '{line}': {reason}", code=code))
 
     def contact(self, move: int, text: str) -> None:
         """A force has ended a move."""
-        self.event(Event(watch.CONTACT, text, move))
+        self.event(Event("contact", text, move))
 
     def touch(self, text: str) -> None:
         """A link begins to touch something."""
-        self.event(Event(watch.TOUCH, text))
+        self.event(Event("touch", text))
 
     def part(self, text: str, slips: bool) -> None:
         """A part is gripped, let go, slips out of the jaws, or is made to go."""
-        self.event(Event(watch.SLIPS if slips else watch.PART, text))
+        self.event(Event("part slips" if slips else "part", text))
 
     def backdoor(self, call: str) -> None:
         """A test bench has done something, which may have changed the scene."""
-        self.event(Event(watch.BACKDOOR, call))
+        self.event(Event("backdoor", call))
         if self._watch is not None:
             self._watch.look()
         surfaces = list(self._controller.load.world.surfaces.values())
@@ -365,12 +351,9 @@ class Recorder:
         self._put(ARM, self._arm.model(self._log_ns(self._controller.tick), meshes), time.time_ns())
 
     def _show_scene(self) -> None:
-        world, log_ns, real_ns = (
-            self._controller.load.world,
-            self._log_ns(self._controller.tick),
-            time.time_ns(),
-        )
-        self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
+        log_ns, real_ns = self._log_ns(self._controller.tick), time.time_ns()
+        self._surfaces = list(self._controller.load.world.surfaces.values())
+        self._parts = parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaw_m = jaw_m_of(self._controller)
         shown = self._surfaces, self._parts, bodies_of(self._controller)
@@ -379,8 +362,8 @@ class Recorder:
         self._put(CELL, described_cell(self._controller), real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:
-        words = [event.kind, f"{event.move}" if event.move else "", f"({event.code})" if event.code else ""]
-        head = " ".join(word for word in words if word)
+        code = f"({event.code})" if event.code else ""
+        head = " ".join(f"{event.kind} {event.move or ''} {code}".split())
         return {
             "timestamp": stamp(self._log_ns(self._controller.tick)),
             "level": _LEVELS.get(event.kind, _INFO),

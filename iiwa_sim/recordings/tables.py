@@ -2,11 +2,13 @@
 
 import csv
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
+import msgspec
+
 from iiwa_sim.controller.handling import PartState
-from iiwa_sim.controller.state import RobotStatus, Snapshot
+from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Happened, Recorded, Spoken
 from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
@@ -20,10 +22,8 @@ _JOINTS = {
     "goal_joint_position": "rad",
 }
 _FRAMES = ("flange", "tool", "goal")
-_LOAD = ("mass_kg", "x_mm", "y_mm", "z_mm")
-_PART = ("time_s", "tick", "name", "state", *_FRAME)
-
-Row = Sequence[object]
+_LOAD = tuple(f"tool_load_{name}" for name in ("mass_kg", "x_mm", "y_mm", "z_mm"))
+Row = dict[str, object]
 
 
 def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
@@ -33,83 +33,60 @@ def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
     elsewhere; a recording without parts has no file of them. Files that are there are overwritten. Raises
     RecordingFault.
     """
-    joints = recorded.joints
-    tables: dict[str, tuple[Row, Iterator[Row]]] = {
-        "state": (_state_columns(joints), map(_state_row, recorded.contents(STATE))),
-        "dialogue": (Spoken.__struct_fields__, map(_fields, recorded.contents(DIALOGUE))),
-        "events": (Happened.__struct_fields__, map(_fields, recorded.contents(EVENTS))),
+    tables: dict[str, Iterator[Row]] = {
+        "state": (_state_row(state, recorded.joints) for state in recorded.contents(STATE)),
+        "dialogue": map(_fields, recorded.contents(DIALOGUE)),
+        "events": map(_fields, recorded.contents(EVENTS)),
     }
     if any(state.parts for state in islice(recorded.contents(STATE), 1)):
-        tables["parts"] = (_PART, _part_rows(recorded.contents(STATE)))
+        tables["parts"] = _part_rows(recorded.contents(STATE))
     written = []
-    for name, (columns, rows) in tables.items():
+    for name, rows in tables.items():
         path = folder / f"{recorded.path.stem}.{name}.csv"
+        first = next(rows, {})
         try:
-            _write(path, columns, rows)
+            with path.open("w", encoding="utf-8", newline="") as file:
+                writer = csv.DictWriter(file, list(first), lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(chain([first], rows) if first else ())
         except OSError as fault:
             raise RecordingFault(f"{path}: cannot be written: {fault.strerror}") from None
         written.append(path)
     return written
 
 
-def _write(path: Path, columns: Row, rows: Iterable[Row]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
+def _state_row(state: Snapshot, joints: Sequence[str]) -> Row:
+    row: Row = {name: getattr(state, name) for name in ("time_s", "tick", "mode", "status")}
+    for name, unit in _JOINTS.items():
+        values = zip(joints, getattr(state, name), strict=True)
+        row |= {f"{name}_{joint}_{unit}": value for joint, value in values}
+    for name in _FRAMES:
+        row |= {f"{name}_{key}": v for key, v in zip(_FRAME, getattr(state, f"{name}_frame"), strict=True)}
+    gripper, touches = state.gripper, (f"{each.link} {each.surface}" for each in state.link_touches)
+    return {
+        **row,
+        **dict(zip(_WRENCH, state.cartesian_force, strict=True)),
+        "override": state.override,
+        **{f"robot_status_{name}": value for name, value in state.robot_status._asdict().items()},
+        **dict(zip(_LOAD, state.tool_load, strict=True)),
+        "gripper_opening_mm": "" if gripper is None else gripper.opening_mm,
+        "gripper_state": "" if gripper is None else gripper.state,
+        "link_touches": "; ".join(touches),
+        "inputs": _bits(state.inputs),
+        "outputs": _bits(state.outputs),
+        "error_code": state.error.code,
+        "error_reason": state.error.reason,
+    }
 
 
-def _state_columns(joints: Sequence[str]) -> list[str]:
-    return [
-        "time_s",
-        "tick",
-        "mode",
-        "status",
-        *(f"{name}_{joint}_{unit}" for name, unit in _JOINTS.items() for joint in joints),
-        *(f"{name}_{part}" for name in _FRAMES for part in _FRAME),
-        *_WRENCH,
-        "override",
-        *(f"robot_status_{name}" for name in RobotStatus._fields),
-        *(f"tool_load_{name}" for name in _LOAD),
-        "gripper_opening_mm",
-        "gripper_state",
-        "link_touches",
-        "inputs",
-        "outputs",
-        "error_code",
-        "error_reason",
-    ]
-
-
-def _state_row(state: Snapshot) -> list[object]:
-    return [
-        state.time_s,
-        state.tick,
-        state.mode,
-        state.status,
-        *(value for name in _JOINTS for value in getattr(state, name)),
-        *(value for name in _FRAMES for value in getattr(state, f"{name}_frame")),
-        *state.cartesian_force,
-        state.override,
-        *state.robot_status,
-        *state.tool_load,
-        "" if state.gripper is None else state.gripper.opening_mm,
-        "" if state.gripper is None else state.gripper.state,
-        "; ".join(f"{touch.link} {touch.surface}" for touch in state.link_touches),
-        _bits(state.inputs),
-        _bits(state.outputs),
-        state.error.code,
-        state.error.reason,
-    ]
-
-
-def _part_rows(states: Iterable[Snapshot]) -> Iterator[list[object]]:
+def _part_rows(states: Iterable[Snapshot]) -> Iterator[Row]:
     before: dict[str, PartState] = {}
     for state in states:
         for part in state.parts:
             if before.get(part.name) != part:
                 before[part.name] = part
-                yield [state.time_s, state.tick, part.name, part.state, *part.frame]
+                named = {"time_s": state.time_s, "tick": state.tick, "name": part.name, "state": part.state}
+                yield named | dict(zip(_FRAME, part.frame, strict=True))
 
 
 def _bits(states: Sequence[bool]) -> str:
@@ -117,6 +94,6 @@ def _bits(states: Sequence[bool]) -> str:
     return " ".join(str(int(state)) for state in states)
 
 
-def _fields(found: Spoken | Happened) -> list[object]:
-    values = [getattr(found, name) for name in found.__struct_fields__]
-    return [" ".join(map(str, value)) if isinstance(value, tuple) else value for value in values]
+def _fields(found: Spoken | Happened) -> Row:
+    values = msgspec.structs.asdict(found).items()
+    return {name: " ".join(map(str, value)) if isinstance(value, tuple) else value for name, value in values}

@@ -23,37 +23,7 @@ class Event(NamedTuple):
     """Goal of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
 
 
-MODE = "mode"
-CLOCK = "clock"
-ACCEPTED = "move accepted"
-BEGINS = "move begins"
-ENDS = "move ends"
-FAULT = "fault"
-REFUSED = "refused"
-RESET = "reset"
-CONTACT = "contact"
-TOUCH = "touch"
-BACKDOOR = "backdoor"
-LOST = "lost"
-PART = "part"
-SLIPS = "part slips"
-KINDS = (
-    MODE,
-    CLOCK,
-    ACCEPTED,
-    BEGINS,
-    ENDS,
-    FAULT,
-    REFUSED,
-    RESET,
-    CONTACT,
-    TOUCH,
-    BACKDOOR,
-    LOST,
-    PART,
-    SLIPS,
-)
-
+ACCEPTED, BEGINS, ENDS, FAULT = "move accepted", "move begins", "move ends", "fault"
 AT_TARGET = "at its target"
 
 
@@ -86,7 +56,7 @@ class Watch:
         controller = self._controller
         if controller.mode is not self._mode:
             before, self._mode = self._mode, controller.mode
-            self._tell(Event(MODE, f"{before.value} -> {self._mode.value}"))
+            self._tell(Event("mode", f"{before.value} -> {self._mode.value}"))
         accepted = controller.accepted
         if accepted != self._accepted:
             for move in range(self._accepted + 1, accepted + 1):
@@ -99,14 +69,14 @@ class Watch:
                 self._begin(under_way)
         if controller.load.touching != self._touches:
             self._touches = not self._touches
-            self._tell(Event(TOUCH, "begins" if self._touches else "ends"))
+            self._tell(Event("touch", "begins" if self._touches else "ends"))
         if self._in_error and not controller.status().in_error:
             self._in_error = False
-            self._tell(Event(RESET, "no error any more"))
+            self._tell(Event("reset", "no error any more"))
         pace = self._clock()
         if pace != self._pace:
             self._pace = pace
-            self._tell(Event(CLOCK, pace))
+            self._tell(Event("clock", pace))
 
     def ticked(self) -> None:
         """A tick has been made."""

@@ -148,14 +148,8 @@ class Writer:
                 while (item := self._blocks.get()) is not None:
                     block, made = item
                     for message in made(block):
-                        number += 1
-                        self._file.add_message(
-                            self._ids[message.topic],
-                            message.log_ns,
-                            message.data,
-                            message.publish_ns,
-                            number & 0xFFFF_FFFF,
-                        )
+                        number, (topic, data, *times) = (number + 1) & 0xFFFF_FFFF, message
+                        self._file.add_message(self._ids[topic], times[0], data, times[1], number)
                     if self._blocks.empty() and time.monotonic() - flushed_s > FLUSH_S:
                         self._file.flush()  # type: ignore[no-untyped-call]
                         flushed_s = time.monotonic()
