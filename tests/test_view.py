@@ -50,11 +50,6 @@ def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> Non
         assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in refused(*command, port)
 
 
-def test_nobody_at_a_status_port_is_told_in_one_line() -> None:
-    told = refused("view", "127.0.0.1:1", "--port", "0")
-    assert "the status port 127.0.0.1:1: Connection refused" in told
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [

@@ -12,7 +12,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.cli.ending import Ending, announce
+from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.output import reached_at, say
 from iiwa_sim.cli.page import Page, page_url
 from iiwa_sim.cli.parsing import from_command_line
@@ -72,12 +72,12 @@ async def _serve(robots: Robots) -> None:
                 places = [place for name, each in simulators.items() for place in _places(name, each)]
                 await page.start(listening, places)
                 running.push_async_callback(page.end)  # before the robots, or it would miss them
-            announced = [announce(lines, sys.stdout)]
+            ending.announce(lines, sys.stdout)
             if sys.stderr is not None and sys.stderr.isatty():
-                announced.append(announce(_banner(next(iter(simulators.values()))), sys.stderr))
+                ending.announce(_banner(next(iter(simulators.values()))), sys.stderr)
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
-            await ending.wait(*announced)
+            await ending.wait()
     finally:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
 

@@ -1,49 +1,11 @@
-"""A file of commands is what the stepped controller does with the same commands at the same ticks."""
+"""Files of commands: names and ends of moves, and lines that cannot be run."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame
-from iiwa_sim.plot.motion import REST_TICKS, PlotFault
-from iiwa_sim.robot.description import load_robot
-from tests.asked import joint_move, lin_move
-from tests.plot.scripts import JOINT, JOINTS, KRC4_MOVES, LIN, moved
-
-
-def test_states_are_those_of_the_controller_bit_for_bit() -> None:
-    motion = moved(f"{LIN}\nwait 0.2\n{JOINT}\nwait stopped\nwait 0.1\n{LIN}\n", rate_hz=100)
-    controller = Controller(load_robot("lbr_iiwa_7_r800"), 0.01)
-    joints, places, speeds = [controller.joints], [controller.tool_frame()[:3]], [controller.joint_velocity()]
-
-    def step() -> None:
-        controller.step()
-        joints.append(controller.joints)
-        places.append(controller.tool_frame()[:3])
-        speeds.append(controller.joint_velocity())
-
-    def lin() -> None:
-        controller.move(lin_move(Frame(450, 100, 520, 0, -1.57079, 0), 0.5, 20.0))
-
-    lin()
-    for _ in range(20):
-        step()
-    controller.move(joint_move([float(word) for word in JOINTS.split()], [1.0] * 7))
-    while controller.moving:
-        step()
-    for _ in range(10):
-        step()
-    lin()
-    while controller.moving:
-        step()
-    for _ in range(REST_TICKS):
-        step()
-    assert np.array_equal(motion.joints, np.array(joints))
-    assert motion.tcp_mm == pytest.approx(np.array(places), abs=1e-4)
-    assert motion.velocity == pytest.approx(np.array(speeds), abs=1e-7)
-    assert motion.times_s[-1] == pytest.approx((len(joints) - 1) / 100)
+from iiwa_sim.plot.motion import PlotFault
+from tests.plot.scripts import JOINT, KRC4_MOVES, LIN, moved
 
 
 @pytest.mark.parametrize(

@@ -83,14 +83,6 @@ def test_a_pose_in_a_reference_frame(frame: tuple[float, ...], pose: tuple[float
     assert remark == f"pose_reference '{name}' was taken as applied already"
 
 
-@pytest.mark.parametrize(
-    "fields",
-    [{"pose_reference": "world"}, {"pose_reference": "/base_link", "pose_reference_frame": {"x": 1.0}}],
-)
-def test_a_frame_of_zeros_and_the_base_move_nothing(fields: dict[str, Any]) -> None:
-    assert read_with_remark(**fields) == (read(), "")
-
-
 @pytest.mark.requirement("FRC012", "FRC015")
 @pytest.mark.parametrize(
     ("fields", "read_as"),
@@ -162,9 +154,3 @@ def test_speeds_blending_forces_and_accelerations(fields: dict[str, Any], read_a
 )
 def test_what_is_not_supported_is_refused_with_its_reason(fields: dict[str, Any], words: str) -> None:
     assert words in refusal(**fields)
-
-
-def test_words_of_others_stay_on_one_short_line() -> None:
-    reason = refusal(command_type="A\n\x1b[31m" + "B" * 1000)
-    assert reason.isprintable()
-    assert len(reason) < 200
