@@ -222,7 +222,7 @@ class Backdoor:
 
     @acts
     def add_surface(self, surface: AnySurface) -> None:
-        """Add a surface with the keys of cell.toml. Refused where the TCP or a part would be within it."""
+        """Add a surface with the keys of cell.toml. Refused where the TCP would be within it."""
         surfaces.add(self._group, self._controller, surface)
 
     @acts
@@ -252,7 +252,7 @@ class Backdoor:
         _check_pose(tool_in_flange)
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
-        surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
+        surfaces.check_outside(controller, tcp=tcp.translation)
         controller.set_tool(tool)
 
     @called
@@ -330,7 +330,7 @@ class Backdoor:
         controller = self._controller
         controller.check_place(joints)
         tcp = controller.tcp(tuple(joints))
-        surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
+        surfaces.check_outside(controller, tcp=tcp.translation)
         controller.place(joints)
 
     @called

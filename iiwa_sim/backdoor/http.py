@@ -9,10 +9,11 @@ the loop's thread; its connection waits in a thread of its own.
 import asyncio
 import contextlib
 import inspect
+import select
 import socket
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import CancelledError, Future, wait
 from difflib import get_close_matches
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
@@ -42,7 +43,6 @@ IDLE_S = 60.0
 LOOKS_S = 0.25
 """Time (s) between two looks for a client that does not wait any more."""
 _LONGEST_SHOWN = 200
-_INTERNAL = "internal error, see the log"
 _WORDS: dict[Any, str] = {
     Frame: "[x, y, z, alpha, beta, gamma]",
     Wrench: "[fx, fy, fz, tx, ty, tz]",
@@ -207,9 +207,9 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer a call, by GET one that only reads."""
         try:
-            answer = self._answer()
+            self._send(HTTPStatus.OK, self._answer())
         except NotUnderstood as fault:
-            self._reject(fault.status, COMMUNICATION_FAILURE, str(fault))
+            self._reject(fault.status, str(fault))
         except Refused as refused:
             self._send_error(HTTPStatus.CONFLICT, refused.code, refused.reason)
         except CancelledError:
@@ -218,17 +218,14 @@ class _Handler(BaseHTTPRequestHandler):
         except ConnectionError:
             raise
         except Exception:  # noqa: BLE001  # logged where it was raised
-            self._send_error(HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION, _INTERNAL)
-        else:
-            self._send(HTTPStatus.OK, answer)
+            self._send_error(HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION, "internal error, see the log")
 
     do_POST = do_GET  # noqa: N815
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
         """Answer a request that http.server does not understand."""
         self.close_connection = True
-        reason = message or HTTPStatus(code).phrase
-        self._reject(HTTPStatus(code), COMMUNICATION_FAILURE, reason)
+        self._reject(HTTPStatus(code), message or HTTPStatus(code).phrase)
 
     def version_string(self) -> str:
         """Name the server in headers."""
@@ -271,24 +268,13 @@ class _Handler(BaseHTTPRequestHandler):
         return self._result(self.server.begin(robot, call, arguments, self._client))
 
     def _result(self, future: "Future[bytes]") -> bytes:
-        while True:
-            try:
-                return future.result(LOOKS_S)
-            except TimeoutError:
-                if future.done():
-                    raise
-                if self._has_gone():
-                    future.cancel()
-                    raise ConnectionResetError from None
-
-    def _has_gone(self) -> bool:
-        self.connection.settimeout(0.0)
-        try:
-            return not self.connection.recv(1, socket.MSG_PEEK)
-        except BlockingIOError:
-            return False
-        finally:
-            self.connection.settimeout(IDLE_S)
+        """Wait for a call; cancel it if the client has gone."""
+        while not wait([future], LOOKS_S).done:
+            connection = self.connection
+            if select.select([connection], [], [], 0.0)[0] and not connection.recv(1, socket.MSG_PEEK):
+                future.cancel()
+                raise ConnectionResetError
+        return future.result()
 
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length") or "0"
@@ -316,10 +302,10 @@ class _Handler(BaseHTTPRequestHandler):
         if not known and name != HEALTH:
             raise NotUnderstood(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
-    def _reject(self, status: HTTPStatus, code: int, reason: str) -> None:
+    def _reject(self, status: HTTPStatus, reason: str) -> None:
         request = harmless(shortened(self.requestline, _LONGEST_SHOWN))
-        self.server.refused(self._client, request, code, harmless(reason))
-        self._send_error(status, code, reason)
+        self.server.refused(self._client, request, COMMUNICATION_FAILURE, harmless(reason))
+        self._send_error(status, COMMUNICATION_FAILURE, reason)
 
     def _send_error(self, status: HTTPStatus, code: int, reason: str) -> None:
         self._send(status, msgspec.json.encode({"error": {"code": code, "reason": harmless(reason)}}))
