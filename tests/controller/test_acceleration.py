@@ -1,4 +1,4 @@
-"""Moves with an acceleration of their own: never faster than asked, never beyond the robot's limits."""
+"""Moves with a speed, an acceleration or a blend of their own: as asked, within the robot's limits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
@@ -21,10 +21,6 @@ NEAR = 0.9
 
 def relative(*values: float) -> AccelerationCap:
     return AccelerationCap(values, AccelerationUnit.RELATIVE)
-
-
-def rad_s2(*values: float) -> AccelerationCap:
-    return AccelerationCap(values, AccelerationUnit.RAD_S2)
 
 
 def m_s2(value: float) -> AccelerationCap:
@@ -80,14 +76,6 @@ def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: floa
     assert_within_limits(robot)
 
 
-@pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
-def test_a_cap_at_the_limits_changes_nothing(kind: str) -> None:
-    capped, free = Robot("lbr_iiwa_7_r800"), Robot("lbr_iiwa_7_r800")
-    capped.moves(kind, relative(1.0))
-    free.moves(kind, None)
-    assert capped.joints == free.joints
-
-
 @pytest.mark.parametrize("arm", ARMS)
 @given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
 def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
@@ -95,16 +83,6 @@ def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: f
     robot.moves("lin", m_s2(limit), speed_rel)
     assert robot.tcp_accelerations().max() <= TOLERANCE * limit
     assert_within_limits(robot)
-
-
-@pytest.mark.parametrize("cap", [relative(1e-7), rad_s2(1e-9), m_s2(1e-12)])
-def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap) -> None:
-    robot = Robot("lbr_iiwa_7_r800")
-    with pytest.raises(Refused) as refused:
-        robot.controller.move(lin_move(robot.aside, 1.0, 0.0, acceleration=cap))
-    assert refused.value.code == EXECUTION
-    assert refused.value.reason.startswith("acceleration")
-    assert not robot.controller.moving
 
 
 def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
@@ -118,3 +96,28 @@ def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
     turned = here._replace(gamma=here.gamma + 0.3)
     with pytest.raises(Refused, match="no speed in m/s"):
         robot.controller.move(lin_move_at(turned, 0.1, 0.0))
+
+
+@pytest.mark.parametrize("speed_m_s", [0.05, 0.4])
+def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float) -> None:
+    robot = SteppedRobot()
+    start = robot.controller.tool_frame()
+    robot.controller.move(lin_move_at(start._replace(y_mm=start.y_mm + 250.0), speed_m_s, 0.0))
+    robot.runs_until_stopped()
+    places = np.array([robot.tcp(q).translation for q in robot.joints])
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s
+    assert 0.9 * speed_m_s < speeds.max() <= speed_m_s * (1.0 + 1e-6)
+
+
+def test_a_joint_move_blends_as_far_as_it_is_told() -> None:
+    passes = {}
+    for blending_rel in (0.0, 0.1, 0.4):
+        stepped = SteppedRobot()
+        far = [q + 0.4 for q in stepped.controller.joints]
+        stepped.controller.move(joint_move(far, [1.0] * 7, blending_rel))
+        stepped.controller.move(joint_move([far[0] + 0.5, *far[1:]], [1.0] * 7))
+        stepped.runs_until_stopped()
+        passes[blending_rel] = min(np.abs(np.subtract(q, far)).max() for q in stepped.joints)
+    assert passes[0.0] < 1e-8
+    assert 1e-3 < passes[0.1] < 0.1 * 0.4
+    assert passes[0.1] <= passes[0.4]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
@@ -54,52 +53,32 @@ class Carried:
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_the_weight_of_a_tool_that_the_controller_does_not_know_at_random_poses(name: str) -> None:
-    robot = carrying(name)
-    controller, description = robot.controller, robot.description
-    controller.set_tool_load(NO_LOAD)
-    reference, still = Carried(robot), np.zeros(len(description.joints))
-    mass, centre = TOOL.load
-    rng = np.random.default_rng(4)
-    for q in rng.uniform(description.position_min, description.position_max, (40, len(still))):
-        controller.place(q.tolist())
-        flange = robot.model.flange(q.tolist())
-        down = np.array(flange.rotation).reshape(3, 3).T @ (0.0, 0.0, -mass * GRAVITY)
-        turn = np.array(description.tool_in_flange.rotation).reshape(3, 3).T
-        lever = np.subtract(centre, description.tool_in_flange.translation)
-        closed_form = np.concatenate([turn @ down, turn @ np.cross(lever, down)])
-        wrench, torques = reference.acts(q, still, still)
-        assert np.abs(controller.cartesian_force() - closed_form).max() <= 1e-6
-        assert np.abs(controller.cartesian_force() - wrench).max() <= 1e-6
-        assert np.abs(controller.joint_torque() - torques).max() <= 1e-6
-        controller.step()
-        assert np.abs(controller.cartesian_force() - closed_form).max() <= 1e-6
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_along_random_moves_it_is_what_newton_and_euler_say(name: str) -> None:
-    """To 1 % of the greatest wrench, in the same tick."""
+def test_an_unknown_tool_acts_as_newton_and_euler_say(name: str) -> None:
+    """Its weight at random poses, and on a move to 1 % of the greatest wrench, in the same tick."""
     robot = carrying(name)
     controller, d = robot.controller, robot.description
     controller.set_tool_load(NO_LOAD)
-    reference, rng = Carried(robot), np.random.default_rng(3)
+    reference, still = Carried(robot), np.zeros(len(d.joints))
+    rng = np.random.default_rng(4)
+    for q in rng.uniform(d.position_min, d.position_max, (20, len(still))):
+        controller.place(q.tolist())
+        wrench, torques = reference.acts(q, still, still)
+        assert np.abs(controller.cartesian_force() - wrench).max() <= 1e-6
+        assert np.abs(controller.joint_torque() - torques).max() <= 1e-6
+        controller.step()
+        assert np.abs(controller.cartesian_force() - wrench).max() <= 1e-6
+    robot.joints = [controller.joints]
     felt = [controller.cartesian_force()]
-    for _ in range(2):
-        target = rng.uniform(d.position_min, d.position_max).tolist()
-        controller.move(joint_move(target, rng.uniform(0.2, 1.0, len(target)).tolist()))
-        while controller.moving:
-            robot.step()
-            felt.append(controller.cartesian_force())
+    controller.move(joint_move(d.home, [1.0] * len(d.home)))
+    while controller.moving:
+        robot.step()
+        felt.append(controller.cartesian_force())
     q = np.array(robot.joints)
     v, a = (q[2:] - q[:-2]) / (2 * TICK_S), (q[2:] - 2 * q[1:-1] + q[:-2]) / TICK_S**2
     expected = np.array([reference.acts(*each)[0] for each in zip(q[1:-1], v, a, strict=True)])
     off = np.abs(np.array(felt[1:-1]) - expected)
     for part in (slice(0, 3), slice(3, 6)):
         assert off[:, part].max() <= 0.01 * np.linalg.norm(expected[:, part], axis=1).max()
-    weightless = expected[:, :3] - np.array(
-        [reference.acts(each, 0 * each, 0 * each)[0][:3] for each in q[1:-1]]
-    )
-    assert np.abs(weightless).max() > 0.3 * TOOL.load.mass_kg * GRAVITY  # it has been shaken
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -107,7 +86,7 @@ def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None
     """Not even with the least thresholds; and the motion is bit for bit that of an arm without a tool."""
     robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, None)
     rng, d = np.random.default_rng(9), robot.description
-    for _ in range(5):
+    for _ in range(2):
         target = rng.uniform(d.position_min, d.position_max).tolist()
         for each in (robot, bare):
             each.controller.move(joint_move(target, [1.0] * len(target)))
@@ -141,24 +120,12 @@ def test_the_controller_believes_what_the_cell_says_until_it_is_told_otherwise()
     assert controller.cartesian_force() == (0.0,) * 6
 
 
-def test_a_joint_that_the_load_turns_beyond_its_limit_stops_the_robot() -> None:
-    description = replace(strong(ARMS[0]), torque=(176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0))
-    robot = SteppedRobot(description)
-    robot.controller.set_tool_load(ToolLoad(200.0, (0.0, 0.0, 0.1)))
-    robot.step()
-    assert "the external torque on A" in robot.faults[0][1]
-
-
 def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:
-    robot = carrying(tool=Tool(ToolLoad(2.0, robot_tcp()), (0.0,) * 6))
+    robot = carrying(tool=Tool(ToolLoad(2.0, strong(ARMS[0]).tool_in_flange.translation), (0.0,) * 6))
     here = robot.controller.tool_frame()
     robot.controller.set_tool_load(NO_LOAD)
     robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, (0.0,) * 6))
     start = robot.tcp(robot.controller.joints).translation[2]
-    robot.step(3000)
+    robot.step(1500)
     sag = start - robot.tcp(robot.controller.joints).translation[2]
     assert sag == pytest.approx(2.0 * GRAVITY / 1000.0, rel=1e-3)
-
-
-def robot_tcp() -> tuple[float, float, float]:
-    return strong(ARMS[0]).tool_in_flange.translation

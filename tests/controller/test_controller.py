@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, nan
 from typing import Any
 
@@ -11,12 +12,13 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import LONGEST_QUEUE, Controller
 from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests import asked
-from tests.asked import joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
-from tests.stepped import SteppedRobot
+from tests.asked import direct_joint_move, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
+from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
@@ -116,16 +118,6 @@ def test_moves_run_one_after_the_other_in_their_order() -> None:
     assert not robot.controller.moving
 
 
-@pytest.mark.requirement("FRC016")
-def test_a_stop_discards_every_queued_move() -> None:
-    robot = SteppedRobot()
-    numbers = [robot.controller.move(joint_move(target, FULL)) for target in (AWAY, [0.0] * 7, AWAY)]
-    robot.step(40)
-    robot.stop()
-    assert not any(robot.controller.motions.is_pending(number) for number in numbers)
-    robot.runs_until_stopped(0.1)
-
-
 @pytest.mark.requirement("FRC014")
 def test_the_queue_is_bounded_and_takes_moves_again_when_one_has_begun() -> None:
     controller = Controller(load_robot(), 0.002)
@@ -162,3 +154,18 @@ def test_whatever_the_numbers_a_move_is_accepted_or_refused(values: tuple[float,
             controller.move(move(frame, speed, blending, redundancy))
         except Refused:
             assert not controller.moving
+
+
+@pytest.mark.requirement("FRC004", "FRC010")
+@pytest.mark.parametrize("move", [joint_move, smart_joint_move, direct_joint_move])
+@pytest.mark.parametrize("name", ARMS)
+def test_a_joint_near_its_target_accepts_any_speed(name: str, move: Callable[..., MoveRequest]) -> None:
+    """It slows no other."""
+    slow, fast = SteppedRobot(name), SteppedRobot(name)
+    for robot, speed in ((slow, 0.0), (fast, 1.0)):
+        joints = list(robot.controller.joints)
+        then = [joints[0] + 0.07, joints[1] + 1e-3, joints[2] - 5e-4, *joints[3:]]
+        robot.controller.move(move(then, [0.5, *[speed] * (len(joints) - 1)]))
+        assert robot.runs_until_stopped()
+        assert robot.controller.joints == tuple(then)
+    assert len(slow.joints) == len(fast.joints)

@@ -16,10 +16,9 @@ from iiwa_sim.controller.errors import (
     EXECUTION,
     STOP_TRIGGERED,
     SUCCESS,
-    Refused,
 )
 from iiwa_sim.robot.description import load_robot
-from tests.asked import gravity_hold, joint_move, lin_move_at, smart_joint_move
+from tests.asked import gravity_hold, joint_move, smart_joint_move
 from tests.chains import Recorder, chains
 from tests.stepped import ARMS, SteppedRobot
 
@@ -41,40 +40,17 @@ def robot() -> SteppedRobot:
     return SteppedRobot(servo_timeout_s=0.5)
 
 
-def test_moves_end_at_their_targets_in_order(robot: SteppedRobot, endings: list[Ending]) -> None:
-    for target in (NEAR, HOME, HOME, NEAR):
-        robot.controller.move(joint_move(target, SPEEDS))
-    robot.runs_until_stopped()
-    assert endings == [Ending(number, SUCCESS, "") for number in (1, 2, 3, 4)]
-
-
-def _stops(robot: SteppedRobot) -> None:
-    robot.stop()
-
-
-def _emergency(robot: SteppedRobot) -> None:
-    robot.controller.emergency_stop()
-
-
-def _smart(robot: SteppedRobot) -> None:
-    robot.controller.move(smart_joint_move(NEAR, SPEEDS))
-
-
-def _gravity(robot: SteppedRobot) -> None:
-    robot.controller.move(gravity_hold(100.0))
-
-
 @pytest.mark.parametrize(
     ("act", "code", "words"),
     [
-        (_stops, STOP_TRIGGERED, "stopped"),
-        (_emergency, EMERGENCY_STOP, "emergency stop"),
-        (_smart, STOP_TRIGGERED, "replaced"),
-        (_gravity, STOP_TRIGGERED, "replaced"),
+        (lambda robot: robot.stop(), STOP_TRIGGERED, "stopped"),
+        (lambda robot: robot.controller.emergency_stop(), EMERGENCY_STOP, "emergency stop"),
+        (lambda robot: robot.controller.move(smart_joint_move(NEAR, SPEEDS)), STOP_TRIGGERED, "replaced"),
+        (lambda robot: robot.controller.move(gravity_hold(100.0)), STOP_TRIGGERED, "replaced"),
     ],
 )
 def test_moves_that_are_stopped(
-    robot: SteppedRobot, endings: list[Ending], act: Callable[[SteppedRobot], None], code: int, words: str
+    robot: SteppedRobot, endings: list[Ending], act: Callable[[SteppedRobot], object], code: int, words: str
 ) -> None:
     robot.controller.move(joint_move(FAR, SPEEDS))
     robot.controller.move(joint_move(NEAR, SPEEDS))
@@ -150,36 +126,9 @@ def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> No
     robot = recorder.robot
     told: list[Ending] = []
     robot.controller.endings.listeners.append(told.append)
-    recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=8)))
+    recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=5)))
     assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
-
-
-def test_a_joint_move_blends_as_far_as_it_is_told(robot: SteppedRobot) -> None:
-    passes = {}
-    for blending_rel in (0.0, 0.1, 0.4):
-        stepped = SteppedRobot()
-        stepped.controller.move(joint_move(FAR, SPEEDS, blending_rel))
-        stepped.controller.move(joint_move((FAR[0] + 0.5, *FAR[1:]), SPEEDS))
-        stepped.runs_until_stopped()
-        passes[blending_rel] = min(np.abs(np.subtract(q, FAR)).max() for q in stepped.joints)
-    assert passes[0.0] < 1e-8
-    assert 1e-3 < passes[0.1] < 0.1 * 0.4
-    assert passes[0.1] <= passes[0.4]
-    with pytest.raises(Refused):
-        robot.controller.move(joint_move(FAR, SPEEDS, 1.1))
-
-
-@pytest.mark.parametrize("speed_m_s", [0.05, 0.2, 0.5])
-def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float, robot: SteppedRobot) -> None:
-    start = robot.tcp_frame(HOME)
-    robot.controller.move(
-        lin_move_at(start._replace(y_mm=start.y_mm + 300.0, z_mm=start.z_mm - 100.0), speed_m_s, 0.0)
-    )
-    robot.runs_until_stopped()
-    places = np.array([robot.tcp(q).translation for q in robot.joints])
-    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s
-    assert 0.9 * speed_m_s < speeds.max() <= speed_m_s * (1.0 + 1e-6)
 
 
 def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -> None:

@@ -11,7 +11,6 @@ from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import Handling, HandlingSetup, Wiring
 from iiwa_sim.world.gripper import Jaws
-from tests.asked import joint_move
 from tests.stepped import SteppedRobot
 
 JAWS = Jaws(stroke_m=0.08, speed_m_per_s=0.1, force_n=40.0)
@@ -65,34 +64,6 @@ def test_two_outputs_and_neither_leaves_it_where_it_is() -> None:
     io.set_output(CLOSE, on=True)
     robot.step(STROKE_TICKS)
     assert told(robot) == (True, False, False)
-
-
-def test_it_closes_while_the_robot_moves_and_rests_when_both_are_done() -> None:
-    robot = gripping()
-    robot.step(2)
-    assert robot.controller.resting
-    assert not robot.controller.under_way
-    robot.controller.move(joint_move([0.2] * 7, [1.0] * 7))
-    robot.controller.io.set_output(CLOSE, on=True)
-    assert not robot.controller.resting
-    robot.step(STROKE_TICKS)
-    assert told(robot) == (False, True, False)
-    robot.controller.io.set_output(CLOSE, on=False)
-    robot.runs_until_stopped()
-    while robot.controller.under_way:
-        robot.step()
-    robot.step(2)
-    assert told(robot) == (True, False, False)
-    assert robot.controller.resting
-
-
-def test_a_robot_with_a_gripper_moves_as_one_without() -> None:
-    robot, bare = gripping(), SteppedRobot()
-    for each in (robot, bare):
-        each.controller.io.set_output(CLOSE, on=True)
-        each.controller.move(joint_move([0.5] * 7, [1.0] * 7))
-        each.runs_until_stopped()
-    assert robot.joints == bare.joints
 
 
 def test_faults_of_the_gripper_and_their_end() -> None:

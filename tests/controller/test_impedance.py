@@ -15,8 +15,8 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.frames import Frame, Vector, rotate, transpose, turn_between
-from iiwa_sim.motion.springs import LEAST_DAMPING_NS_PER_M, MASS_KG, ROTATIONAL_STIFFNESS_NM_PER_RAD
+from iiwa_sim.frames import Frame, Vector, rotate, transpose
+from iiwa_sim.motion.springs import LEAST_DAMPING_NS_PER_M, MASS_KG
 from tests import asked
 from tests.asked import (
     direct_joint_move,
@@ -93,18 +93,6 @@ def test_a_step_of_the_force_deflects_by_force_over_stiffness_as_a_damping_ratio
     robot.step(round(5.0 / tick_s))
     assert robot.controller.joints == pytest.approx(home, abs=1e-6)
     assert_positions_and_velocities_within_limits(robot)
-
-
-@both
-def test_a_torque_deflects_by_torque_over_stiffness(name: str) -> None:
-    robot = yielding(name, 2000.0, 0.01)
-    before = robot.tcp(robot.controller.joints)
-    robot.controller.load.wrench = (0.0, 0.0, 0.0, 0.0, 10.0, 0.0)
-    robot.step(300)
-    after = robot.tcp(robot.controller.joints)
-    _, angle = turn_between(before.rotation, after.rotation)
-    assert angle == pytest.approx(10.0 / ROTATIONAL_STIFFNESS_NM_PER_RAD, rel=1e-4)
-    np.testing.assert_allclose(before.translation, after.translation, atol=1e-6)
 
 
 @both
@@ -327,26 +315,6 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     assert controller.joints == tuple(AWAY)
 
 
-@both
-def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: str) -> None:
-    robot = at_start(name)
-    controller = robot.controller
-    hold = controller.move(gravity_hold(300.0))
-    controller.load.joint_push = (3.0,) * len(PLACES[name][0])
-    robot.step(60)
-    before = len(robot.joints)
-    assert speeds(robot, 2)[-1] > 0.01, "it swings"
-    controller.load.joint_push = (0.0,) * len(PLACES[name][0])
-    target = robot.tcp_frame(PLACES[name][1])
-    controller.move(ptp_stiff_move(target, 0.5, 2000.0, NO_FORCE))
-    assert not controller.motions.is_pending(hold)
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(controller.tool_frame(), target, atol=0.1)
-    changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
-    assert changes < 0.03, "no jump of the velocity"
-    assert_positions_and_velocities_within_limits(robot)
-
-
 @pytest.mark.parametrize("kind", ["lin", "ptp"])
 @both
 def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, kind: str) -> None:
@@ -416,23 +384,3 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
     assert robot.controller.joints == rest, "stiff again: the push moves it no more"
     assert not robot.controller.moving
     assert_positions_and_velocities_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC003")
-@both
-def test_a_stop_of_a_robot_that_is_guided_uses_the_limits_of_a_stop_and_no_more(name: str) -> None:
-    robot = SteppedRobot(strong(name))
-    d = robot.description
-    robot.controller.move(gravity_hold(0.0))
-    # Against a damping of 5 Nms/rad that is 0.8 of the velocity limit.
-    robot.controller.load.joint_push = (0.0,) * (len(d.joints) - 1) + (4.0 * d.velocity[-1],)
-    robot.step(250)
-    speed = float(np.diff(robot.joints[-2:], axis=0)[0, -1]) / robot.tick_s
-    assert 0.7 < speed / d.velocity[-1] < 0.81
-    robot.controller.stop()
-    robot.step(50)
-    q = np.array(robot.joints[-52:])
-    acceleration, jerk = (np.abs(np.diff(q, n=n, axis=0)) / robot.tick_s**n for n in (2, 3))
-    assert (acceleration / d.stop_acceleration).max() == pytest.approx(1.0, abs=0.005)
-    assert 0.95 < (jerk / d.stop_jerk).max() < 1.05
-    assert not robot.controller.moving

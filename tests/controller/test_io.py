@@ -36,20 +36,13 @@ def test_each_keeps_what_was_set_last_and_wrong_numbers_change_nothing(
 
 def test_there_are_16_of_each_unless_others_are_named() -> None:
     assert len(Io().inputs) == len(Io().outputs) == 16
-    assert Io(("door",), ()).inputs == (False,)
-    with pytest.raises(Refused, match="there are no outputs"):
-        Io(("door",), ()).output(1)
-
-
-def test_an_input_is_not_a_drivers_to_set() -> None:
     io = Io(("door",), ())
+    assert io.inputs == (False,)
+    with pytest.raises(Refused, match="there are no outputs"):
+        io.output(1)
     with pytest.raises(Refused, match="'door'") as refused:
         io.refuse_input(1)
     assert refused.value.code == NOT_AN_OUTPUT
-    assert io.inputs == (False,)
-
-
-def test_the_reason_of_a_refusal_is_short_however_long_the_number() -> None:
     with pytest.raises(Refused) as refused:
         Io().output(int(1e308))
     assert refused.value.reason == "no output 1e+308: there are outputs 1 to 16"

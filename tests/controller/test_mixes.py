@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from tests.mixes import Mix
 from tests.stepped import ARMS, ROUNDING, assert_within_limits
 
-COMMANDS = 15
+COMMANDS = 10
 seeds = st.integers(0, 2**32 - 1)
 
 

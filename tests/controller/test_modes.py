@@ -109,7 +109,6 @@ GOES: dict[str, tuple[Mode, Go]] = {
 COMMANDS = sorted(GOES)
 ONE_OF_EACH_MODE = ("joint", "linstiff", "smart joint", "direct cartesian")
 SERVOS = [command for command in COMMANDS if GOES[command][0] in SERVO_MODES]
-QUEUES = (Mode.NORMAL, Mode.IMPEDANCE)
 
 
 def sends(robot: SteppedRobot, command: str, to: list[float]) -> int:
@@ -165,19 +164,6 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, 
         assert np.allclose(goal.rotation, reached.rotation, atol=1e-9)
     assert len(changed.joints) > before
     assert_within_limits(changed)
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_command_of_the_same_mode_stops_nothing(command: str) -> None:
-    followed, left_alone = in_mid_motion(command), in_mid_motion(command)
-    sends(followed, command, START if GOES[command][0] in QUEUES else AWAY)
-    assert followed.controller.mode is GOES[command][0]
-    for robot in (followed, left_alone):
-        robot.step(3)
-    np.testing.assert_allclose(followed.joints, left_alone.joints, atol=1e-3)
-    assert np.abs(np.diff(followed.joints[-2:], axis=0)).max() > 0.5 * TICK_S
-    followed.runs_until_stopped()
-    assert_within_limits(followed)
 
 
 @pytest.mark.requirement("FRC003")

@@ -21,7 +21,6 @@ from tests.stepped import ARMS, SteppedRobot
 TICK_S = 0.002
 TORQUE_LIMITS = {name: load_robot(name).torque for name in ARMS}
 NO_WRENCH = (0.0,) * 6
-LIMIT_A4, LIMIT_A7 = 110.0, 40.0
 
 
 def watched(
@@ -226,24 +225,6 @@ def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
         assert len(robot.faults) == 2
 
 
-# What a stop leaves beyond a limit may stay so, and grow by 2 %, as long as it is there.
-
-
-def on_joints(a4: float, a7: float = 0.0) -> tuple[float, ...]:
-    return (0.0, 0.0, 0.0, a4, 0.0, 0.0, a7)
-
-
-def stopped_by(torques: tuple[float, ...]) -> SteppedRobot:
-    """The robot stands there, pushed like that, after the reset."""
-    robot = SteppedRobot()
-    robot.controller.load.joint_push = torques
-    passes(robot)
-    robot.controller.reset_error()
-    passes(robot)
-    assert len(robot.faults) == 1
-    return robot
-
-
 @pytest.mark.parametrize("reset_first", [False, True])
 def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_first: bool) -> None:
     robot = SteppedRobot()
@@ -261,21 +242,3 @@ def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_fi
                 controller.load.wrench = NO_WRENCH
             passes(robot)
         assert controller.resting
-
-
-@pytest.mark.parametrize(
-    ("a4", "a7", "stops"),
-    [
-        (111.019, 0.0, False),
-        (111.021, 0.0, True),
-        (111.0, 0.999 * LIMIT_A7, False),
-        (111.0, 1.001 * LIMIT_A7, True),
-    ],
-)
-def test_the_excess_of_a_torque_may_grow_by_2_percent_on_the_same_joint(
-    a4: float, a7: float, stops: bool
-) -> None:
-    robot = stopped_by(on_joints(111.0))
-    robot.controller.load.joint_push = on_joints(a4, a7)
-    passes(robot)
-    assert bool(robot.faults[1:]) == stops

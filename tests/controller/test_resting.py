@@ -181,18 +181,6 @@ def steps(controller: Controller, ticks: int) -> None:
         controller.step()
 
 
-def test_a_move_takes_time_from_its_command_to_the_tick_after_its_end() -> None:
-    controller = at_rest()
-    controller.move(joint_move([j + 0.01 for j in controller.joints], [1.0] * 7))
-    while controller.moving:
-        assert not controller.resting
-        controller.step()
-    assert any(controller.joint_velocity())
-    assert not controller.resting
-    controller.step()
-    assert controller.resting
-
-
 @pytest.mark.parametrize("timeout_s", [None, SERVO_TIMEOUT_S])
 def test_a_servo_takes_time_while_its_timeout_runs(timeout_s: float | None) -> None:
     controller = at_rest(servo_timeout_s=timeout_s)
@@ -201,53 +189,4 @@ def test_a_servo_takes_time_while_its_timeout_runs(timeout_s: float | None) -> N
     assert controller.resting == (timeout_s is None)
     steps(controller, round(SERVO_TIMEOUT_S / TICK_S) + 2)
     assert controller.mode is (Mode.SMART if timeout_s is None else Mode.UNKNOWN)
-    assert controller.resting
-
-
-def pauses(controller: Controller) -> None:
-    controller.move(joint_move([j + 0.1 for j in controller.joints], [0.1] * 7))
-    controller.set_override(0.0)
-
-
-@pytest.mark.parametrize(
-    ("begin", "moving"),
-    [
-        (pauses, True),
-        (lambda c: c.move(gravity_hold(500.0)), True),
-        (lambda c: c.move(lin_stiff_move(c.tool_frame(), 1.0, 2000.0, (0.0,) * 6)), False),
-    ],
-)
-def test_a_pause_and_compliance_take_time(begin: Callable[[Controller], object], moving: bool) -> None:
-    controller = at_rest()
-    begin(controller)
-    steps(controller, 1000)
-    assert (controller.moving, controller.status().in_motion) == (moving, int(moving and begin is not pauses))
-    assert not controller.resting
-    controller.set_override(1.0)
-    controller.stop()
-    steps(controller, 100)
-    assert controller.resting
-
-
-def test_a_surface_that_comes_into_the_tool_and_a_push_are_felt_at_once() -> None:
-    controller = at_rest(world=TcpContact((), RADIUS_M))
-    top_mm = controller.tool_frame().z_mm - 1e3 * RADIUS_M + 1.0
-    pose = Frame(0.0, 0.0, top_mm, 0.0, 0.0, 0.0).to_transform()
-    controller.load.world.put(Surface("floor", Plane(), pose, 3000.0, 0.0, 0.0))
-    assert not controller.resting
-    before = controller.cartesian_force()
-    steps(controller, 3)
-    assert controller.resting
-    assert controller.cartesian_force() != before
-    controller.load.wrench = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert not controller.resting
-    steps(controller, 2)
-    assert controller.resting
-
-
-def test_a_command_that_does_not_move_the_robot_needs_no_tick() -> None:
-    controller = at_rest()
-    controller.io.set_output(1, on=True)
-    controller.record_error(1, "refused")
-    controller.emergency_stop()
     assert controller.resting

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.robot.nearest import JOINT_LIMIT
-from tests.asked import joint_move, lin_joint_move, ptp_move
+from tests.asked import direct_joint_move, joint_move, lin_joint_move, ptp_move, smart_joint_move
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import LONGEST, ROOMY, Recorder, chain_moves, in_the_open
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
@@ -227,3 +229,26 @@ def test_a_running_move_ends_at_its_target_wherever_it_is_slow_enough_to_rest_th
             assert recorder.robot.controller.joints == target
             seen += 1
     assert seen > 2
+
+
+@pytest.mark.requirement("FRC013", "FRC016")
+@pytest.mark.parametrize("move", [smart_joint_move, direct_joint_move])
+def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(move: Callable[..., MoveRequest]) -> None:
+    robot, stopped = SteppedRobot(), SteppedRobot()
+    home = robot.controller.joints
+    near = tuple(np.add(home, 0.06).tolist())
+    for each in (robot, stopped):
+        each.controller.move(move(near, FULL))
+        each.step(20)
+    mode = robot.controller.mode
+    robot.cancel()
+    stopped.stop()
+    for each in (robot, stopped):
+        each.runs_until_stopped()
+    assert robot.controller.mode is mode
+    assert robot.controller.joints == stopped.controller.joints != near
+    robot.controller.move(move(near, FULL))
+    robot.controller.clear_queue()
+    robot.runs_until_stopped()
+    assert robot.controller.joints == near
+    assert_within_limits(robot)
