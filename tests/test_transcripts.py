@@ -2,44 +2,44 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
+from iiwa_sim.protocols.krc4_xml import load_krc4_table
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.lines import shipped
+from iiwa_sim.transcript.lines import Kind, shipped
 from iiwa_sim.transcript.replay import replay
 from tests.simulated_time import SimulatedTime
 
+KRC4 = shipped("krc4")
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped()}
+ALL = {f"krc4/{transcript.name}": transcript for transcript in KRC4} | TRANSCRIPTS
+REQUIREMENTS = (1, 2, 3, 4, 5, 7, 11, 13, 14, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)
 
 
-@pytest.mark.requirement(
-    "FRC001",
-    "FRC002",
-    "FRC005",
-    "FRC007",
-    "FRC013",
-    "FRC014",
-    "FRC016",
-    "FRC017",
-    "FRC018",
-    "FRC019",
-    "FRC020",
-    "FRC021",
-    "FRC022",
-    "FRC023",
-    "FRC024",
-    "FRC025",
-    "FRC026",
-)
-@pytest.mark.parametrize("name", TRANSCRIPTS)
+@pytest.mark.requirement("FRA005", *(f"FRC{number:03}" for number in REQUIREMENTS))
+@pytest.mark.parametrize("name", ALL)
 def test_a_transcript_is_answered_as_it_says(name: str) -> None:
-    with Simulator(clock="stepped") as simulator:
-        passing = SimulatedTime(simulator)
-        played = replay(TRANSCRIPTS[name], simulator.host, simulator.port, timeout_s=30, robot_time=passing)
+    transcript = ALL[name]
+    robot = transcript.robot or ("kr_6_r900_sixx" if name.startswith("krc4/") else None)
+    with Simulator(robot, protocol=transcript.protocols, clock="stepped") as simulator:
+        ports = list(simulator.ports.values())
+        played = replay(transcript, simulator.host, ports, timeout_s=30, robot_time=SimulatedTime(simulator))
         assert [f"{name}:{each.line}: {each}" for each in played] == []
 
 
 def test_every_command_is_in_one() -> None:
     said = set[str]().union(*(transcript.commands for transcript in TRANSCRIPTS.values()))
     assert set(load_table("iiwa").commands) <= said
+
+
+def test_every_message_is_carried_out_in_one_and_refused_in_one() -> None:
+    answered = {
+        int(found[1])
+        for step in (step for transcript in KRC4 for step in transcript.steps)
+        if step.kind in (Kind.EXACT, Kind.NUMBERS) and (found := re.search(r"I1(?:=|>)(-?\d+)", step.text))
+    }
+    ids = set(load_krc4_table())
+    assert ids | {-number for number in ids} <= answered

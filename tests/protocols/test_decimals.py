@@ -39,17 +39,6 @@ def test_numbers_are_those_of_the_grammar(word):
             parse_decimal(word.encode())
 
 
-@given(st.binary(min_size=1))
-def test_any_bytes_are_a_finite_number_or_refused_in_printable_words(word):
-    if word.isascii() and is_number(word.decode()):
-        assert parse_decimal(word) == float(word)
-    else:
-        with pytest.raises(NotANumberError) as refused:
-            parse_decimal(word)
-        assert str(refused.value).isascii()
-        assert str(refused.value).isprintable()
-
-
 @given(st.lists(usual | finite, min_size=1, max_size=7))
 @example([2996925887.5])
 @example([-0.0])

@@ -51,15 +51,11 @@ def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
     assert longest > 400, "help is among them"
 
 
-# More values than a command takes
-
-
 @pytest.mark.parametrize(
     ("line", "count"),
     [
         (f"joint move : {SEVEN} {ONES} 10", 1),
         (f"lin move : {FRAME} 0.5 0 1 2", 2),
-        (f"smart joint move : {SEVEN} {ONES} x", 1),
         (f"is reachable : {FRAME} 0 0", 1),
         ("set override : 0.5 0.5", 1),
     ],
@@ -82,6 +78,3 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
     assert talk.ask("get status") == "stopped"
     assert talk.ask(f"joint move : {SEVEN} {ONES}") == "done"
     assert talk.journal.extras == []
-
-
-# Reasons that say what to do

