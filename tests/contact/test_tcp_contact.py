@@ -69,13 +69,6 @@ def test_at_rest_the_force_is_stiffness_times_depth_straight_out(
         assert touch.torque == (0.0, 0.0, 0.0)
 
 
-def test_in_free_space_all_is_exactly_zero() -> None:
-    world = World([surface(friction=0.5)], RADIUS)
-    assert world.feel((0.0, 0.0, RADIUS), (1.0, 0.0, -1.0), TICK_S) == Touch(REST, REST)
-    felt(world, [*line((0, 0, 0.01), (0.1, 0, -0.01)), *line((0.1, 0, -0.01), (0.2, 0, 0.01))])
-    assert world.feel((0.2, 0.0, 0.01), (1.0, 0.0, 1.0), TICK_S) == Touch(REST, REST)
-
-
 @given(st.floats(-0.01, 0.01), speeds, st.floats(0.0, 100.0))
 def test_damping_adds_a_share_and_never_pulls(height: float, speed: float, damping: float) -> None:
     world = World([surface(damping=damping)], RADIUS)
@@ -83,14 +76,6 @@ def test_damping_adds_a_share_and_never_pulls(height: float, speed: float, dampi
     depth = max(0.0, RADIUS - height)
     assert normal == pytest.approx(STIFFNESS * depth * max(0.0, 1.0 - damping * speed))
     assert normal >= 0.0
-
-
-@given(st.floats(0.01, 1.0), st.floats(0.0, 100.0))
-def test_an_impact_begins_without_a_jump(speed: float, damping: float) -> None:
-    world = World([surface(damping=damping)], RADIUS)
-    depth = 1e-9
-    force = world.feel((0.0, 0.0, RADIUS - depth), (0.0, 0.0, -speed), TICK_S).force[2]
-    assert force <= STIFFNESS * depth * (1.0 + damping * speed) * (1.0 + 1e-6)
 
 
 def wander(seed: int, ticks: int, size: float, middle: Vector) -> list[Vector]:
@@ -112,14 +97,6 @@ def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) ->
             normal = float(np.dot(touch.force, direction))
             along = np.linalg.norm(np.subtract(touch.force, np.multiply(normal, direction)))
             assert along <= friction * normal * (1.0 + 1e-9) + 1e-9
-
-
-def test_sliding_is_held_back_with_all_of_the_friction() -> None:
-    world = World([surface(friction=0.3)], RADIUS)
-    depth = 0.001
-    touch = felt(world, line((0, 0, RADIUS - depth), (0.06, 0.08, RADIUS - depth)))[-1]
-    normal = STIFFNESS * depth
-    assert touch.force == pytest.approx((-0.6 * 0.3 * normal, -0.8 * 0.3 * normal, normal))
 
 
 def test_friction_makes_its_torque_at_the_contact_radius() -> None:
@@ -151,15 +128,6 @@ def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, da
     assert all(world.feel(way[-1], REST, TICK_S) == first for _ in range(50))
 
 
-def test_without_time_nothing_is_remembered() -> None:
-    asked, other = (World([surface(friction=0.3)], RADIUS) for _ in range(2))
-    way = [*line((0, 0, 0.004), (0.05, 0, 0.004)), *line((0.05, 0, 0.004), (0.05, 0.05, 0.003))]
-    for position in way:
-        assert asked.feel(position, REST, TICK_S) == other.feel(position, REST, TICK_S)
-        for aside in ((0.1, 0.1, 0.0), (0.0, 0.0, 1.0), (0.0, 0.1, 0.003)):
-            asked.feel(aside, REST, 0.0)
-
-
 def test_who_lifts_off_comes_down_without_friction() -> None:
     world = World([surface(friction=0.3)], RADIUS)
     felt(world, line((0, 0, 0.004), (0.05, 0, 0.004)))
@@ -179,13 +147,6 @@ def test_forces_of_several_surfaces_add_up() -> None:
 
 
 ROUND: list[Shape] = [Sphere(0.02), Cylinder(0.02, 0.1)]
-SMALL: list[Shape] = [
-    Box(0.03, 0.03, 0.01),
-    Sphere(0.03),
-    Cylinder(0.03, 0.02),
-    Sphere(0.004),
-    Cylinder(0.004, 0.02),
-]
 PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
 
 
@@ -215,28 +176,6 @@ def z_axis(pose: Transform) -> Vector:
     return rotate(pose.rotation, (0.0, 0.0, 1.0))
 
 
-@pytest.mark.parametrize("plate", PLATES)
-def test_beside_a_plate_it_is_forgotten_how_the_tcp_came_into_it(plate: Shape) -> None:
-    world = World([surface(plate)], RADIUS)
-    through = line((0.09, 0.0, 0.02), (0.09, 0.0, -0.03))
-    assert felt(world, through)[-1].force[2] == pytest.approx(STIFFNESS * (0.001 + 0.03 + RADIUS))
-    assert felt(world, line((0.09, 0.0, -0.03), (0.12, 0.0, -0.03)))[-1] is NO_TOUCH
-    back = felt(world, line((0.12, 0.0, -0.03), (0.09, 0.0, -0.03)))
-    assert back[-1] is NO_TOUCH, "below it, and not through it"
-    from_below = felt(world, line((0.09, 0.0, -0.03), (0.09, 0.0, -0.003)))[-1]
-    assert from_below.force[2] == pytest.approx(-STIFFNESS * (RADIUS - 0.002))
-
-
-@pytest.mark.parametrize("plate", PLATES)
-def test_to_ask_does_not_change_through_which_face_the_tcp_has_come(plate: Shape) -> None:
-    way = line((0.0, 0.0, 0.02), (0.0, 0.0, -0.03))
-    asked, other = (World([surface(plate)], RADIUS) for _ in range(2))
-    for position in way:
-        assert asked.feel(position, REST, TICK_S) == other.feel(position, REST, TICK_S)
-        for elsewhere in ((0.0, 0.0, -0.02), (0.0, 0.0, 0.01), (0.2, 0.0, 0.0)):
-            asked.feel(elsewhere, REST, 0.0)
-
-
 @given(
     st.sampled_from(ROUND),
     poses,
@@ -264,21 +203,6 @@ def test_a_round_body_pushes_out_along_the_way_in_also_past_its_middle(
     assert all(rotate(transpose(pose.rotation), each.force)[0] >= -1e-9 for each in back)
 
 
-@pytest.mark.parametrize("body", ROUND)
-def test_beside_a_round_body_it_is_forgotten_how_the_tcp_came_into_it(body: Shape) -> None:
-    world = World([surface(body)], RADIUS)
-    assert felt(world, line((0.1, 0.0, 0.0), (-0.05, 0.0, 0.0)))[-1].force[0] > 0.0
-    assert felt(world, line((-0.05, 0.0, 0.0), (-0.05, 0.1, 0.0)))[-1] is NO_TOUCH
-    back = felt(world, line((-0.05, 0.1, 0.0), (-0.05, 0.0, 0.0)))
-    assert all(touch.force[0] <= 0.0 for touch in back), "from behind"
-
-
-def test_a_rod_is_left_by_its_mantle_also_near_its_end() -> None:
-    world = World([surface(Cylinder(0.02, 0.02))], 0.0)
-    touch = felt(world, line((0.1, 0.0, 0.0199), (0.012, 0.0, 0.0199)))[-1]
-    assert touch.force == pytest.approx((STIFFNESS * 0.008, 0.0, 0.0))
-
-
 def turned(angle: float, axis: Vector = (0.0, 1.0, 0.0)) -> Rotation:
     return rotation_about(axis, angle)
 
@@ -297,14 +221,6 @@ def test_the_sphere_rolls_without_friction_and_turning_it_on_the_spot_makes_fric
             world.roll(turned(0.3 + angle * (tick + 2)))
             touch = world.feel((way, 0.0, 0.004), REST, TICK_S)
         assert touch.force[0] == pytest.approx(STIFFNESS * held), "it slips"
-
-
-def test_a_sphere_that_turns_about_what_it_stands_on_makes_no_friction() -> None:
-    world = World([surface(friction=0.5)], RADIUS)
-    world.roll(turned(0.0))
-    felt(world, [(0.0, 0.0, 0.004)])
-    world.roll(turned(0.2, (0.0, 0.0, 1.0)))
-    assert world.feel((0.0, 0.0, 0.004), REST, TICK_S).force == pytest.approx((0.0, 0.0, STIFFNESS * 0.001))
 
 
 def test_a_surface_that_is_moved_takes_the_tcp_along_by_friction() -> None:
@@ -347,20 +263,22 @@ def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, st
     return energies
 
 
-@settings(max_examples=some(10), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=some(20), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
+    st.sampled_from(SHAPES),
     st.floats(0.0, 1.0),
     st.floats(-0.5, 0.5),
     st.sampled_from([0.0, 0.5, 5.0]),
     st.sampled_from([2_000.0, 100_000.0]),
 )
 def test_a_mass_that_bounces_and_slides_gains_no_energy(
-    friction: float, across: float, damping: float, stiffness: float
+    shape: Shape, friction: float, across: float, damping: float, stiffness: float
 ) -> None:
-    placed = surface(friction=friction, damping=damping, stiffness=stiffness)
-    energies = thrown(placed, (0.0, 0.0, 0.02), (across, 0.0, 0.0), 20.0, 20_000)
+    pose = at(0.0, 0.0, 0.0 if shape is SHAPES[0] else -0.1)
+    placed = surface(shape, pose, friction=friction, damping=damping, stiffness=stiffness)
+    energies = thrown(placed, (0.0, 0.0, 0.02), (across, 0.0, 0.0), 20.0, 8_000)
     highest = np.minimum.accumulate(energies)
-    assert (np.array(energies) <= highest * (1.0 + 1e-3) + 1e-9).all()
+    assert (np.array(energies) <= highest + 1e-3 * abs(energies[0]) + 1e-9).all()
 
 
 def test_damping_takes_from_a_bounce_what_hunt_and_crossley_say() -> None:
