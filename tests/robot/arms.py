@@ -10,7 +10,6 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
@@ -52,26 +51,6 @@ def distance(a: Sequence[Transform], b: Sequence[Transform]) -> float:
     rotations = np.subtract([t.rotation for t in a], [t.rotation for t in b])
     translations = np.subtract([t.translation for t in a], [t.translation for t in b])
     return float(max(np.abs(rotations).max(), np.abs(translations).max()))
-
-
-def assert_batches_are_single_poses(
-    arm: Arm, joints: Sequence[Sequence[float]], rng: np.random.Generator
-) -> None:
-    """At the flange's pose at each of these joint positions, and at one that may be out of reach."""
-    seed = arm.anywhere(rng, 1)[0].tolist()
-    reached = missed = 0
-    for q in joints:
-        rotation, (x, _, _) = pose = arm.model.flange(q)
-        for flange in (pose, Transform(rotation, (2.0 * x, 0.5, 0.9))):
-            redundancies, statuses = np.repeat([q[2], *rng.uniform(-3.0, 3.0, 1)], 8), np.tile(range(8), 2)
-            batch = arm.inverse.joints_batch(flange, redundancies, statuses, seed)
-            for redundancy, status, row in zip(redundancies, statuses, batch, strict=True):
-                one = arm.inverse.joints(flange, float(redundancy), int(status), seed)
-                missed += one is None
-                reached += one is not None
-                # at the edge of what is near a singular pose the two may differ in the last digits
-                assert np.isnan(row).all() if one is None else row == pytest.approx(one, abs=1e-9)
-    assert min(reached, missed) > 100
 
 
 def copy_of_robot(folder: Path, name: str = BUILT_IN[0]) -> Path:

@@ -123,10 +123,3 @@ def test_a_urdf_that_is_not_xml_is_told_by_the_simulator(tmp_path: Path, text: s
     with pytest.raises(RobotFault, match=r"robot\.urdf: expected valid XML \(.*\)$") as fault:
         Simulator(folder)
     assert "\n" not in str(fault.value)
-
-
-def test_the_simulator_tells_of_them_in_its_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    folder = copy_of_robot(tmp_path / "robot")
-    in_urdf('effort="110" velocity="1.745329252"', 'effort="110" velocity="9"')(folder)
-    Simulator(folder)
-    assert "joint A3: limit velocity is 9 rad/s" in caplog.text

@@ -1,4 +1,4 @@
-"""Forward kinematics against figures of the arm, and the Jacobian against differences."""
+"""Forward kinematics against figures of the arm, the TCP against Pinocchio, and what the URDF tells."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ import math
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from iiwa_sim.frames import Frame, multiply, rotation_vector, transpose
-from tests.robot.arms import Arm, arm_named
+from iiwa_sim.frames import Frame, Transform, transform_from_euler
+from iiwa_sim.robot.model import Model
+from tests.robot.arms import BUILT_IN, Arm, arm_named
 
 SEVEN, FOURTEEN = "lbr_iiwa_7_r800", "lbr_iiwa_14_r820"
 MEDIA, TOUCH = "flange_media_126", "flange_touch_152"
@@ -54,37 +58,6 @@ def test_flange_is_where_the_real_arm_has_it(
     assert np.degrees(off) == pytest.approx([0, 0, 0], abs=1e-3)
 
 
-def test_jacobian_is_the_derivative_of_the_flange(arm: Arm) -> None:
-    step = 1e-6
-    for q in arm.anywhere(np.random.default_rng(3), 50).tolist():
-        jacobian = arm.model.jacobian(q)
-        assert jacobian.shape == (6, len(q))
-        for joint in range(len(q)):
-            ahead, behind = list(q), list(q)
-            ahead[joint] += step
-            behind[joint] -= step
-            a, b = arm.model.flange(ahead), arm.model.flange(behind)
-            linear = np.subtract(a.translation, b.translation) / (2 * step)
-            axis, angle = rotation_vector(multiply(a.rotation, transpose(b.rotation)))
-            angular = np.multiply(axis, angle / (2 * step))
-            assert jacobian[:, joint] == pytest.approx([*linear, *angular], abs=1e-8)
-
-
-def test_results_outlive_the_next_call(arm: Arm) -> None:
-    count = arm.model.joint_count
-    first, jacobian = arm.model.flange([0.1] * count), arm.model.jacobian([0.1] * count)
-    kept, kept_jacobian = (tuple(first.rotation), tuple(first.translation)), jacobian.copy()
-    arm.model.flange([0.7] * count)
-    arm.model.jacobian([0.7] * count)
-    assert tuple(first) == kept
-    assert (jacobian == kept_jacobian).all()
-    assert all(type(value) is float for part in first for value in part)
-
-
-def test_non_finite_joints_show_in_the_result(arm: Arm) -> None:
-    assert all(map(math.isnan, arm.model.flange([math.nan] * arm.model.joint_count).translation[:2]))
-
-
 @pytest.mark.requirement("FRO001")
 @pytest.mark.parametrize(("robot", "weight_kg"), [(SEVEN, 23.9), (FOURTEEN, 29.9)])
 def test_urdf_weighs_what_the_arm_weighs(robot: str, weight_kg: float) -> None:
@@ -127,3 +100,53 @@ def test_urdf_limits_are_those_of_the_controller(arm: Arm) -> None:
         assert found == pytest.approx(
             dict(zip(("lower", "upper", "effort", "velocity"), wanted, strict=True)), abs=1e-8
         )
+
+
+# The TCP, beside Pinocchio
+
+TOOL = transform_from_euler(0.01, -0.02, 0.15, 0.3, -0.8, 1.9)
+MODELS = {name: arm_named(name).model for name in BUILT_IN}
+positions = st.lists(st.floats(-6.5, 6.5), min_size=7, max_size=7)
+
+
+def by_pinocchio(model: Model, q: list[float]) -> tuple[Transform, np.ndarray]:
+    reference = pin.buildModelFromXML(model.description.urdf)
+    flange = reference.getFrameId(model.description.flange)
+    tool = pin.SE3(np.array(TOOL.rotation).reshape(3, 3), np.array(TOOL.translation))
+    on = reference.frames[flange]
+    tcp = reference.addFrame(
+        pin.Frame("TCP", on.parentJoint, flange, on.placement * tool, pin.FrameType.OP_FRAME)
+    )
+    data = reference.createData()
+    jacobian = pin.computeFrameJacobian(
+        reference, data, np.array(q), tcp, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    )
+    pose = data.oMf[tcp]
+    return Transform(tuple(pose.rotation.ravel()), tuple(pose.translation)), jacobian
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+@given(q=positions)
+def test_pinocchio_finds_the_same(name: str, q: list[float]) -> None:
+    model = MODELS[name]
+    q = q[: model.joint_count]
+    tcp = model.tcp(TOOL)
+    pose, jacobian = by_pinocchio(model, q)
+    assert tcp.pose(q).rotation == pytest.approx(pose.rotation, abs=2e-15)
+    assert tcp.pose(q).translation == pytest.approx(pose.translation, abs=2e-15)
+    assert np.abs(tcp.jacobian(q) - jacobian).max() <= 3e-15
+    wrench = (1.0, -2.0, 3.0, 0.4, -0.5, 0.6)
+    turn = np.array(pose.rotation).reshape(3, 3)
+    torques = jacobian.T @ np.concatenate([turn @ wrench[:3], turn @ wrench[3:]])
+    assert tcp.torques(q, wrench) == pytest.approx(torques.tolist(), abs=3e-14)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+@given(q=positions)
+def test_the_flange_is_where_it_brings_the_tcp(name: str, q: list[float]) -> None:
+    model = MODELS[name]
+    q = q[: model.joint_count]
+    tcp = model.tcp(TOOL)
+    flange = tcp.flange_at(tcp.pose(q))
+    assert flange.rotation == pytest.approx(model.flange(q).rotation, abs=2e-15)
+    assert flange.translation == pytest.approx(model.flange(q).translation, abs=2e-15)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found, Nearest, Unreachable
-from tests.robot.arms import IIWAS, Arm, arm_named, distance
+from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, arm_named, distance
 
 
 @pytest.fixture(params=IIWAS)
@@ -104,18 +105,6 @@ def test_otherwise_another_branch_unless_the_status_is_to_be_kept(arm: Arm) -> N
     assert elsewhere > 1
 
 
-def test_kept_status_is_kept(arm: Arm) -> None:
-    for present, there in pairs(arm, 33, 50):
-        flange = arm.model.flange(there)
-        status = arm.inverse.status(present)
-        grid = np.linspace(arm.description.position_min[2], arm.description.position_max[2], 100)
-        if not any(serves(arm, flange, redundancy, status, present) for redundancy in grid.tolist()):
-            continue  # nothing there, or something narrow
-        found = rule(arm).find(flange, present, keep_status=True)
-        assert found.status == arm.inverse.status(present)
-        assert_good(arm, found, flange)
-
-
 @pytest.mark.requirement("FRC005")
 def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
     kept = changed = 0
@@ -169,14 +158,6 @@ def refusal(
     return refused.value.code, refused.value.reason
 
 
-def test_out_of_reach(arm: Arm) -> None:
-    away = Transform(IDENTITY.rotation, (1.0, 0.9, 0.3))
-    for redundancy in (None, 0.5):
-        code, reason = refusal(arm, away, list(arm.description.home), redundancy)
-        assert code == OUT_OF_REACH
-        assert "1000.0 900.0 300.0 mm" in reason
-
-
 def test_a_joint_limit_names_the_joint(arm: Arm) -> None:
     """The one on the present branch, where A4 is negative."""
     folded = [0.2, 0.3, 0.0, math.radians(130), 0.1, 0.8, 0.0]
@@ -185,16 +166,29 @@ def test_a_joint_limit_names_the_joint(arm: Arm) -> None:
     assert reason == "A4 would have to be at -2.268928 rad, its limits are -2.094395 and 2.094395 rad"
 
 
-def test_a_redundancy_beyond_its_limits(arm: Arm) -> None:
-    home = list(arm.description.home)
-    code, reason = refusal(arm, arm.model.flange(home), home, math.radians(171))
-    assert code == JOINT_LIMIT
-    assert reason == "the redundancy of 2.984513 rad is outside -2.96706 to 2.96706 rad"
+@pytest.mark.requirement("FRC005", "FRC006")
+def test_six_axes_find_a_target_wherever_the_joints_are() -> None:
+    """A2, A4 and A6 may be beyond half a turn."""
+    six = arm_named(SIX_AXES)
+    rng, beyond = np.random.default_rng(40), 0
+    for present, there in zip(six.anywhere(rng, 200).tolist(), six.anywhere(rng, 200).tolist(), strict=True):
+        flange = six.model.flange(there)
+        found = rule(six).find(flange, present)
+        assert_good(six, found, flange)
+        assert found.changed == (found.status != six.inverse.status(present))
+        beyond += max(map(abs, found.joints)) > math.pi
+    assert beyond > 20
+    overhead = [math.radians(value) for value in (20, -188, 60, 10, 50, 200)]
+    assert rule(six).find(six.model.flange(overhead), overhead).joints == pytest.approx(overhead)
+    too_far = [math.radians(value) for value in (20, -195, 20, 10, 50, 200)]
+    with pytest.raises(Unreachable) as refused:
+        rule(six).find(six.model.flange(too_far), overhead, keep_status=True)
+    assert refused.value.code in {JOINT_LIMIT, ROBOT_CONFIGURATION}
 
 
-def test_a_redundancy_that_does_not_reach_what_another_does(arm: Arm) -> None:
-    """The wrist point on the axis of A1 with the elbow bent: the forearm cannot stick out sideways."""
-    close = [0.0, math.atan2(math.sin(1.5), 1.0 + math.cos(1.5)), 0.0, 1.5, 0.2, 0.7, 0.0]
-    code, reason = refusal(arm, arm.model.flange(close), close, math.radians(90))
-    assert code == ROBOT_CONFIGURATION
-    assert reason == "the target is out of reach with a redundancy of 1.570796 rad"
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_target_out_of_reach_says_how_far(name: str) -> None:
+    far = Transform(IDENTITY.rotation, (1.0, 0.9, 0.3))
+    code, reason = refusal(arm_named(name), far, list(arm_named(name).description.home))
+    assert code == OUT_OF_REACH
+    assert re.search(r"1000\.0 900\.0 300\.0 mm.*farther than the arm reaches by [0-9.]+ mm", reason)
