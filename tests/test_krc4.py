@@ -7,20 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from iiwa_sim.controller.errors import (
-    COMMUNICATION_FAILURE,
-    COMPONENT_NOT_READY,
-    CROSSING_SINGULARITY,
-    EMERGENCY_STOP,
-    EXECUTION,
-    STOP_TRIGGERED,
-    TARGET_NOT_REACHABLE,
-)
-from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.protocols.krc4_xml import load_krc4_table
-from iiwa_sim.protocols.table import load_error_codes
 from iiwa_sim.robot.description import RobotFault
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
 from tests.processes import refused
@@ -100,14 +88,4 @@ def test_the_table_holds_appendix_c() -> None:
     assert gives == {"FIN": ["I2"], "GIO": ["I3"], "DIS": ["R0"], "GOP": frame}
     joints = {command.tag: command.joints for command in table.values() if command.joints}
     assert joints == {"LIA": "input", "PTA": "input", "GOA": "output"}
-    used = {EXECUTION, TARGET_NOT_REACHABLE, OUT_OF_REACH, ROBOT_CONFIGURATION, JOINT_LIMIT}
-    used |= {
-        CROSSING_SINGULARITY,
-        EMERGENCY_STOP,
-        COMMUNICATION_FAILURE,
-        NUMBER_OUT_OF_RANGE,
-        NOT_AN_OUTPUT,
-        STOP_TRIGGERED,
-    }
-    assert used | {COMPONENT_NOT_READY} == set(load_error_codes())
     assert all(command.requirements and command.summary for command in table.values())

@@ -205,7 +205,6 @@ def test_what_is_wrong_is_refused_with_its_reason_and_changes_nothing(
         (b"\x16\x03\x01\0\xff\0\r\n", 400),
         (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 2\r\n\r\n[]", 400),
         (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999999\r\n\r\n", 413),
-        (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: -1\r\n\r\n", 411),
         (b"POST /push HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n", 411),
         (b"POST /push HTTP/1.1\r\nContent-Length: 0\r\n\r\n", 403),
         (b"GET /emergency_stop HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 405),
@@ -231,9 +230,7 @@ def test_bytes_that_are_no_call_are_answered_as_such(shared: Simulator, sent: by
     "headers",
     [
         {"Host": "rebound.example"},
-        {"Host": "rebound.example:30080"},
         {"Origin": "http://evil.example"},
-        {"Origin": "http://localhost:3000"},
         {"Origin": "null"},
     ],
 )
