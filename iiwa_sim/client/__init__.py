@@ -13,15 +13,18 @@
 They need nothing of the simulator and work with any server of the protocol.
 """
 
-from iiwa_sim.client.errors import CommandError, Krc4Error, ReplyError, UnknownCommandError
 from iiwa_sim.client.iiwa import Iiwa
 from iiwa_sim.client.krc4 import Krc4
 from iiwa_sim.client.replies import (
     CartesianForce,
+    CommandError,
     Frame,
+    Krc4Error,
     Krc4Frame,
     LastError,
+    ReplyError,
     RobotStatus,
+    UnknownCommandError,
 )
 
 __all__ = [

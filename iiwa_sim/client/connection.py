@@ -3,7 +3,6 @@
 import contextlib
 import re
 import socket
-import struct
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -44,11 +43,6 @@ class Connection:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
-
-    def reset(self) -> None:
-        """End the connection by RST, as that of a driver that crashed."""
-        self._open().setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-        self.close()
 
     def end_sending(self) -> None:
         """Close the sending side."""

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from iiwa_sim.client import replies
 from iiwa_sim.client.connection import Client, Floats, exactly
-from iiwa_sim.client.errors import CommandError, ReplyError, UnknownCommandError
+from iiwa_sim.client.replies import CommandError, ReplyError, UnknownCommandError
 
 T = TypeVar("T")
 

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from iiwa_sim.client.connection import Client, Floats, exactly
-from iiwa_sim.client.errors import Krc4Error, ReplyError
-from iiwa_sim.client.replies import Krc4Frame
+from iiwa_sim.client.replies import Krc4Error, Krc4Frame, ReplyError
 
 LARGEST_ID = 2**31 - 1
 END_OF_REPLY = re.compile(rb"</Res\s*>|<Res\b[^>]*/>")

@@ -358,23 +358,12 @@ class TcpServer:
         send_bytes: int = SEND_BYTES,
         lasting: bool = False,
     ) -> None:
-        """Create a server.
+        """`admission`, `budget` and wire `faults` may be shared with other servers of the loop.
 
-        Args:
-            open_session: Opens the session of a client, by its name.
-            host: Address or host name to listen on.
-            port: Port to listen on.
-            unread_s: Time (s) for which a client may leave its replies unread.
-            admission: Shared with other servers of the loop, as are `budget` and `faults`.
-            budget: Turns of the connections.
-            on_client: Called before a client is added.
-            on_answered: Called after commands have been executed, with what the session `awaits`.
-            on_good_bye: Called after a client has said good-bye and been answered.
-            faults: Wire faults.
-            protocol: Protocol of this port, where `faults` are shared with ports of other protocols.
-            suffix: Follows the address of a client in its name.
-            send_bytes: Size of the system's send buffer.
-            lasting: Keep connections whose client sends no more.
+        `on_client` is called before a client is added, `on_answered` after commands have been executed, with
+        what the session `awaits`, `on_good_bye` after a client has said good-bye and been answered.
+        `protocol` names the protocol of this port, where `faults` are shared with ports of others. `suffix`
+        follows the address of a client in its name. `lasting` keeps connections whose client sends no more.
         """
         self.open_session = open_session
         self.unread_s = unread_s

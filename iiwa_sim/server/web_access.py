@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
+from iiwa_sim.server.token import is_loopback
 from iiwa_sim.wording import harmless, shortened
 
 LOCALHOST = "localhost"
@@ -35,11 +36,11 @@ class WebAccess:
         if len(hosts) != 1:
             return f"{len(hosts)} headers Host: expected one"
         host = _host_of(f"//{hosts[0]}")
-        if host is None or not (_is_address(host) or _is_localhost(host) or host in self._hosts):
+        if host is None or not (_is_address(host) or _is_local(host) or host in self._hosts):
             return f"the host '{_shown(hosts[0])}' is no address, not localhost, and not named"
         for origin in origins:
             its_host = _host_of(origin)
-            if origin.lower() not in self._origins and (its_host is None or not _is_loopback(its_host)):
+            if origin.lower() not in self._origins and (its_host is None or not _is_local(its_host)):
                 return f"the web page comes from '{_shown(origin)}', which is not this machine and not named"
         return None
 
@@ -75,12 +76,8 @@ def _is_address(host: str) -> bool:
     return True
 
 
-def _is_localhost(host: str) -> bool:
-    return host == LOCALHOST or host.endswith(f".{LOCALHOST}")
-
-
-def _is_loopback(host: str) -> bool:
-    return _is_localhost(host) or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
+def _is_local(host: str) -> bool:
+    return host.endswith(f".{LOCALHOST}") or is_loopback(host)
 
 
 def _shown(text: str) -> str:
