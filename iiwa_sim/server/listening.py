@@ -105,11 +105,18 @@ async def accept(listening: socket.socket, serve: Callable[[socket.socket, Any],
 
     It accepts one connection in each turn of the event loop, so that a flood of connections delays nobody.
     When the system has no descriptor left, that is logged once a second and accepting is tried again later.
+    `loop.sock_accept` would lose a connection that comes just before the task is cancelled.
     """
     loop, quiet_until_s = asyncio.get_running_loop(), 0.0
     while True:
+        comes: asyncio.Future[None] = loop.create_future()
+        loop.add_reader(listening, lambda comes=comes: comes.done() or comes.set_result(None))  # type: ignore[misc]
+        await comes  # whoever cancels this removes the reader
+        loop.remove_reader(listening)
         try:
-            serve(*await loop.sock_accept(listening))
+            connection, peer = listening.accept()
+            connection.setblocking(False)
+            serve(connection, peer)
         except OSError as fault:  # others mean that the client has gone already
             if fault.errno in _USED_UP:
                 if loop.time() >= quiet_until_s:

@@ -22,7 +22,7 @@ from iiwa_sim.wording import Unusable
 
 STATE_S, LOOKS_S = 1.0 / 30.0, 0.5
 """Periods of questions for the state, and for cell, clock, states, moves and dialogue."""
-TIMEOUT_S, AGAIN_S = 5.0, 0.5
+TIMEOUT_S, REPLY_S, AGAIN_S = 2.0, 5.0, 0.5
 LONGEST_LINE = 1_000_000
 MOST_SAID = 200
 SAME_PLACE_MM = 1.0
@@ -65,7 +65,7 @@ class Driver:
         """Send a command and return its reply. Raises CommandError and OSError."""
         with self._lock:
             if self._client is None:
-                self._client = Iiwa(*self._address, TIMEOUT_S)
+                self._client = Iiwa(*self._address, REPLY_S)
             try:
                 return self._client.command(name, *values)
             except OSError:
@@ -85,9 +85,10 @@ class Station:
     def __init__(self, place: Place, period_s: float = STATE_S) -> None:
         """Raises StationFault if nobody answers, or if the robot is unknown."""
         self.place, self.name = place, place.name
-        self.bench = None
+        self.bench = self._asked = None
         if place.backdoor is not None:
             self.bench = BackdoorClient(*place.backdoor, place.token, robot=place.in_cell)
+            self._asked = BackdoorClient(*place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell)
         self.driver = None if place.driver is None else Driver(place.driver)
         self._where = host_and_port(*(place.backdoor or place.status))
         self._where = f"the {'status port' if self.bench is None else 'backdoor at'} {self._where}"
@@ -144,7 +145,7 @@ class Station:
             return connection.makefile("rb").readline(LONGEST_LINE)
 
     def _ask(self) -> State:
-        state: State = msgspec.json.decode(self._line(b"\n")) if self.bench is None else self.bench.state()
+        state: State = msgspec.json.decode(self._line(b"\n")) if self._asked is None else self._asked.state()
         return state
 
     def _describe(self) -> Robot:
@@ -164,9 +165,9 @@ class Station:
         while self._wanted.wait() and not self._over:
             began_s, fault = time.monotonic(), ""
             try:
-                if self.bench is not None and began_s >= self._looks_s:
+                if self._asked is not None and began_s >= self._looks_s:
                     self._looks_s = began_s + LOOKS_S
-                    self._look_at(self.bench)
+                    self._look_at(self._asked)
                 state = self._ask()
                 if len(state["joint_position"]) != len(self.robot.joints):
                     raise ValueError("it is another robot now")
