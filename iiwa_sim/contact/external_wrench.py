@@ -342,10 +342,18 @@ class ExternalWrench:
         contacts = self._links.contacts
         return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
 
-    @property
-    def of_robots(self) -> frozenset[str]:
-        """The names of what other robots touch with, in a world that robots share."""
-        return frozenset() if self.bodies is None else self.bodies.world.of_robots
+    def kind_of(self, name: str) -> str:
+        """Return what has a name that a contact tells: a surface, a part, a body of the scene, or a robot."""
+        world = None if self.bodies is None else self.bodies.world
+        if world is not None and name in world.of_robots:
+            return "robot"
+        return (
+            "surface"
+            if name in self.world.surfaces
+            else "body"
+            if world and name in world.of_scene
+            else "part"
+        )
 
     @property
     def colliding(self) -> tuple[str, str] | None:

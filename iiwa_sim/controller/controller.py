@@ -27,7 +27,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.handling import NOTHING, Handling, HandlingSetup, Wiring
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
-from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, robot_touched
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, body_touched
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
@@ -253,7 +253,7 @@ class Controller:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
         why = self._passed_limit(self.errors.standing is not None)
         if why is not None:
-            self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{robot_touched(self.load)}"))
+            self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{body_touched(self.load)}"))
 
     def _passed_limit(self, standing: bool) -> str | None:
         """Return why the robot has to stop for a force or for the last tick; None if it need not.

@@ -197,9 +197,9 @@ class Handling:
 
     @property
     def under_way(self) -> bool:
-        """True if jaws or parts move by themselves, or may after surfaces have."""
+        """True if jaws or bodies move by themselves until they rest, or may after surfaces have."""
         arm, world = self.arm, self.world
-        if self.settled or (arm is not None and arm.compliance):
+        if self.settled or (arm is not None and arm.compliance) or (world is not None and world.conveys):
             return False
         return arm is None or world is None or len(world.arms) == 1 or not (arm.stands and world.is_calm)
 

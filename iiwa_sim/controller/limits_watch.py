@@ -154,11 +154,16 @@ def _toucher(load: ExternalWrench, link: str) -> str:
     return f"link {link}" if link in load.arm_links else NAMED.get(link, link)
 
 
-def robot_touched(load: ExternalWrench) -> str:
-    """Return, after a semicolon, which other robot the arm touches; empty for none."""
-    for link, other, *_ in load.link_contacts if load.of_robots else ():
-        if other in load.of_robots:
-            return f"; {_toucher(load, link)} touches {other}"
+def _told(load: ExternalWrench, link: str, other: str) -> str:
+    kind = load.kind_of(other)
+    return f"{_toucher(load, link)} touches {other if kind == 'robot' else f'{kind} {other!r}'}"
+
+
+def body_touched(load: ExternalWrench) -> str:
+    """Return, after a semicolon, which other robot or body of the scene the arm touches; empty for none."""
+    for link, other, *_ in load.link_contacts if load.bodies is not None else ():
+        if load.kind_of(other) in ("robot", "body"):
+            return f"; {_told(load, link, other)}"
     return ""
 
 
@@ -184,9 +189,7 @@ class LinkWatch:
         if contacts or self.touching:
             touching = {(contact.link, contact.surface) for contact in contacts}
             for link, surface in sorted(touching - self.touching):
-                kind = "surface" if surface in self._load.world.surfaces else "part"
-                what = surface if surface in self._load.of_robots else f"{kind} {surface!r}"
-                self._tell(harmless(f"{_toucher(self._load, link)} touches {what}"))
+                self._tell(harmless(_told(self._load, link, surface)))
             self.touching = touching
         if moved and tick % self.every == 0:
             folded = self._load.colliding

@@ -34,6 +34,8 @@ CREEPS, CREEP_LOST_PER_S = np.array([0.02] * 3 + [1.0] * 3), 1.0
 STILL_TICKS, SLOW_M_S = 50, 5e-5
 STILL = np.array([1e-4] * 3 + [1e-3] * 4)  # m, and numbers of a quaternion
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
+LEAST_ACT_PER_S = 1e-6
+"""An actuator of a scene whose activation changes by more may begin to move something."""
 
 
 class WorldState(NamedTuple):
@@ -89,7 +91,6 @@ class World:
         self.arms = [Arm(self, number, arm) for number, arm in enumerate(arms)]
         self.rebuild()
         self._still_q: Vector = np.zeros((len(self.parts), 7))
-        self._still_scene: Vector = np.zeros(len(self._scene_q))
         self.wake()
 
     @property
@@ -101,6 +102,11 @@ class World:
     def settled(self) -> bool:
         """True if ticks change nothing as long as the arms stay where they are, and outputs as they are."""
         return (self._frozen or self._quiet) and all(arm.stands for arm in self.arms)
+
+    @property
+    def conveys(self) -> bool:
+        """True while a conveyor of the scene runs."""
+        return bool(self._conveyors.any())
 
     @property
     def is_calm(self) -> bool:
@@ -231,17 +237,17 @@ class World:
             self._distances = None
         self._quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
         stands = far == 0.0 and not any(arm.compliance or arm.carries_on for arm in arms)
-        if not stands or self._has_moved():
+        if not stands or self._has_moved() or np.abs(data.act_dot).max(initial=0.0) > LEAST_ACT_PER_S:
             self._still = 0
-            self._still_q[:], self._still_scene[:] = self.part_q, self._scene_q
+            self._still_q[:] = self.part_q
         self._still += 5 if stands and self._is_slow() else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self.part_v[:] = 0.0
 
     def _has_moved(self) -> bool:
-        moved = (np.abs(self.part_q - self._still_q) > STILL).any()
-        return bool(moved or (np.abs(self._scene_q - self._still_scene) > STILL[0]).any())
+        scene_moves = np.abs(self._scene_v).max(initial=0.0) > SLOW_M_S  # also slow ones, by a servo
+        return bool(scene_moves or (np.abs(self.part_q - self._still_q) > STILL).any())
 
     def _is_slow(self) -> bool:
         speeds = np.abs(self.part_v).max(initial=0.0), np.abs(self._scene_v).max(initial=0.0)
@@ -410,6 +416,7 @@ class World:
         if before is not None:
             for name in ("qpos", "qvel", "act", "ctrl", "eq_active", "mocap_pos", "mocap_quat"):
                 getattr(data, name)[:] = getattr(before, name)
+            built.model.geom_surfacevel[: len(self._conveyors)] = self._conveyors
             data.qacc_warmstart[:] = before.qacc_warmstart
         self._bind(built, data)
         for number in self._gone:
@@ -424,9 +431,7 @@ class World:
         """Take views of the arrays of a model and its data."""
         self._built, self.data, model, count = built, data, built.model, len(self.parts)
         first = built.arms[0].hinge if built.arms else model.njnt
-        scene_q, scene_v = int(model.jnt_qposadr[first]), int(model.jnt_dofadr[first])
-        self._scene_q: Vector = data.qpos[:scene_q]
-        self._scene_v: Vector = data.qvel[:scene_v]
+        self._scene_v: Vector = data.qvel[: int(model.jnt_dofadr[first])]
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count
         self.part_q: Vector = data.qpos[self.part_first :].reshape(-1, 7)
         self.part_v: Vector = data.qvel[self.part_dof :].reshape(-1, 6)
@@ -437,8 +442,11 @@ class World:
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
         of_body = dict(zip(built.surfaces.tolist(), self.surfaces, strict=True))
         of_geom = enumerate(model.geom_bodyid.tolist())
-        self._names = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
-        self._names |= {geom: of_body[at].name for geom, at in of_geom if at in of_body}
+        scene = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
+        self.of_scene = frozenset(scene.values())
+        """Names of bodies of the scene."""
+        self._conveyors: Vector = model.geom_surfacevel[: len(scene)]
+        self._names: dict[int, str] = scene | {geom: of_body[at].name for geom, at in of_geom if at in of_body}
         self._names |= {geom: self.parts[number].name for geom, number in self.numbers.items()}
         robots = {
             geom: f"{name} of robot {arm.name!r}"
