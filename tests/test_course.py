@@ -1,4 +1,4 @@
-"""The course in examples/, 01 to 12, each run as a reader runs it, and each short enough to be read."""
+"""The course in examples/, 01 to 14, each run as a reader runs it, and each short enough to be read."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ TOLD = {
     ],
     "11_peg.py": ["sinks in at 60", " places", "at the bottom: 209."],
     "12_hand_over.py": ["5 N: gave way 5.0 mm, holds on: True", "20 N: gave way 20.0 mm, holds on: False"],
+    "14_door.py": ["back at 620 mm", "the sphere round the TCP touches body 'door'"],
 }
 """What each says, besides other things."""
 

@@ -56,7 +56,8 @@ def _handled(cell: Cell) -> Iterator[str]:
         yield f"gripper: suction, {_numbers(kind.force_n)} N, on by output {wiring.close_output}"
     if scene is not None:
         bodies = ", ".join(repr(each.name) for each in scene.bodies)
-        yield f"scene: {harmless(bodies)}; {len(inputs)} inputs and {len(outputs)} outputs are wired to it"
+        wires = [f"input {each.number}" for each in inputs] + [f"output {each.number}" for each in outputs]
+        yield f"scene: {harmless(bodies)}; wired: {', '.join(wires) or 'nothing'}"
     handling = cell.controller(0.002).handling
     world = None if handling is None else handling.world
     for number, (part, _) in enumerate(parts):

@@ -446,7 +446,9 @@ class World:
         self.of_scene = frozenset(scene.values())
         """Names of bodies of the scene."""
         self._conveyors: Vector = model.geom_surfacevel[: len(scene)]
-        self._names: dict[int, str] = scene | {geom: of_body[at].name for geom, at in of_geom if at in of_body}
+        self._names: dict[int, str] = scene | {
+            geom: of_body[at].name for geom, at in of_geom if at in of_body
+        }
         self._names |= {geom: self.parts[number].name for geom, number in self.numbers.items()}
         robots = {
             geom: f"{name} of robot {arm.name!r}"

@@ -125,7 +125,7 @@ def test_a_wrong_wire_is_told_in_one_line(
 def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) -> None:
     robot = robot_in(tmp_path)
     controller, changes = robot.controller, {}
-    assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; 3 inputs and 4 outputs" in summary(
+    assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; wired: input 3, input 4" in summary(
         load_cell(tmp_path / "cell.toml")
     )
     for tick in range(1600):
