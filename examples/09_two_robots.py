@@ -1,35 +1,48 @@
-"""9. Two robots: one brings a part, the other waits for it.
+"""9. Two robots in one cell: the left one picks a bar up and hands it to the right one.
 
-Run `python examples/09_two_robots.py`. `iiwa-sim --count 20` runs many robots in one program.
+Run `python examples/09_two_robots.py`. Each robot of examples/two_iiwas.toml has its own controller and port.
+They share the time, the table and the bar, and stop when they collide.
 """
 
 from contextlib import ExitStack
+from pathlib import Path
 
 from iiwa_sim import Iiwa, Simulator
 
-ABOVE = (450, 0, 560, 0, -1.57079, 0)
-HANDOVER = (450, 150, 520, 0, -1.57079, 0)
-READY, TAKEN = 1, 2  # digital outputs
+CELL = Path(__file__).with_name("two_iiwas.toml")
+DOWN, LEVEL = (3.14159265, 0, 3.14159265), (0, 1.57079633, 0)
+CLOSE, HOLDS = 1, 3
+
+
+def grip(robot: Iiwa) -> None:
+    robot.set_output(CLOSE, value=True)
+    while not robot.get_input(HOLDS):
+        pass
 
 
 def main() -> None:
-    with ExitStack() as cell:
-        simulators = [cell.enter_context(Simulator(name, clock="fast")) for name in ROBOTS]
-        left, right = (cell.enter_context(Iiwa(each.host, each.port)) for each in simulators)
-        left.lin_move(HANDOVER, speed=0.5, blending=0)
-        left.wait_until_stopped(timeout_s=30)
-        left.set_output(READY, value=True)
+    with ExitStack() as running:
+        cell = running.enter_context(Simulator(cell=CELL, clock="fast"))
+        left, right = (running.enter_context(Iiwa(each.host, each.port)) for each in cell.robots.values())
+        left.ptp_move((550, -200, 450, *DOWN), speed=0.5, blending=0)
+        left.lin_move((550, -200, 400, *DOWN), speed=0.2, blending=0)
+        left.wait_until_stopped(timeout_s=60)
+        grip(left)
+        left.lin_move((550, 0, 500, *DOWN), speed=0.5, blending=0)
+        right.ptp_move((680, 0, 455, *LEVEL), speed=0.5, blending=0)
+        left.wait_until_stopped(timeout_s=60)
+        right.lin_move((740, 0, 455, *LEVEL), speed=0.2, blending=0)
+        right.wait_until_stopped(timeout_s=60)
+        grip(right)  # both hold the bar now, and the left robot leads it
+        left.set_output(CLOSE, value=False)
+        while left.get_input(HOLDS):
+            pass
+        left.lin_move((550, 0, 600, *DOWN), speed=0.5, blending=0)
+        right.lin_move((660, 0, 455, *LEVEL), speed=0.2, blending=0)
+        right.wait_until_stopped(timeout_s=60)
+        (bar,) = cell.robots["left"].state().parts
+        print("handed over:", bar.state, "at", *map(round, bar.frame[:3]))
 
-        assert left.get_output(READY)  # in a real cell this is wired to an input of the other robot
-        right.ptp_move(HANDOVER, speed=0.3, blending=0)
-        right.wait_until_stopped(timeout_s=30)
-        right.set_output(TAKEN, value=True)
-        left.lin_move(ABOVE, speed=0.5, blending=0)
-        left.wait_until_stopped(timeout_s=30)
-        print("handed over at", *(f"{mm:.0f}" for mm in right.get_tool_frame()[:3]))
-
-
-ROBOTS = ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")
 
 if __name__ == "__main__":
     main()

@@ -10,6 +10,8 @@ import re
 import shlex
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from copy import copy
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -238,14 +240,16 @@ def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | No
     """A robot while the context is open, and what a report shows of it from then on."""
     simulator = _started(options)
     place = len(shown)
-    shown.append(
-        _Robot(
-            name,
-            lambda: simulator.call(simulator.dialogue.report, REPORT_S),
-            lambda: simulator.call(simulator.state, REPORT_S),
-            artifact,
-        )
-    )
+    for robot in simulator.robots.values():
+
+        def dialogue(report: Callable[[], str] = robot.dialogue.report) -> str:
+            return simulator.call(report, REPORT_S)
+
+        def state(of: "Callable[[], Snapshot]" = robot.state) -> "Snapshot":
+            return simulator.call(of, REPORT_S)
+
+        shown.append(_Robot(f"{name} {robot.name}".rstrip(), dialogue, state, artifact))
+    robots = list(zip(range(place, len(shown)), simulator.robots.values(), strict=True))
     try:
         if artifact is not None:
             _record(simulator, artifact)
@@ -254,11 +258,12 @@ def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | No
         try:
             simulator.__exit__(None, None, None)
         except TimeoutError as blocked:
-            shown[place] = _Robot(name, simulator.dialogue.report, simulator.state, artifact)
+            for number, robot in robots:
+                shown[number] = shown[number]._replace(dialogue=robot.dialogue.report, state=robot.state)
             raise _failure(f"the robot could not be ended: {blocked}") from None
-        end = simulator.state()  # pytest keeps what is shown: the robot need not stay
-        said = simulator.dialogue.report()
-        shown[place] = _Robot(name, lambda: said, lambda: end, artifact)
+        for number, robot in robots:  # pytest keeps what is shown: the robot need not stay
+            said, end = robot.dialogue.report(), robot.state()
+            shown[number] = shown[number]._replace(dialogue=partial(str, said), state=partial(copy, end))
 
 
 def _record(simulator: "Simulator", path: Path) -> None:
@@ -274,7 +279,8 @@ def _started(options: "Given") -> "Simulator":
 
     try:
         simulator = Simulator(settings=settings_of(options, {"port": (0,)}))
-        simulator.dialogue.remember()
+        for robot in simulator.robots.values():
+            robot.dialogue.remember()
         return simulator.__enter__()
     except Unusable as fault:
         raise _failure(fault) from None

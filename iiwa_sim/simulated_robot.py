@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from iiwa_sim import log
 from iiwa_sim.backdoor.backdoor import Backdoor, Call
@@ -29,6 +29,9 @@ from iiwa_sim.robot_events import RobotEvents, log_discarded
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.tcp import Admission, TcpServer
 
+if TYPE_CHECKING:
+    from iiwa_sim.world.arm import Arm
+
 T = TypeVar("T")
 logger = logging.getLogger(__name__)
 
@@ -43,6 +46,7 @@ class SimulatedRobot:
     def __init__(
         self,
         cell: Cell,
+        arm: "Arm | None",
         settings: Settings,
         clock: Clock,
         call: Call,
@@ -61,6 +65,7 @@ class SimulatedRobot:
         self._events = events = RobotEvents(self.dialogue)
         self.stepped = controller = cell.controller(
             clock.tick_s,
+            arm=arm,
             servo_timeout_s=settings.servo_timeout_s,
             on_fault=self._named(events.fault),
             on_contact=self._named(events.contact),
@@ -72,9 +77,7 @@ class SimulatedRobot:
             controller.handling.tell_of_parts(self._named(events.part))
         self.log = SessionLog()
         self.faults = faults = WireFaults(self.dialogue.on_wire)
-        ports: dict[str, int] = dict(zip(settings.protocol, settings.port, strict=True))
-        if cell.name:
-            ports = cell.ports
+        ports = cell.ports or dict[str, int](zip(settings.protocol, settings.port, strict=True))
         faults.canned.heard = IIWA in ports
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         for protocol in ports:

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim.backdoor.states import States
-from iiwa_sim.cell.cell import Cell, cells_of, single
+from iiwa_sim.cell.cell import Cell, cells_of, shared_world
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
 from iiwa_sim.clock.pace import Pace, pace
@@ -79,7 +79,7 @@ class Simulator:
         named = {"robot": robot, "cell": None if known else cell}
         self.settings = settings = from_keywords(named | options, settings)
         self._thread: LoopThread | None = None
-        self.cells = (single(tuple(known or cells_of(settings.robot, settings.cell))),)
+        self.cells = tuple(known or cells_of(settings.robot, settings.cell))
         """The cell, once for each robot."""
         has_ros = settings.rosbridge_port is not None or settings.ros or settings.ros2
         if len(self.cells) > 1 and has_ros:
@@ -88,13 +88,15 @@ class Simulator:
             )
         self.clock = Clock(settings.rate_hz, _pace(settings.clock))
         budget = Budget(self.clock.catch_up)
+        world = shared_world(self.cells, self.clock.tick_s)
+        arms = [None] if world is None else world.arms
         self.robots = {
-            each.name: SimulatedRobot(each, settings, self.clock, self.call, budget, on_bye)
-            for each in self.cells
+            each.name: SimulatedRobot(each, arm, settings, self.clock, self.call, budget, on_bye)
+            for each, arm in zip(self.cells, arms, strict=True)
         }
         """The robots by their names; a cell without `[[robot]]` has one, whose name is empty."""
         robots = list(self.robots.values())
-        self._group = ControllerGroup([Member(each.stepped, each.cell.base) for each in robots])
+        self._group = ControllerGroup([Member(each.stepped, each.cell.base) for each in robots], world)
         self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         states = States(*self._group.controllers)
         for each in robots:

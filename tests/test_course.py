@@ -24,7 +24,7 @@ TOLD = {
     "06_table.py": ["the table is at 300.0"],
     "07_lost_reply.py": ["no reply in time: connecting anew", "joints 0.0 0.52"],
     "08_pick.py": ["table at 299.", "gripped: True", "put down at 324."],
-    "09_two_robots.py": ["handed over at 450 150 520"],
+    "09_two_robots.py": ["handed over: held at 630 0 460"],
     "10_recorded_failure.py": [
         "farther than the arm reaches by ",
         "lbr_iiwa_7_r800: 0 answered otherwise",

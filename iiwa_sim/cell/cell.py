@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import degrees, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
 from iiwa_sim.cell.settings import HOME, CellFault, OneRobotSettings, RobotSettings, metres, read_settings
@@ -29,7 +29,9 @@ from iiwa_sim.world.gripper import Gripper
 from iiwa_sim.world.part import Part
 
 if TYPE_CHECKING:
+    from iiwa_sim.world.arm import Arm
     from iiwa_sim.world.scene import Scene
+    from iiwa_sim.world.world import World
 
 CELL_SUFFIX = ".toml"
 
@@ -80,7 +82,7 @@ class Cell:
         self,
         tick_s: float,
         *,
-        arm: Any = None,
+        arm: Arm | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -110,11 +112,13 @@ class Cell:
         return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
 
 
-def shared_world(cells: Sequence[Cell], tick_s: float) -> Any:
-    """Return the `World` of robots that share a cell.
+def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
+    """Return the world of robots that share a cell; None for one without `[[robot]]` or bodies.
 
     Its `arms`, in the order of the robots, are what `Cell.controller` takes.
     """
+    if len(cells) == 1 and (not cells[0].name or cells[0].handled is None):
+        return None
     from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
     from iiwa_sim.world.world import World
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import degrees
 
-from iiwa_sim.cell.cell import Cell
+from iiwa_sim.cell.cell import Cell, shared_world
 from iiwa_sim.cell.handled import CLOSE_M
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose
@@ -58,7 +58,8 @@ def _handled(cell: Cell) -> Iterator[str]:
         bodies = ", ".join(repr(each.name) for each in scene.bodies)
         wires = [f"input {each.number}" for each in inputs] + [f"output {each.number}" for each in outputs]
         yield f"scene: {harmless(bodies)}; wired: {', '.join(wires) or 'nothing'}"
-    handling = cell.controller(0.002).handling
+    shared = shared_world([cell], 0.002)
+    handling = cell.controller(0.002, arm=None if shared is None else shared.arms[0]).handling
     world = None if handling is None else handling.world
     for number, (part, _) in enumerate(parts):
         touched = [] if world is None else world.near(number, CLOSE_M)

@@ -9,7 +9,7 @@ from pathlib import Path
 from iiwa_sim.cli.output import reached_at
 from iiwa_sim.cli.parsing import from_command_line
 from iiwa_sim.client import Iiwa, Krc4, ReplyError
-from iiwa_sim.options.robots import robots_of
+from iiwa_sim.options.robots import robots_in, robots_of
 from iiwa_sim.options.sources import from_environment, merged
 
 TIMEOUT_S = 2.0
@@ -45,8 +45,14 @@ def fault_of(process: int) -> str:
     variables = {name: value for name, _, value in (each.partition("=") for each in environment)}
     robots = robots_of(merged(from_environment(variables)[0], from_command_line(words[place + 1 :])))
     for name, settings in robots if len(robots) == 1 else (robots[0], robots[-1]):
-        for protocol, port in zip(settings.protocol, settings.port, strict=True):
-            what = f"{name} {protocol}".lstrip()
+        listening = [
+            (f"{name} {each} {protocol}", protocol, port)
+            for each, ports in robots_in(settings).items()
+            for protocol, port in ports.items()
+        ]
+        ports = zip(settings.protocol, settings.port, strict=False)
+        for what, protocol, port in listening or [(f"{name} {each}", each, port) for each, port in ports]:
+            what = what.lstrip()
             if port == 0:
                 return f"process {process} picks a port for {what}: only its first lines tell which"
             host = reached_at(settings.host)

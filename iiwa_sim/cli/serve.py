@@ -16,6 +16,7 @@ from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.output import reached_at, say
 from iiwa_sim.cli.page import Page, page_url
 from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.frames import Frame
 from iiwa_sim.options.model import LISTENS_AT, WRITTEN, Settings
 from iiwa_sim.options.robots import Robots, ports_of, robots_of
 from iiwa_sim.options.sources import from_environment, merged
@@ -147,17 +148,17 @@ def _announcement(name: str, simulator: "Simulator") -> str:
 def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
     """Return how the page reaches robots."""
     here, settings = reached_at(simulator.host), simulator.settings
-    ports = {each.name: each.ports.get("iiwa") for each in simulator.robots.values()}
     return [
         {
-            "name": f"{name} {robot}".strip(),
-            "in_cell": robot,
+            "name": f"{name} {robot.name}".strip(),
+            "in_cell": robot.name,
+            "base": Frame.from_transform(robot.cell.base),
             "status": (here, simulator.status_port),
             "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
             "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
-            "driver": None if port is None else (here, port),
+            "driver": (here, robot.port) if robot.ports.get("iiwa") == robot.port else None,
         }
-        for robot, port in ports.items()
+        for robot in simulator.robots.values()
     ]
 
 

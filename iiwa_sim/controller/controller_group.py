@@ -1,10 +1,13 @@
 """The controllers of the robots in one cell, stepped together."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
+
+if TYPE_CHECKING:
+    from iiwa_sim.world.world import World
 
 
 class Member(NamedTuple):
@@ -18,18 +21,28 @@ class Member(NamedTuple):
 class ControllerGroup:
     """The controllers of one cell, in its order: a clock drives them as one robot."""
 
-    def __init__(self, members: Sequence[Member]) -> None:
-        self.members = list(members)
+    def __init__(self, members: Sequence[Member], world: "World | None" = None) -> None:
+        """`world` is the one that several robots share."""
+        self.members, self._world = list(members), world
         self.controllers = [each.controller for each in members]
 
     def step(self) -> None:
-        """Make one tick of all robots. A fault in one of them is raised after the others have moved."""
+        """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
+
+        A fault in one of them is raised at the end of the tick.
+        """
         faults = []
-        for controller in self.controllers:
-            try:
-                controller.step()
-            except Exception as fault:  # noqa: BLE001 - raised below
-                faults.append(fault)
+        halves = [
+            [controller.move_on for controller in self.controllers],
+            [] if self._world is None else [self._world.step],
+            [controller.feel for controller in self.controllers],
+        ]
+        for calls in halves:
+            for call in calls:
+                try:
+                    call()
+                except Exception as fault:  # noqa: BLE001 - raised below
+                    faults.append(fault)
         if faults:
             raise faults[0]
 

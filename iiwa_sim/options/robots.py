@@ -19,7 +19,7 @@ from iiwa_sim.options.sources import (
     from_names,
     merged,
 )
-from iiwa_sim.protocols.ports import DEFAULT_PORTS, MAX_PORT
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, MAX_PORT
 from iiwa_sim.server.token import is_loopback
 
 Robots = list[tuple[str, Settings]]
@@ -40,13 +40,38 @@ def settings_of(given: Given, defaults: Mapping[str, Any] | None = None) -> Sett
     values = {OPTIONS[key].keyword: each.value for key, each in given.items()}
     found = Settings(**{**(defaults or {}), **values})
     _check(given, found)
+    names = robots_in(found)
+    for key in ("port", "protocol"):
+        if names and key in given and given[key].value:
+            raise _error(given, key, f"expected none: the cell has those of {' and '.join(names)}")
     ports = found.port or tuple(DEFAULT_PORTS[name] for name in found.protocol)
-    found = msgspec.structs.replace(found, port=ports * len(found.protocol) if ports == (0,) else ports)
-    if len(found.port) != len(found.protocol):
+    ports = () if names else ports * len(found.protocol) if ports == (0,) else ports
+    found = msgspec.structs.replace(found, port=ports)
+    if len(found.port) != len(found.protocol) and not names:
         raise _error(given, "port", f"expected {len(found.protocol)}, one for each protocol")
     if found.view_port is not None:  # the page is a client of both
         status = found.status_port or 0
         found = msgspec.structs.replace(found, status_port=status, backdoor_port=found.backdoor_port or 0)
+    return found
+
+
+def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
+    """Return the names of the robots in a cell with `[[robot]]`, each with the ports of its protocols.
+
+    A file that cannot be used has none: whoever loads the cell says why.
+    """
+    import tomllib
+
+    try:
+        file = tomllib.loads(Path(settings.cell or settings.robot or "").read_text(encoding="utf-8-sig"))
+        found = {}
+        for each in file["robot"]:
+            spoken, ports = each.get("protocol", DEFAULT_PROTOCOL), each.get("port", 0)
+            spoken = spoken if isinstance(spoken, list) else [spoken]
+            ports = ports if isinstance(ports, list) else [ports] * len(spoken)
+            found[each["name"]] = dict(zip(spoken, ports, strict=True))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
     return found
 
 
@@ -128,7 +153,7 @@ def _numbered(robot: Settings, index: int, name: str, own: set[str]) -> Settings
     for key in (key for key in model.LISTENS_AT if key not in own and key not in model.PROCESS):
         ports = getattr(robot, key)
         moved = [port and port + index for port in (ports if key == "port" else [ports])]
-        if max(port or 0 for port in moved) > MAX_PORT:
+        if max((port or 0 for port in moved), default=0) > MAX_PORT:
             raise SettingError(
                 f"{OPTIONS[key].flag}: robot {index} has port {max(moved)}, expected up to {MAX_PORT}"
             )

@@ -93,7 +93,7 @@ class Recorded:
                 break
         self._space = ""
         if robots := self.metadata.get("robots", "").split():
-            space = f"{robot or robots[0]}/"
+            space = f"{robot if ending else robots[0]}/"
             if space[:-1] not in robots:
                 raise RecordingFault(f"{path}: expected {' or '.join(robots)} behind the colon")
             self.metadata = {key.removeprefix(space): each for key, each in self.metadata.items()}

@@ -325,7 +325,7 @@ class Recorder:
 
     def _put(self, topic: str, content: Any, real_ns: int, tick: int | None = None) -> None:
         log_ns = self._log_ns(self._controller.tick if tick is None else tick)
-        if self.namespace:
+        if self.namespace and topic in (SCENE, ARM):
             in_namespace(self.namespace, content)
         self._block.append(Message(topic, self._encode(content), log_ns, real_ns))
 

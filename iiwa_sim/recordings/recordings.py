@@ -84,6 +84,7 @@ class Recordings:
 
     def start(self, recorders: "Mapping[Recorder, Source]") -> None:
         """Have recorders see all from here on."""
+        self._begun |= recorders
         for recorder, source in recorders.items():
             self.recorders.append(recorder)
             source.log.on_refused.append(recorder.refused)
@@ -94,7 +95,6 @@ class Recordings:
         for recorder, source in recorders.items():
             first = source.protocols[0]
             recorder.start([(name, protocol or first) for name, protocol in source.wire.peers()])
-        self._begun |= recorders
 
     def stop(self, recorders: "Iterable[Recorder]") -> None:
         """Have recorders see nothing more; does nothing for those that have been stopped."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Vector
+from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
 from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.access import open_page
@@ -39,6 +39,8 @@ BESIDE_M = 0.12
 """Thickness of links beside the points that a picture is fitted to."""
 NARROW = 0.8
 """Width over height of a window in which the panel lies over the lower part of the picture."""
+SHOWN_ONCE = {"surfaces": (), "parts": (), "bodies": ()}
+"""What robots of one cell have in common."""
 VIEWS = {
     "Fit": (1.05, -1.4, 0.6),
     "Front": (1.0, 0.0, 0.15),
@@ -149,7 +151,8 @@ class _Page:
     def __init__(self, server: viser.ViserServer, stations: Sequence[Station]) -> None:
         self._stations = stations
         self._chosen = 0
-        row, several = ceil(sqrt(len(stations))), len(stations) > 1
+        cells = list(dict.fromkeys(station.place.status for station in stations))
+        row, several = ceil(sqrt(len(cells))), len(stations) > 1
         add_ground(server.scene, 4.0 + 2.0 * APART_M * (row - 1))
         self._scenes: list[Scene] = []
         self._boxes: list[Any] = []
@@ -160,7 +163,9 @@ class _Page:
             self._choice = server.gui.add_dropdown("Robot", tuple(station.name for station in stations))
             self._choice.on_update(acting(self._choose))
         for number, station in enumerate(stations):
-            place = (APART_M * (number // row), APART_M * (number % row), 0.0)
+            spot = cells.index(station.place.status)
+            apart = Transform(IDENTITY.rotation, (APART_M * (spot // row), APART_M * (spot % row), 0.0))
+            place = compose(apart, Frame(*station.place.base).to_transform())
             scene = Scene(server.scene, station.robot, f"/robots/{number}", place)
             self._scenes.append(scene)
             if several:
@@ -181,7 +186,8 @@ class _Page:
         for number, (station, scene) in enumerate(zip(self._stations, self._scenes, strict=True)):
             station.want(is_open)
             if station.cell:
-                scene.show_cell(station.cell)
+                is_first = number == 0 or station.place.status != self._stations[number - 1].place.status
+                scene.show_cell(station.cell if is_first else {**station.cell, **SHOWN_ONCE})
             if is_open and self._shown_states[number] is not station.state:
                 self._shown_states[number] = station.state
                 scene.show(station.state)

@@ -51,6 +51,8 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     """Name or folder of the robot, for a place without a backdoor."""
     in_cell: str = ""
     """Name of the robot in its cell, if there are several."""
+    base: tuple[float, ...] = (0.0,) * 6
+    """Pose of its base there: mm, rad."""
 
 
 class Driver:

@@ -122,7 +122,7 @@ class Push:
     def _dragging(self, link: int) -> Any:
         async def dragged(event: Any) -> None:  # in viser's loop, in order
             ends = event.start_position, event.end_position
-            (x, y, z), target = (tuple(np.subtract(each, self._scene.place_m).tolist()) for each in ends)
+            (x, y, z), target = (apply(inverse(self._scene.place), tuple(each)) for each in ends)
             grabbed = self._grabbed
             if event.phase == "end":
                 self._grabbed = None

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from trimesh.visual.material import PBRMaterial
 
 from iiwa_sim.frames import (
+    IDENTITY,
     Frame,
     Rotation,
     Transform,
     Vector,
+    apply,
     compose,
     inverse,
     quaternion_from_rotation,
@@ -121,23 +123,23 @@ class Scene:
     """Arm, cell, frames, path of the TCP and wrench of one robot below a node."""
 
     def __init__(
-        self, scene: viser.SceneApi, robot: Robot, root: str = "/robot", place_m: Vector = (0, 0, 0)
+        self, scene: viser.SceneApi, robot: Robot, root: str = "/robot", place: Transform = IDENTITY
     ):
-        """Raises RobotFault for a robot that cannot be drawn. `place_m` is where its base stands."""
+        """Raises RobotFault for a robot that cannot be drawn. `place` is the pose of its base."""
         self.arm = Arm(robot)
         self.root = root
-        self.place_m = place_m
-        scene.add_frame(root, show_axes=False, position=place_m)
+        self.place = place
+        scene.add_frame(root, show_axes=False, position=place.translation, wxyz=wxyz(place.rotation))
         self.handles: list[Any] = []
         """Nodes of the links, each below its parent's."""
         for link, look in zip(self.arm.links, self.arm.looks, strict=True):
             above = f"{root}/arm" if link.parent is None else self.handles[link.parent].name
             path, pose = f"{above}/{link.name.replace('/', '_')}", link.pose
-            place: dict[str, Any] = {"position": pose.translation, "wxyz": wxyz(pose.rotation)}
+            at: dict[str, Any] = {"position": pose.translation, "wxyz": wxyz(pose.rotation)}
             if look is None:
-                self.handles.append(scene.add_frame(path, show_axes=False, **place))
+                self.handles.append(scene.add_frame(path, show_axes=False, **at))
             else:
-                self.handles.append(scene.add_glb(path, look, **place))
+                self.handles.append(scene.add_glb(path, look, **at))
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
         self._arrows = [
@@ -206,11 +208,11 @@ class Scene:
         arm = [pose.translation for pose in self.arm.poses(joints)]
         bodies = [handle.position for handle in (*self._surfaces.values(), *self._parts.values())]
         near = [each for each in bodies if np.linalg.norm(each) < 1.5]
-        return np.array([*arm, *near], float).reshape(-1, 3) + self.place_m
+        return np.array([apply(self.place, tuple(each)) for each in (*arm, *near)], float)
 
     def tcp(self) -> NDArray[np.float64]:
         """Return the position of the TCP in the scene (m)."""
-        return np.asarray(self._tcp.position) + self.place_m
+        return np.array(apply(self.place, tuple(self._tcp.position)))
 
     def _show_gripper(self, gripper: Mapping[str, Any] | None) -> None:
         if gripper is None:

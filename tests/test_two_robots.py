@@ -1,0 +1,332 @@
+"""Several robots in one cell, as drivers and test benches see them: by sockets, time passes for all."""
+
+from __future__ import annotations
+
+import json
+import logging
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from iiwa_sim import Simulator
+from iiwa_sim.backdoor.client import BackdoorClient
+from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.client.connection import Connection
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.options.sources import SettingError
+from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.schemas import DIALOGUE, STATE
+from iiwa_sim.recordings.tables import write_tables
+
+CELL = Path(__file__).parents[1] / "examples" / "two_iiwas.toml"
+HEAD, _, _ = CELL.read_text().partition("[[robot]]")
+DOWN, LEVEL = "3.14159265 0 3.14159265", "0 1.57079633 0"
+OPEN, CLOSE, HOLDS = "set output : 1 0", "set output : 1 1", "get input : 3"
+RESTS = "rests"
+HAND_OVER = [
+    ("left", f"ptp move : 550 -200 450 {DOWN} 0.5 0", "done"),
+    ("left", f"lin move : 550 -200 400 {DOWN} 0.2 0", "done"),
+    ("left", RESTS, "done"),
+    ("left", CLOSE, "done"),
+    ("left", HOLDS, "1"),
+    ("left", f"lin move : 550 0 500 {DOWN} 0.5 0", "done"),
+    ("right", f"ptp move : 680 0 455 {LEVEL} 0.5 0", "done"),
+    ("left", RESTS, "done"),
+    ("right", f"lin move : 740 0 455 {LEVEL} 0.2 0", "done"),
+    ("right", RESTS, "done"),
+    ("right", CLOSE, "done"),
+    ("right", HOLDS, "1"),
+    ("left", OPEN, "done"),
+    ("left", HOLDS, "0"),
+    ("left", f"lin move : 550 0 600 {DOWN} 0.5 0", "done"),
+    ("right", f"lin move : 660 0 455 {LEVEL} 0.2 0", "done"),
+    ("left", RESTS, "done"),
+    ("right", RESTS, "done"),
+]
+"""Commands, and the reply that each is to have in the end."""
+
+
+@pytest.fixture
+def cell() -> Iterator[Simulator]:
+    with Simulator(cell=CELL, clock="stepped", status_port=0, backdoor_port=0) as simulator:
+        yield simulator
+
+
+class Drivers:
+    """A client of each robot."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.simulator = simulator
+        self.clients = {name: Connection(each.host, each.port, 60) for name, each in simulator.robots.items()}
+
+    def __enter__(self) -> Drivers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for each in self.clients.values():
+            each.close()
+
+    def ask(self, name: str, command: str) -> str:
+        self.clients[name].send(command.encode() + b"\r\n")
+        return self.clients[name].read_line().decode()
+
+    def rests(self, name: str) -> str:
+        while self.ask(name, "get status") == "moving":
+            self.simulator.run_until_stopped()
+        return "done"
+
+    def hands_over(self, seen: Callable[[], None] = lambda: None) -> None:
+        for name, command, reply in HAND_OVER:
+            for _ in range(50):
+                found = self.rests(name) if command == RESTS else self.ask(name, command)
+                if found == reply:
+                    break
+                self.simulator.advance(0.1)
+            assert found == reply, (name, command)
+            seen()
+
+
+def states(simulator: Simulator) -> list[Snapshot]:
+    return [robot.state() for robot in simulator.robots.values()]
+
+
+@pytest.mark.parametrize("clock", ["stepped", "fast"])
+def test_a_part_is_handed_over_twice_with_the_same_bits(clock: str) -> None:
+    seen: list[list[object]] = [[], []]
+    for run in seen:
+        with Simulator(cell=CELL, clock=clock) as simulator, Drivers(simulator) as drivers:
+
+            def look(run: list[object] = run, simulator: Simulator = simulator) -> None:
+                left, right = states(simulator)
+                run.append((left.joint_position, right.joint_position, left.parts, right.parts))
+
+            simulator.pause()  # at rest time passes as the driver has it
+            drivers.hands_over(look)
+            left, right = states(simulator)
+    assert seen[0] == seen[1]
+    assert left.parts[0].state == right.parts[0].state == "held"
+    assert left.gripper is not None
+    assert left.gripper.state == "open"
+    assert left.parts[0].frame[:3] == pytest.approx((630, 0, 460), abs=0.5)
+    assert right.parts[0].frame[:3] == pytest.approx((660, 0, 460), abs=0.5)
+
+
+def test_the_bar_falls_if_the_giver_opens_before_the_other_holds_it(cell: Simulator) -> None:
+    with Drivers(cell) as drivers:
+        for name, command, _ in HAND_OVER[:10]:
+            drivers.rests(name) if command == RESTS else drivers.ask(name, command)
+            cell.advance(1.0)
+        drivers.ask("left", OPEN)
+        cell.advance(2.0)
+    assert states(cell)[0].parts[0].state == "lies"
+    assert states(cell)[0].parts[0].frame.z_mm < 400.0
+
+
+def answers(simulator: Simulator, name: str) -> list[str]:
+    """Return replies to a driver, while others rest."""
+    said = []
+    with Drivers(simulator) as drivers:
+        for command in (
+            "hello",
+            "get mode",
+            f"lin move : 400 100 500 {DOWN} 0.5 0",
+            "get status",
+            "get joint position",
+            "get cartesian force",
+            "lin move : 2000 0 500 0 0 0 0.5 0",
+            "get error",
+            f"smart cartesian move : 450 100 500 {DOWN} 0.5",
+            "get tool frame",
+            "set output : 2 1",
+            "get outputs",
+        ):
+            said.append(drivers.ask(name, command))
+            simulator.advance(0.05)
+    return said
+
+
+def test_each_driver_is_answered_as_alone(tmp_path: Path) -> None:
+    alone = tmp_path / "alone.toml"
+    first = CELL.read_text().split("[[robot]]")[1].replace('name = "left"', "").replace("model", "robot")
+    alone.write_text(first.replace("[robot.gripper]", "[gripper]"))
+    with Simulator(cell=alone, clock="stepped") as simulator:
+        expected = answers(simulator, "")
+    assert "error" in expected
+    with Simulator(cell=CELL, clock="stepped") as simulator:
+        for name in simulator.robots:
+            assert answers(simulator, name) == expected
+
+
+def test_both_robots_answer_every_line_of_a_flood() -> None:
+    count = 1500
+    found: dict[str, list[bytes]] = {}
+    with Simulator(cell=CELL, clock="fast") as simulator:
+
+        def flood(name: str, port: int) -> None:
+            with socket.create_connection(("127.0.0.1", port), 60) as connection:
+                connection.sendall(b"set output : 4 1\r\nget output : 4\r\nsmart get\r\n" * (count // 3))
+                connection.shutdown(socket.SHUT_WR)
+                found[name] = connection.makefile("rb").read().splitlines()
+
+        each = [threading.Thread(target=flood, args=(n, r.port)) for n, r in simulator.robots.items()]
+        for thread in each:
+            thread.start()
+        for thread in each:
+            thread.join()
+    assert list(map(len, found.values())) == [count, count]
+    assert found["left"] == found["right"]
+
+
+def test_there_is_one_time(cell: Simulator) -> None:
+    with Drivers(cell) as drivers:
+        drivers.ask("left", f"lin move : 400 0 500 {DOWN} 0.1 0")
+        passed = cell.run_until_stopped()
+        left, right = states(cell)
+        assert left.tick == right.tick == round(passed * 500)
+        assert left.joint_position != right.joint_position
+        cell.advance(0.5)
+        assert states(cell)[1].tick == left.tick + 250
+
+
+def test_a_collision_stops_both_and_names_the_other(
+    cell: Simulator, caplog: pytest.LogCaptureFixture
+) -> None:
+    for name, robot in cell.robots.items():
+        robot.dialogue.remember()
+        assert robot.name == name
+    with Drivers(cell) as drivers, caplog.at_level(logging.WARNING):
+        for name in cell.robots:
+            drivers.ask(name, f"lin move : 750 0 450 {LEVEL} 0.2 0")
+        cell.run_until_stopped()
+        for name, other in (("left", "right"), ("right", "left")):
+            reason = drivers.ask(name, "get error")
+            assert reason.startswith("3060 protective stop: ")
+            assert reason.endswith(f" of robot '{other}'")
+            assert f"protective stop: {reason.split('stop: ')[1]}" in caplog.text
+            assert drivers.ask(name, "get status") == "stopped"
+            assert "protective stop" in cell.robots[name].dialogue.report()
+
+
+def test_a_named_state_is_one_of_the_whole_cell(cell: Simulator) -> None:
+    left, right = (robot.backdoor for robot in cell.robots.values())
+    with Drivers(cell) as drivers:
+        for name, command, _ in HAND_OVER[:6]:
+            drivers.rests(name) if command == RESTS else drivers.ask(name, command)
+            cell.advance(1.0)
+        left.save_state("carried")
+        before = [(each.joint_position, each.parts, each.outputs) for each in states(cell)]
+        for name, command, _ in HAND_OVER[6:10]:
+            drivers.rests(name) if command == RESTS else drivers.ask(name, command)
+        drivers.ask("right", CLOSE)
+        right.add_surface(BoxSettings(name="wall", size_mm=(10, 10, 10), z_mm=2000, stiffness_n_per_m=1e4))
+        cell.advance(0.5)
+        right.restore_state("carried")
+        assert [(each.joint_position, each.parts, each.outputs) for each in states(cell)] == before
+        assert left.surfaces() == right.surfaces() == ["table"]
+        assert left.states() == right.states() == ["start", "carried"]
+        drivers.ask("left", f"lin move : 550 0 560 {DOWN} 0.5 0")
+        with pytest.raises(Refused, match="all robots have to be at rest"):
+            right.restore_state("start")
+        drivers.rests("left")
+        assert states(cell)[1].parts[0].state == "held"
+
+
+def test_surfaces_and_parts_are_those_of_all(cell: Simulator) -> None:
+    left, right = (robot.backdoor for robot in cell.robots.values())
+    right.add_surface(
+        BoxSettings(name="shelf", size_mm=(200, 200, 20), x_mm=700, z_mm=600, stiffness_n_per_m=1e4)
+    )
+    (shelf,) = (each for each in left.cell().surfaces if each["name"] == "shelf")
+    assert shelf["x_mm"] == pytest.approx(590.0)
+    x, y, z, *_ = states(cell)[0].tool_frame
+    with pytest.raises(Refused, match=r"the TCP would be 10\.000 mm within surface 'no'"):
+        right.add_surface(
+            BoxSettings(name="no", size_mm=(20,) * 3, x_mm=1290 - x, y_mm=-y, z_mm=z, stiffness_n_per_m=1e4)
+        )
+    left.remove_surface("shelf")
+    left.remove_part("bar")
+    cell.advance(0.1)
+    assert right.surfaces() == ["table"]
+    assert states(cell)[1].parts[0].state == "gone"
+
+
+def test_the_status_port_tells_of_each_robot_and_stops_all(cell: Simulator) -> None:
+    schema = json.loads((Path(__file__).parents[1] / "protocol" / "status.schema.json").read_text())
+    assert cell.status_port is not None
+    with Drivers(cell) as drivers, socket.create_connection(("127.0.0.1", cell.status_port)) as reader:
+        lines = reader.makefile("rb")
+        cell.advance(0.1)
+        for name in ("left", "right", "left", "right"):
+            line = json.loads(lines.readline())
+            assert (line["robot"], "robot" in schema["properties"]) == (name, True)
+            assert msgspec.convert({k: v for k, v in line.items() if k != "robot"}, Snapshot)
+        for name in cell.robots:
+            drivers.ask(name, f"lin move : 400 0 500 {DOWN} 0.1 0")
+        reader.sendall(b"stop\r\nhello\r\n")
+        for _ in range(100):
+            cell.advance(0.02)
+            if not any(each.status == "moving" for each in states(cell)):
+                break
+        assert [each.error.code for each in states(cell)] == [3040, 3040]
+
+
+def test_the_backdoor_has_a_path_for_each_robot(cell: Simulator) -> None:
+    port = cell.backdoor_port
+    assert port is not None
+    BackdoorClient("127.0.0.1", port, robot="right").set_input(5, True)
+    assert [each.inputs[4] for each in states(cell)] == [False, True]
+    assert BackdoorClient("127.0.0.1", port, robot="left").input(5) is False
+    for name in ("", "middle"):
+        with pytest.raises(Refused, match="expected /ROBOT/inputs, with one of left, right"):
+            BackdoorClient("127.0.0.1", port, robot=name).inputs()
+
+
+def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    own = tmp_path / "right.mcap"
+    with cell.record(file), cell.robots["right"].record(own), Drivers(cell) as drivers:
+        drivers.ask("right", f"lin move : 400 0 500 {DOWN} 0.5 0")
+        cell.run_until_stopped()
+    left, right = Recorded(file), Recorded(Path(f"{file}:right"))
+    ticks = [[state.tick for state in each.contents(STATE)] for each in (left, right, Recorded(own))]
+    assert ticks[0] == ticks[1] == ticks[2] == list(range(len(ticks[0])))
+    ends = [[*each.contents(STATE)][-1].joint_position for each in (left, right, Recorded(own))]
+    assert ends[0] != ends[1] == ends[2]
+    said = [
+        [line.text[:14] for line in each.contents(DIALOGUE) if line.direction == ">"]
+        for each in (left, right)
+    ]
+    assert said == [[], ["lin move : 400"]]
+    assert len(write_tables(right, tmp_path)) == 4
+    with pytest.raises(Exception, match="expected left or right behind the colon"):
+        Recorded(Path(f"{file}:middle"))
+
+
+def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> None:
+    for name in ("port", "controller", "backdoor", "dialogue", "joints"):
+        with pytest.raises(AttributeError, match=r"the cell has several robots: robots\[NAME\] has it"):
+            getattr(cell, name)
+    with pytest.raises(AttributeError, match="'prot': a simulator has none"):
+        cell.prot  # type: ignore[attr-defined]  # noqa: B018
+    for options in ({"port": 30000}, {"protocol": "krc4"}):
+        with pytest.raises(SettingError, match=r": expected none: the cell has those of left and right"):
+            Simulator(cell=CELL, **options)
+    with pytest.raises(SettingError, match="--ros, --ros2: expected none, with several robots in"):
+        Simulator(cell=CELL, rosbridge_port=0)
+
+
+def test_a_single_robot_may_have_a_name_and_a_base(tmp_path: Path) -> None:
+    file = tmp_path / "cell.toml"
+    right = CELL.read_text().split("[[robot]]")[2]
+    file.write_text("[[robot]]" + right)
+    with Simulator(cell=file, clock="stepped") as cell:
+        assert cell.port == cell.robots["right"].port
+        cell.advance(0.5)
+        (bar,) = cell.state().parts
+        assert bar.state == "lies", "on the table, which is turned with it"
+        assert bar.frame[:2] == pytest.approx((740, 200), abs=0.1)
