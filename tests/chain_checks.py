@@ -10,9 +10,6 @@ from tests.stepped import Array, assert_within_limits
 
 STOP_S = 0.1
 RELATIVE_SPEED_TOLERANCE = 1.002  # of relative speeds, where they change in a blend
-IN_TIME_S = 0.4  # before the robot comes to where a blend could begin: the next move cannot be too late
-LEAST_RADIUS_M, LEAST_RADIUS_RAD = 1e-3, 1e-2  # of a blend that is asked to be passed at speed
-REVERSAL = -0.5  # cosine between the ways of the joints before and after a corner
 
 
 def assert_keeps_all_promises(recorder: Recorder) -> None:
@@ -66,22 +63,6 @@ def least_speed_at(run: Run, corner: int) -> float:
     return float(ways.min()) / 2.0
 
 
-def is_to_be_passed_at_speed(run: Run, corner: int) -> bool:
-    """Whether the robot may not stop there: a blend known in time, not tiny, and no reversal."""
-    places, move, following = run.places, run.moves[corner], run.moves[corner + 1]
-    least = LEAST_RADIUS_RAD if move.blends_in_joints else LEAST_RADIUS_M
-    if places.radius[corner] < least or not places.passed(corner) or _reverses(run, corner):
-        return False
-    if min(_travel(move.start, move.corner), _travel(following.start, following.corner)) < LEAST_RADIUS_RAD:
-        return False
-    inside = np.flatnonzero(_inside(run, corner) & places.at(corner))
-    begun = run.first + int(np.flatnonzero(places.possible[:, 2 * corner :].any(axis=1))[0])
-    came = run.first + int(inside[0]) if len(inside) else begun
-    if run.stopped_at is not None and run.first + int(inside[-1] if len(inside) else 0) >= run.stopped_at:
-        return False
-    return following.tick < begun or (came - following.tick) * run.robot.tick_s > IN_TIME_S
-
-
 def _inside(run: Run, corner: int) -> Array:
     """Ticks (m,) in the region round a corner; of a move that never leaves it only the half at the corner."""
     places: Places = run.places
@@ -98,20 +79,3 @@ def _ways(run: Run) -> Array:
 def _crept(run: Run) -> Array:
     """How far each joint can get in one tick from rest (n,)."""
     return np.array(run.robot.description.jerk) * run.robot.tick_s**3 / 6.0
-
-
-def _reverses(run: Run, corner: int) -> bool:
-    """Whether the joints leave a corner the way they came, judged by their ways near it."""
-    q, places = run.ticks.q, run.places
-    radius = max(places.radius[corner], 1e-4)
-    near = np.flatnonzero(places.at(corner) & (places.offset[:, corner] <= 1.5 * radius))
-    if len(near) < 2:
-        return False
-    coming = np.subtract(run.moves[corner].corner, q[near[0]])
-    going = np.subtract(q[near[-1]], run.moves[corner].corner)
-    lengths = float(np.linalg.norm(coming) * np.linalg.norm(going))
-    return lengths > 0.0 and float(coming @ going) < REVERSAL * lengths
-
-
-def _travel(start: Joints, end: Joints) -> float:
-    return float(np.abs(np.subtract(end, start)).max())

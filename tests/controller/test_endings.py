@@ -129,23 +129,3 @@ def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> No
     recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=5)))
     assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
-
-
-def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -> None:
-    robot = SteppedRobot()
-    told: list[tuple[list[int], str]] = []
-    robot.controller.endings.on_discarded = lambda moves, reason: told.append((list(moves), reason))
-    home = robot.controller.joints
-    away = (0.5, *home[1:])
-    for joints in (away, home, away):
-        robot.controller.move(joint_move(joints, [1.0] * 7))
-    robot.step(20)
-    robot.controller.move(smart_joint_move(home, [1.0] * 7))
-    assert [moves for moves, _ in told] == [[1, 2, 3]]
-    robot.step(20)
-    robot.controller.move(smart_joint_move(away, [1.0] * 7))
-    assert len(told) == 1, "a newer target of the same mode is no news"
-    robot.controller.stop()
-    assert told[1] == ([5], "stopped")
-    robot.controller.stop()
-    assert len(told) == 2

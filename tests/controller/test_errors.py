@@ -212,16 +212,6 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     assert controller.joints == tuple(BACK)
 
 
-def test_a_servo_times_out_at_once() -> None:
-    robot = SteppedRobot(servo_timeout_s=60.0)
-    robot.controller.move(smart_joint_move(AWAY, FULL))
-    robot.step(50)
-    robot.controller.time_out_servo()
-    assert robot.controller.mode is Mode.UNKNOWN
-    assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
-    robot.runs_until_stopped(0.1)
-
-
 @pytest.mark.parametrize("go", [joint_move, smart_joint_move])
 def test_the_robot_is_placed_and_goes_on_from_there(go: Callable[..., object]) -> None:
     robot = SteppedRobot()

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.cell import robot_alone
-from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import Handling, HandlingSetup, Wiring
 from iiwa_sim.world.gripper import Jaws
 from tests.stepped import SteppedRobot
@@ -81,27 +79,3 @@ def test_faults_of_the_gripper_and_their_end() -> None:
     assert told(robot) == (True, False, False)
     robot.step(STROKE_TICKS)
     assert told(robot) == (False, True, False)
-
-
-def test_a_restored_state_leaves_a_sensor_wrong_or_right_as_it_is() -> None:
-    """Inputs are restored as they were saved; once they stayed so, whatever the sensors told."""
-    robot = gripping()
-    handling, states = handling_of(robot), States(robot.controller)
-    states.save("right")
-    handling.mistake("holds", True)
-    states.save("wrong")
-    states.restore("right")
-    robot.step(10)
-    assert told(robot) == (True, False, True)
-    handling.repair()
-    states.restore("wrong")
-    robot.step(10)
-    assert told(robot) == (True, False, False)
-
-
-def test_only_a_sensor_that_is_wired_can_be_wrong() -> None:
-    handling = handling_of(gripping(Wiring(CLOSE, closed_input=IS_CLOSED, holds_input=HOLDS)))
-    with pytest.raises(Refused, match="no sensor 'open': there are closed, holds"):
-        handling.mistake("open", True)
-    with pytest.raises(Refused, match="no sensor 'open': none is wired"):
-        handling_of(gripping(Wiring(CLOSE))).mistake("open", True)

@@ -59,32 +59,6 @@ def test_a_line_stays_a_line_and_ends_at_its_target(
 
 
 @pytest.mark.requirement("FRC025")
-@pytest.mark.parametrize("direct", [False, True])
-@given(names, st.lists(st.tuples(values, st.integers(0, 2), st.integers(0, 150)), min_size=2, max_size=12))
-def test_servo_targets_are_followed_within_the_limits(
-    direct: bool, name: str, told: list[tuple[float, int, int]]
-) -> None:
-    robot = SteppedRobot(name)
-    target = PLACES[name][0]
-    full = [1.0] * len(target)
-    robot.goes_to(target)
-    controller = robot.controller
-    for value, k, ticks in told:
-        controller.set_override(value)
-        if direct:
-            target = tuple(np.add(controller.joints, (0.08, -0.04, 0.0)[k]).tolist())
-            controller.move(direct_joint_move(target, full))
-        else:
-            target = PLACES[name][k]
-            controller.move(smart_joint_move(target, full))
-        robot.step(ticks)
-    controller.set_override(0.7)
-    robot.runs_until_stopped()
-    assert controller.joints == target
-    assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize("command", [joint_move, smart_joint_move, direct_joint_move])
 def test_a_pause_takes_100_ms_and_the_way_back_300_ms(command: Any) -> None:
     robot = SteppedRobot()

@@ -15,7 +15,7 @@ from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.asked import joint_move, lin_force_move, lin_move
+from tests.asked import joint_move, lin_move
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002
@@ -136,14 +136,6 @@ def test_pushes_on_joints_count_one_by_one_at_rest_too(
     assert bool(robot.faults) == (abs(part) > 1.0)
     if robot.faults:
         assert_stopped_itself(robot, f"on A{joint + 1} is {1.001 * limits[joint]:.1f} Nm")
-
-
-def test_a_force_move_ends_at_its_threshold_before() -> None:
-    robot = watched(floor_mm=5.0, stiffness=5_000.0)
-    robot.controller.move(lin_force_move(down(robot, 60.0), 0.02, 0.0, (10.0, 10.0, 10.0)))
-    robot.runs_until_stopped()
-    assert not robot.faults
-    assert robot.controller.last_error is None
 
 
 @pytest.mark.parametrize(

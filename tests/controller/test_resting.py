@@ -17,7 +17,6 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
-from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
@@ -166,27 +165,3 @@ def assert_alike(name: str, seed: int, length: int) -> int:
 @given(seed=st.integers(0, 2**32))
 def test_a_robot_that_leaves_out_its_rest_is_the_one_that_ticks_bit_for_bit(name: str, seed: int) -> None:
     assert_alike(name, seed, 12)
-
-
-def at_rest(**options: Any) -> Controller:
-    controller = Controller(load_robot(ARMS[0]), TICK_S, **options)
-    assert not controller.resting, "before the first tick"
-    steps(controller, 2)
-    assert controller.resting
-    return controller
-
-
-def steps(controller: Controller, ticks: int) -> None:
-    for _ in range(ticks):
-        controller.step()
-
-
-@pytest.mark.parametrize("timeout_s", [None, SERVO_TIMEOUT_S])
-def test_a_servo_takes_time_while_its_timeout_runs(timeout_s: float | None) -> None:
-    controller = at_rest(servo_timeout_s=timeout_s)
-    controller.move(smart_joint_move(controller.joints, [1.0] * 7))
-    steps(controller, 3)
-    assert controller.resting == (timeout_s is None)
-    steps(controller, round(SERVO_TIMEOUT_S / TICK_S) + 2)
-    assert controller.mode is (Mode.SMART if timeout_s is None else Mode.UNKNOWN)
-    assert controller.resting

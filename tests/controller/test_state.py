@@ -6,8 +6,6 @@ from math import dist
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim.controller.state import ErrorState, Snapshot, snapshot
 from iiwa_sim.frames import Frame
@@ -99,23 +97,6 @@ def test_targets_and_spheres_of_planned_moves_are_those_that_were_asked_for() ->
         assert before[0] == controller.motions.under_way or not controller.motions.under_way
         assert len(before) == controller.queue + 1
         robot.step(20)
-    assert controller.motions.planned == []
-
-
-@given(st.integers(0, 1500), st.sampled_from(["stop", "cancel_move", "clear_queue"]))
-def test_what_was_stopped_cancelled_or_cleared_is_planned_no_more(ticks: int, how: str) -> None:
-    robot = SteppedRobot()
-    controller = robot.controller
-    controller.move(joint_move(READY, FULL))
-    for y_mm in (80.0, -80.0):
-        controller.move(lin_move(aside(robot, y_mm), 0.5, 20.0))
-    robot.step(ticks)
-    before = numbers(robot)
-    getattr(controller, how)()
-    assert [number for number in before if controller.motions.is_pending(number)] == numbers(robot)
-    while controller.moving:
-        robot.step(10)
-        assert all(controller.motions.is_pending(number) for number in numbers(robot))
     assert controller.motions.planned == []
 
 

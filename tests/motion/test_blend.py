@@ -16,7 +16,6 @@ from tests.chain_checks import (
     assert_keeps_its_paths,
     assert_keeps_its_speeds,
     comes_to_rest_at,
-    is_to_be_passed_at_speed,
     least_speed_at,
 )
 from tests.chains import KINDS, ROOMY, Recorder, chains, in_the_open, random_chain
@@ -245,20 +244,6 @@ def test_a_chain_with_blending_is_never_slower_than_without(
 ) -> None:
     recorder = recorded(data.draw(chains_of(name, kinds=FRAME_KINDS, at_once=at_once)), name)
     assert recorder.ticks() <= 1.005 * recorder.ticks(blending=False) + 1
-
-
-@pytest.mark.slow
-@pytest.mark.requirement("FRC012", "FRC015")
-@both
-def test_nearly_all_corners_that_can_be_blended_are_passed_at_speed(name: str) -> None:
-    """The robot rarely stops: only if no turn keeps the limits, or a stop is over sooner."""
-    least: list[float] = []
-    for seed in range(40):
-        for run in recorded(random_chain(seed, len(load_robot(name).joints)), name).runs:
-            corners = range(len(run.moves) - 1)
-            least.extend(least_speed_at(run, i) for i in corners if is_to_be_passed_at_speed(run, i))
-    assert len(least) > 60
-    assert np.mean(np.array(least) > 1.0) > 0.9
 
 
 @pytest.mark.requirement("FRC014", "FRC015")

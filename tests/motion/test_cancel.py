@@ -197,40 +197,6 @@ def test_a_running_move_that_has_left_its_path_stops_on_its_blend(name: str) -> 
     assert second == 2
 
 
-@pytest.mark.requirement("FRC016")
-@both
-def test_a_running_move_ends_at_its_target_wherever_it_is_slow_enough_to_rest_there(name: str) -> None:
-    """Although it would have passed it at speed."""
-
-    def gentle_turn(ticks: int) -> Recorder:
-        recorder = sent(name, [])
-        joints = np.array(recorder.end)
-        for way in (0.7, 2.0):
-            joints[0] += way
-            place = tuple(joints.tolist())
-            assert recorder.send("joint", place, recorder.robot.tcp_frame(place), (1.0,) * len(place), 0.0)
-        recorder.wait(ticks)
-        return recorder
-
-    ahead = gentle_turn(0)
-    robot, target = ahead.robot, ahead.runs[-1].moves[0].corner
-    limits = robot.description
-    seen = 0
-    while robot.controller.motions.is_pending(1):
-        ahead.wait(15)
-        speeds = np.abs(np.subtract(*robot.joints[-1:-3:-1])) / robot.tick_s
-        needed = speeds**2 / (2.0 * np.array(limits.acceleration))
-        needed += speeds * np.array(limits.acceleration) / np.array(limits.jerk)
-        if (needed <= 0.4 * np.abs(np.subtract(target, robot.joints[-1])) + 1e-9).all():
-            recorder = gentle_turn(ahead.tick)
-            assert recorder.clear(), ahead.tick
-            recorder.finish()
-            assert_keeps_all_promises(recorder)
-            assert recorder.robot.controller.joints == target
-            seen += 1
-    assert seen > 2
-
-
 @pytest.mark.requirement("FRC013", "FRC016")
 @pytest.mark.parametrize("move", [smart_joint_move, direct_joint_move])
 def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(move: Callable[..., MoveRequest]) -> None:
