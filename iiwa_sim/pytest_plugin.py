@@ -10,8 +10,6 @@ import re
 import shlex
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from copy import copy
-from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,6 +21,7 @@ from iiwa_sim.wording import Unusable
 if TYPE_CHECKING:
     from iiwa_sim.controller.state import Snapshot
     from iiwa_sim.options.sources import Given
+    from iiwa_sim.simulated_robot import SimulatedRobot
     from iiwa_sim.simulator import Simulator
 
 OPTIONS = {
@@ -49,11 +48,11 @@ REPORT_S = 10.0
 
 
 class _Robot(NamedTuple):
-    """Contents of a report on one robot."""
+    """A robot that a report tells of."""
 
     name: str
-    dialogue: Callable[[], str]
-    state: "Callable[[], Snapshot]"
+    simulator: "Simulator"
+    robot: "SimulatedRobot"
     artifact: Path | None
     """The recording that is kept if a test fails."""
 
@@ -148,8 +147,10 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
             stash[_FAILED] = True
         for robot in shown:
             try:
-                report.sections.append((f"{robot.name} dialogue", robot.dialogue()))
-                report.sections.append((f"{robot.name} state", _told(robot.state())))
+                said = robot.simulator.call(robot.robot.dialogue.report, REPORT_S)
+                state = robot.simulator.call(robot.robot.state, REPORT_S)
+                report.sections.append((f"{robot.name} dialogue", said))
+                report.sections.append((f"{robot.name} state", _told(state)))
             except TimeoutError as blocked:
                 report.sections.append((robot.name, f"nothing can be told: {blocked}"))
             if robot.artifact is not None:
@@ -237,43 +238,7 @@ def _failure(why: object) -> BaseException:
 
 @contextmanager
 def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | None) -> "Iterator[Simulator]":
-    """A robot while the context is open, and what a report shows of it from then on."""
-    simulator = _started(options)
-    place = len(shown)
-    for robot in simulator.robots.values():
-
-        def dialogue(report: Callable[[], str] = robot.dialogue.report) -> str:
-            return simulator.call(report, REPORT_S)
-
-        def state(of: "Callable[[], Snapshot]" = robot.state) -> "Snapshot":
-            return simulator.call(of, REPORT_S)
-
-        shown.append(_Robot(f"{name} {robot.name}".rstrip(), dialogue, state, artifact))
-    robots = list(zip(range(place, len(shown)), simulator.robots.values(), strict=True))
-    try:
-        if artifact is not None:
-            _record(simulator, artifact)
-        yield simulator
-    finally:
-        try:
-            simulator.__exit__(None, None, None)
-        except TimeoutError as blocked:
-            for number, robot in robots:
-                shown[number] = shown[number]._replace(dialogue=robot.dialogue.report, state=robot.state)
-            raise _failure(f"the robot could not be ended: {blocked}") from None
-        for number, robot in robots:  # pytest keeps what is shown: the robot need not stay
-            said, end = robot.dialogue.report(), robot.state()
-            shown[number] = shown[number]._replace(dialogue=partial(str, said), state=partial(copy, end))
-
-
-def _record(simulator: "Simulator", path: Path) -> None:
-    try:
-        simulator.record(path, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
-    except Unusable as fault:
-        raise _failure(fault) from None
-
-
-def _started(options: "Given") -> "Simulator":
+    """A simulator while the context is open, and what a report shows of its robots from then on."""
     from iiwa_sim.options.robots import settings_of
     from iiwa_sim.simulator import Simulator
 
@@ -281,9 +246,22 @@ def _started(options: "Given") -> "Simulator":
         simulator = Simulator(settings=settings_of(options, {"port": (0,)}))
         for robot in simulator.robots.values():
             robot.dialogue.remember()
-        return simulator.__enter__()
+        simulator.__enter__()
     except Unusable as fault:
         raise _failure(fault) from None
+    robots = simulator.robots.values()
+    shown += [_Robot(f"{name} {each.name}".rstrip(), simulator, each, artifact) for each in robots]
+    try:
+        if artifact is not None:
+            simulator.record(artifact, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
+        yield simulator
+    except Unusable as fault:
+        raise _failure(fault) from None
+    finally:
+        try:
+            simulator.__exit__(None, None, None)
+        except TimeoutError as blocked:
+            raise _failure(f"the robot could not be ended: {blocked}") from None
 
 
 def _told(state: "Snapshot") -> str:

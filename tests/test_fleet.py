@@ -10,19 +10,8 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
-from iiwa_sim.backdoor.client import BackdoorClient
 from tests.processes import IIWA_SIM, next_line, refused, robots
 from tests.talking import DEADLINE_S, Client
-
-COUNT = 3
-JOINTS = ("0.3 0.6 0.1 -1.2 0.1 1.4 0.2", "-0.5 0.2 0.4 -1.6 -0.3 0.9 1.1", "0 0.5 0 -1.5 0 1.1 0")
-ROUND = [
-    *(f"joint move : {joints} " + " ".join(["0.6"] * 7) for joints in JOINTS),
-    "lin move : 500 150 480 0 -1.57079 0 0.5 0",
-    "lin move : 450 -100 520 0.2 -1.4 0.1 0.3 0",
-]
-SAMPLES = 3
-HOUR_S = 3600.0
 
 
 @contextlib.contextmanager
@@ -42,56 +31,6 @@ def fleet(*options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, dict
             yield process, ports
         finally:
             process.kill()
-
-
-async def driven(ports: dict[str, int], rounds: int, override: float) -> list[object]:
-    """What one robot shows of a program: its states at rest, and on the way at fixed ticks of each move.
-
-    Between the rounds it rests, for an hour altogether.
-    """
-    driver, bench = await Client.connect(ports["listening"]), BackdoorClient("127.0.0.1", ports["backdoor"])
-    seen: list[object] = []
-    assert await driver.ask(f"set override : {override}") == "done"
-    for number, line in enumerate(ROUND * rounds):
-        if number % len(ROUND) == 0:
-            await asyncio.to_thread(bench.advance, HOUR_S / rounds)
-            seen.append(state(bench))
-        await asyncio.to_thread(bench.pause)
-        assert await driver.ask(line) == "done"
-        for _ in range(SAMPLES):
-            await asyncio.to_thread(bench.advance, 0.02)
-            seen.append(state(bench))
-        await asyncio.to_thread(bench.resume)
-        await driver.until_stopped()
-        await asyncio.to_thread(bench.advance, 0.01)  # or the last tick of the move may show a velocity
-        seen.append(state(bench))
-    await driver.leaves()
-    return seen
-
-
-def state(bench: BackdoorClient) -> object:
-    """All of it but for what time it is."""
-    seen = bench.state()
-    del seen["time_s"], seen["tick"]
-    return seen
-
-
-def test_robots_driven_at_once_move_as_one_alone_bit_for_bit() -> None:
-    """For more than a simulated hour, of which the rest takes no time."""
-    rounds, override = 1, 1.0
-    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast")
-
-    async def all_driven(ports: list[dict[str, int]]) -> list[list[object]]:
-        return await asyncio.gather(*(driven(each, rounds, override) for each in ports))
-
-    with fleet(*options) as (_, ports):
-        (alone,) = asyncio.run(all_driven([ports[""]]))
-    with fleet("--count", str(COUNT), *options) as (_, ports):
-        assert list(ports) == [f"robot-{index}" for index in range(COUNT)]
-        together = asyncio.run(all_driven(list(ports.values())))
-    assert len(alone) == rounds * (len(ROUND) * (SAMPLES + 1) + 1)
-    assert alone[0] != alone[1] != alone[2] != alone[SAMPLES]
-    assert all(each == alone for each in together)
 
 
 def test_one_log_tells_which_robot() -> None:

@@ -106,7 +106,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
     result.assert_outcomes(passed=8)
 
 
-def test_plain_async_and_threaded_tests(project: Project) -> None:
+def test_plain_and_async_tests(project: Project) -> None:
     result = project.tests(
         """
         def test_plain(iiwa, driver):
@@ -121,26 +121,11 @@ def test_plain_async_and_threaded_tests(project: Project) -> None:
             writer.close()
             await writer.wait_closed()
             iiwa.advance(1.0)
-
-        def test_threaded(iiwa):
-            replies = []
-            def converse():
-                driver = Driver(iiwa.host, iiwa.port)
-                replies.extend(driver.ask("get status") for _ in range(20))
-                iiwa.advance(0.1)
-                driver.close()
-            threads = [threading.Thread(target=converse) for _ in range(8)]
-            for thread in threads:
-                thread.start()
-            for thread in threads:
-                thread.join()
-            assert replies == ["stopped"] * 160
-            assert iiwa.state().time_s >= 0.8
         """,
         "-o",
         "asyncio_mode=auto",
     )
-    result.assert_outcomes(passed=3)
+    result.assert_outcomes(passed=2)
 
 
 @pytest.mark.parametrize(
@@ -223,13 +208,8 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
 
 WRONG = {
     "clok='fast'": "fixture iiwa: clok: no such option, did you mean clock?",
-    "protocol=['krc5']": "fixture iiwa: protocol=?'krc5'?: expected iiwa or krc4*",
     "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for protocol iiwa; for 6 there is: krc4 *",
     "clock='fats'": "fixture iiwa: clock='fats': expected real, a multiple *",
-    "rate_hz=5": "fixture iiwa: rate_hz=5: expected a whole number from 100 to 1000 Hz",
-    "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
-    "cell='no.toml', robot='lbr_iiwa_7_r800'": "fixture iiwa: robot='lbr_iiwa_7_r800': expected no cell*",
-    "port=70000": "fixture iiwa: port=70000: expected a whole number from 0 to 65535*",
 }
 
 

@@ -38,15 +38,20 @@ class RosApi:
             "topic_type": ("TopicType", ("topic",), lambda v, ros2: _type_in(self._topics(ros2), v, "topic")),
             "topics_for_type": ("TopicsForType", kind, lambda v, r: {"topics": _of(self._topics(r), v)}),
             "services": ("Services", (), lambda _, ros2: {"services": list(self._services(ros2))}),
-            "service_type": ("ServiceType", ("service",), self._service_type),
-            "services_for_type": ("ServicesForType", kind, self._services_for_type),
+            "service_type": (
+                *("ServiceType", ("service",)),
+                lambda v, ros2: _type_in(self._services(ros2), v, "service"),
+            ),
+            "services_for_type": (
+                *("ServicesForType", kind),
+                lambda v, ros2: {"services": _of(self._services(ros2), v)},
+            ),
             "nodes": ("Nodes", (), lambda _, __: {"nodes": [NODE]}),
-            "node_details": ("NodeDetails", ("node",), self._node_details),
             "message_details": ("MessageDetails", kind, _details("msg", 0)),
             "service_request_details": ("ServiceRequestDetails", kind, _details("srv", 0)),
             "service_response_details": ("ServiceResponseDetails", kind, _details("srv", 1)),
             "action_servers": ("GetActionServers", (), lambda _, __: {"action_servers": [ACTION]}),
-            "get_time": ("GetTime", (), self._time),
+            "get_time": ("GetTime", (), lambda _, r: {"time": graph.stamp if r else to_ros1(graph.stamp)}),
             "get_ros_version": ("GetROSVersion", (), lambda _, __: {"version": 2, "distro": ""}),
             "get_param_names": ("GetParamNames", (), lambda _, __: {"names": []}),
             "has_param": ("HasParam", ("name",), lambda _, __: {"exists": False}),
@@ -62,28 +67,10 @@ class RosApi:
         here = {name: f"{package}/{kind}" for name, (kind, _, _) in self.services.items()}
         return {**_told(self._graph.services, ros2), **here}
 
-    def _service_type(self, values: Message, ros2: bool) -> Message:
-        return _type_in(self._services(ros2), values, "service")
-
-    def _services_for_type(self, values: Message, ros2: bool) -> Message:
-        return {"services": _of(self._services(ros2), values)}
-
     def _raw_types(self, _: Message, ros2: bool) -> Message:
         topics = self._topics(ros2)
         texts = [interface(kind, "msg", ros2=ros2)[0].full_text for kind in topics.values()]
         return {**_listed(topics), "typedefs_full_text": texts}
-
-    def _node_details(self, values: Message, ros2: bool) -> Message:
-        told = {
-            "publishing": _told(self._graph.published, ros2),
-            "subscribing": _told(self._graph.subscribed, ros2),
-            "services": self._services(ros2),
-        }
-        ours = rooted(str(values.get("node", ""))) == NODE
-        return {name: list(each) if ours else [] for name, each in told.items()}
-
-    def _time(self, _: Message, ros2: bool) -> Message:
-        return {"time": self._graph.stamp if ros2 else to_ros1(self._graph.stamp)}
 
 
 def _told(named: Mapping[str, Topic] | Mapping[str, Served], ros2: bool) -> dict[str, str]:

@@ -63,18 +63,6 @@ def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict
     assert_within_limits(robot)
 
 
-def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
-    robot.goes_to(A)
-    robot.gets(command(1, "LIN", "JOINTS", B))
-    robot.runs_until_results(1)
-    assert robot.controller.joints == pytest.approx(B)
-    robot.gets(command(2, "PTP", "QUATERNION", [0.5, 0.1, 0.4, 0.0, 1.0, 0.0, 0.0]))
-    robot.runs_until_results(2)
-    assert robot.results == [(1, SUCCESS), (2, SUCCESS)]
-    reached = robot.controller.tool_frame()
-    assert reached[:3] == pytest.approx((500.0, 100.0, 400.0))
-
-
 @pytest.mark.requirement("FRC021")
 def test_what_cannot_be_reached_gets_its_code_and_those_before_are_done(robot: RosRobot) -> None:
     robot.gets(ptp(1, A), ptp(2, (9.0, *A[1:])), ptp(3, B))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import signal
 import socket
 import subprocess
 import sys
 import xmlrpc.client
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -235,25 +234,6 @@ def test_lists_are_published_from_another_terminal(shared: tuple[Terminal, Proce
     assert "command_type 'CIRC'" in results[2]["field.additional_information"]
     with Iiwa("127.0.0.1", robot.port) as telnet:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
-
-
-@pytest.mark.slow
-def test_a_master_that_is_started_anew_is_told_of_the_node(tmp_path: Path) -> None:
-    with ExitStack() as robots:
-        with master(tmp_path) as before:
-            robot = robots.enter_context(on_ros(before))
-        with master(tmp_path, int(before.master_uri.rpartition(":")[2])) as anew:
-            with anew.hearing("/command_result", "-n1") as echo:
-                wait_until(lambda: anew.nodes_at("/command_result") != [])
-                anew.says("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
-                assert "command_id: 7" in echo.communicate(timeout=DEADLINE_S)[0]
-            assert anew.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            assert anew.nodes_at("/joint_states") == ["/iiwa_sim"]
-            code, log = robot.ends(signal.SIGTERM)
-            assert code == 0
-            assert "the ROS master no longer knew this node: it has registered again" in log
-            assert "Traceback" not in log, log
-            assert anew.nodes_at("/joint_states") == []
 
 
 def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

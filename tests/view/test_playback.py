@@ -17,7 +17,7 @@ from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.playback import run_playback
-from tests.processes import IIWA_SIM, refused, started
+from tests.processes import IIWA_SIM, started
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Viewer, viewing
 
@@ -110,11 +110,3 @@ def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
         code, told = process.ends(signal.SIGTERM)
     assert code == 0
     assert re.fullmatch(r"[^\n]* warning page: [^\n]*: it has not told the token\n", told)
-
-
-@pytest.mark.parametrize("content", [b"rubbish", None])
-def test_a_file_that_is_no_recording_is_told_in_one_line(content: bytes | None, tmp_path: Path) -> None:
-    path = tmp_path / "a.mcap"
-    if content is not None:
-        path.write_bytes(content)
-    assert refused("show", path, "--port", "0").startswith(f"iiwa-sim: {path}: ")

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import Frame, apply, compose
 from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
-from iiwa_sim.view.push import MOST_N, joint_torques, spring_force, wrench_at_tcp
+from iiwa_sim.view.push import joint_torques, wrench_at_tcp
 from iiwa_sim.view.scene import Arm, Robot
 
 ARMS = {
@@ -87,13 +87,3 @@ def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
     assert torques == pytest.approx(model.jacobian(joints).T @ at_flange, abs=1e-9)
     third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
     assert joint_torques(arm, joints, third, where, np.array(force))[3:] == [0.0] * 4
-
-
-@given(VECTOR, VECTOR, st.floats(50.0, 2000.0))
-def test_the_spring_pulls_towards_the_mouse_and_not_too_hard(
-    start: tuple[float, float, float], end: tuple[float, float, float], stiffness: float
-) -> None:
-    force, way = spring_force(start, end, stiffness), np.subtract(end, start)
-    assert np.linalg.norm(force) == pytest.approx(min(stiffness * np.linalg.norm(way), MOST_N))
-    assert np.linalg.norm(np.cross(force, way)) <= 1e-9
-    assert force @ way >= 0.0
