@@ -11,7 +11,6 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock.clock import StillMoving
-from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.simulator import Simulator
 from tests.asked import gravity_hold, joint_move
 from tests.talking import DEADLINE_S
@@ -70,11 +69,6 @@ def test_time_is_paused_and_its_pace_changed() -> None:
         robot.wait_until_stopped(timeout_s=60)
         with pytest.raises(ValueError, match="expected real"):
             simulator.set_clock("slow")
-
-
-def tell(said: DialogueLine, told: threading.Event) -> None:
-    if said.session == "robot":
-        told.set()
 
 
 def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:

@@ -21,12 +21,8 @@ class NotANumberError(ValueError):
     """A word is no finite number; the message quotes it and tells what was expected."""
 
 
-class BeyondRangeError(NotANumberError):
-    """A word is a number, but too large for a float."""
-
-
 def parse_decimal(word: bytes) -> float:
-    """Return the number that `word` stands for. Raises NotANumberError, and BeyondRangeError for 1e400."""
+    """Return the number that `word` stands for. Raises NotANumberError, also for 1e400."""
     if NOT_DECIMAL.search(word):
         raise NotANumberError(f"{quoted(word)}: expected a number")
     try:
@@ -34,7 +30,7 @@ def parse_decimal(word: bytes) -> float:
     except ValueError:
         raise NotANumberError(f"{quoted(word)}: expected a number") from None
     if not math.isfinite(value):
-        raise BeyondRangeError(f"{quoted(word)} is beyond the range of numbers, 1.8e308")
+        raise NotANumberError(f"{quoted(word)}: expected a number up to 1.8e308")
     return value
 
 

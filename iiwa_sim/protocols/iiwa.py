@@ -1,4 +1,4 @@
-"""Session of the text protocol: calls the controller for each command of protocol/iiwa.toml, and replies.
+"""The text protocol: calls the controller for each command of protocol/iiwa.toml, and replies.
 
 Parameters come in the table's order and units. Frames on the wire are what `Frame` holds: mm and rad,
 intrinsic Z-Y-X.
@@ -17,33 +17,28 @@ from iiwa_sim.controller.requests import (
     TcpCompliance,
     from_quaternion,
 )
-from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
-from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import format_decimals
-from iiwa_sim.protocols.faults import CannedReplies
-from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.session import LineSession, written
-from iiwa_sim.protocols.table import Request, helped, load_table, with_hint
+from iiwa_sim.protocols.table import Request, helped, with_hint
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_REPLY = 1000
 """Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
 step for good."""
 
-_EXAMPLE = "lin move"
 _DONE = b"done\r\n"
 _MOVING = b"moving\r\n"
 _STOPPED = b"stopped\r\n"
 
 Values = tuple[float, ...]
-Handler = Callable[["IiwaSession", Request], bytes]
+Handler = Callable[[LineSession, Request], bytes]
 
 
 def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
     """A command that makes a move."""
 
-    def handler(session: "IiwaSession", request: Request) -> bytes:
+    def handler(session: LineSession, request: Request) -> bytes:
         session.move(request_of(request.values))
         return _DONE
 
@@ -87,7 +82,7 @@ def _compliant(kind: Kind) -> Callable[[Values], MoveRequest]:
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
     """A command that takes effect at once and is answered `done`."""
 
-    def handler(session: "IiwaSession", request: Request) -> bytes:
+    def handler(session: LineSession, request: Request) -> bytes:
         call(session.controller, request.values)
         return _DONE
 
@@ -96,7 +91,7 @@ def _does(call: Callable[[Controller, Values], None]) -> Handler:
 
 def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
     """A command that is answered by decimals."""
-    return lambda session, request: session.numbers(request.command.name, read(session.controller))
+    return lambda session, _: format_decimals(read(session.controller)) + b"\r\n"
 
 
 def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
@@ -110,7 +105,7 @@ def _checks(kind: Kind) -> Handler:
     """A command that tells whether a move to a frame would be accepted. It takes as long as planning the
     move."""
 
-    def handler(session: "IiwaSession", request: Request) -> bytes:
+    def handler(session: LineSession, request: Request) -> bytes:
         session.ends_batch = True
         place, redundancy = request.values[:6], (*request.values, None)[6]
         try:
@@ -132,24 +127,15 @@ def _tool_load(values: Values) -> ToolLoad:
     return ToolLoad(mass_kg, (1e-3 * x, 1e-3 * y, 1e-3 * z))
 
 
-def _help(session: "IiwaSession", request: Request) -> bytes:
-    return written(helped(session.table, request.phrase, _EXAMPLE))
-
-
-def _bye(session: "IiwaSession", _: Request) -> bytes:
-    session.said_bye()
+def _bye(session: LineSession, _: Request) -> bytes:
+    session.close()
+    if session.controller.moving:
+        session.log.stopped(session.name, vanished=False)
+    session.controller.stop()
     return written("bye")
 
 
-def _status(session: "IiwaSession", _: Request) -> bytes:
-    return _MOVING if session.controller.moving else _STOPPED
-
-
-def _mode(session: "IiwaSession", _: Request) -> bytes:
-    return written(session.controller.mode.value)
-
-
-def _error(session: "IiwaSession", _: Request) -> bytes:
+def _error(session: LineSession, _: Request) -> bytes:
     last = session.controller.last_error
     return _prose("0 none" if last is None else f"{last.code} {last.reason}")
 
@@ -157,7 +143,7 @@ def _error(session: "IiwaSession", _: Request) -> bytes:
 COMMANDS: dict[str, Handler] = {
     "hello": lambda _session, _request: written("hello"),
     "bye": _bye,
-    "help": _help,
+    "help": lambda session, request: written(helped(session.table, request.phrase, "lin move")),
     "stop": _does(lambda robot, _: robot.stop()),
     "cancel move": _does(lambda robot, _: robot.cancel_move()),
     "clear queue": _does(lambda robot, _: robot.clear_queue()),
@@ -195,9 +181,9 @@ COMMANDS: dict[str, Handler] = {
     "get goal joint position": _gives(lambda robot: robot.goal_joints),
     "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
     "get queue": _counts(lambda robot, _: [robot.queue]),
-    "get status": _status,
+    "get status": lambda session, _: _MOVING if session.controller.moving else _STOPPED,
     "get robot status": _counts(lambda robot, _: robot.status()),
-    "get mode": _mode,
+    "get mode": lambda session, _: written(session.controller.mode.value),
     "get error": _error,
     "reset error": _does(lambda robot, _: robot.reset_error()),
     "set override": _does(lambda robot, v: robot.set_override(v[0])),
@@ -213,43 +199,3 @@ COMMANDS: dict[str, Handler] = {
     "set output": _does(lambda robot, v: robot.io.set_output(int(v[0]), v[1] == 1.0)),
     "set input": _does(lambda robot, v: robot.io.refuse_input(int(v[0]))),
 }
-
-
-class IiwaSession(LineSession):
-    """One connection to the robot.
-
-    Values after the last parameter of a command are ignored, as by the original controller, and logged once
-    for each command; a strict session refuses them. Angles of more than a turn are logged once, too.
-    """
-
-    def __init__(
-        self,
-        controller: Controller,
-        log: SessionLog,
-        name: str,
-        dialogue: Dialogue | None = None,
-        strict: bool = False,
-        canned: CannedReplies | None = None,
-    ) -> None:
-        table = load_table(IIWA)
-        super().__init__(controller, log, name, table, COMMANDS, dialogue, IIWA, strict=strict, canned=canned)
-        self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
-
-    def said_bye(self) -> None:
-        """Notice that the client has said bye: stop the robot."""
-        self.close()
-        if self.controller.moving:
-            self.log.stopped(self.name, vanished=False)
-        self.controller.stop()
-
-    def numbers(self, command: str, values: Sequence[float]) -> bytes:
-        """The reply to a command that asks for numbers.
-
-        Within a tick, and while the robot rests, the numbers repeat: their text is cached.
-        """
-        last = self._written.get(command)
-        if last is not None and last[0] == values:
-            return last[1]
-        reply = format_decimals(values) + b"\r\n"
-        self._written[command] = (tuple(values), reply)
-        return reply

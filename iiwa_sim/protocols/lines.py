@@ -60,7 +60,9 @@ class LineSplitter:
             self._rest = b""
             self._skipping = True
             lines.append(OVERLONG)
-        return marks + [_plain(line) for line in lines]
+        if _IAC in data or b"\0" in data or (lines and (_IAC in lines[0] or b"\0" in lines[0])):
+            lines = [_plain(line) for line in lines]
+        return marks + lines if marks else lines
 
     def finish(self) -> list[bytes]:
         """The unfinished last line at the end of the stream."""

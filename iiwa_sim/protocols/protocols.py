@@ -3,12 +3,12 @@
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
+from iiwa_sim.protocols import iiwa
 from iiwa_sim.protocols.faults import CannedReplies
-from iiwa_sim.protocols.iiwa import IiwaSession
 from iiwa_sim.protocols.krc4 import Krc4Session
 from iiwa_sim.protocols.krc4_xml import REGISTERS, load_krc4_table
 from iiwa_sim.protocols.ports import IIWA, KRC4
-from iiwa_sim.protocols.session import Session
+from iiwa_sim.protocols.session import LineSession, Session
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import RobotDescription, RobotFault
 
@@ -25,10 +25,15 @@ def open_session(
     strict: bool = False,
     canned: CannedReplies | None = None,
 ) -> Session:
-    """Open a session of a protocol for a connection; fields of KRC4 are named, so it is always strict."""
+    """Open a session of a protocol for a connection.
+
+    Values after the last parameter of a command are ignored, as by the original controller, and logged once
+    for each command; a strict session refuses them. Fields of KRC4 messages are named.
+    """
     if protocol == KRC4:
         return Krc4Session(controller, log, name, dialogue)
-    return IiwaSession(controller, log, name, dialogue, strict, canned)
+    table, commands = load_table(IIWA), iiwa.COMMANDS
+    return LineSession(controller, log, name, table, commands, dialogue, IIWA, strict=strict, canned=canned)
 
 
 def command_names() -> list[str]:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.protocols.decimals import NOT_DECIMAL, BeyondRangeError, NotANumberError, parse_decimal, quoted
+from iiwa_sim.protocols.decimals import NOT_DECIMAL, NotANumberError, parse_decimal, quoted
 from iiwa_sim.protocols.lines import MAX_LINE_BYTES, OVERLONG
 
 UNKNOWN_COMMAND = "unknown command"
@@ -64,10 +64,6 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Return the reason to refuse a word that is no number in range."""
         try:
             value = parse_decimal(word)
-        except BeyondRangeError as fault:
-            if self.maximum is None:
-                return f"{self.name} = {fault}"
-            value = inf
         except NotANumberError as fault:
             return f"{self.name} = {fault}{_commas(word)}"
         if self.integer and value != int(value):

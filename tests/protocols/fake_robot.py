@@ -10,7 +10,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.state import RobotStatus
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.iiwa import IiwaSession
+from iiwa_sim.protocols.protocols import open_session
 from tests.journal import Journal
 
 
@@ -71,7 +71,7 @@ class Conversation:
     ) -> None:
         self.robot = robot or FakeRobot()
         self.journal = journal or Journal()
-        self.session = IiwaSession(self.robot, self.journal, name, strict=strict)
+        self.session = open_session("iiwa", self.robot, self.journal, name, strict=strict)
 
     def send(self, packets: Iterable[bytes]) -> list[str]:
         """Everything answered to these packets, line by line."""
