@@ -559,7 +559,8 @@ class Controller:
         self.check_hold()
         change = TRANSITIONS[self.mode, event]
         here = self.motions.rest_after_stop() if change.stops else self.motions.present
-        joints, limits = self.planner.servo_target(request, change.mode, here)
+        moving = self.motions.moving and not change.stops
+        joints, limits = self.planner.servo_target(request, change.mode, here, moving)
         number = self.accept(event)
         with self.endings.because(STOP_TRIGGERED, REPLACED):
             self.motions.head_for(number, joints, limits)

@@ -156,7 +156,9 @@ class Planner:
 
     # Servos
 
-    def servo_target(self, request: MoveRequest, mode: Mode, present: Joints) -> tuple[Joints, JointLimits]:
+    def servo_target(
+        self, request: MoveRequest, mode: Mode, present: Joints, moving: bool
+    ) -> tuple[Joints, JointLimits]:
         """Return the joint positions (rad) that a servo heads for from the present ones, and its limits.
 
         For a frame in the base they are the nearest ones that bring the flange there.
@@ -181,15 +183,19 @@ class Planner:
                 f"{self._description.joints[farthest]} is {distance} rad from the target: a direct move "
                 f"goes {reach} rad at most, a smart move anywhere",
             )
-        self.check_approach(limits, distances, mode)
+        self.check_approach(limits, distances, mode if moving else None)
         if request.acceleration is not None:
             limits = capped(limits, request.acceleration)
         return joints, limits
 
-    def check_approach(self, limits: JointLimits, distances: Array | float, mode: Mode = Mode.SMART) -> None:
-        """Raise `Refused` where joints that have to brake first might take too long for distances (rad)."""
-        velocity, acceleration, jerk = self.servo_limits[mode]
-        way = distances + velocity * (velocity / acceleration + 2.0 * acceleration / jerk)
+    def check_approach(
+        self, limits: JointLimits, distances: Array | float, mode: Mode | None = Mode.SMART
+    ) -> None:
+        """Raise `Refused` if joints may take too long for distances (rad); in a mode they brake first."""
+        way = np.add(distances, 0.0)
+        if mode is not None:
+            velocity, acceleration, jerk = self.servo_limits[mode]
+            way = distances + velocity * (velocity / acceleration + 2.0 * acceleration / jerk)
         if (way > limits.velocity * LONGEST_APPROACH_S).any():
             longest = f"more than {LONGEST_APPROACH_S:g} s"
             raise Refused(EXECUTION, f"at this speed the target might take {longest}: expected a faster one")
