@@ -173,17 +173,17 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     parser.add_options(PAGE, defaults=PAGE_PORT)
     own, given = parser.parsed(words)
     settings = settings_of(given)
-    from iiwa_sim.cli.page import served
+    from iiwa_sim.cli.page import check_library, serve
 
+    check_library()
     with _opened(own.recording):  # fails before the page is loaded if it is none
         pass
-    with served(settings) as page:
-        from iiwa_sim.recordings.read import Timeline
-        from iiwa_sim.view.playback import run_playback
+    from iiwa_sim.recordings.read import Timeline
+    from iiwa_sim.view.playback import run_playback
 
-        timeline = Timeline(own.recording)
-        _warn_if_cut(timeline.recorded)
-        run_playback(page.listening, timeline, page.over, page.token, page.announce)
+    timeline = Timeline(own.recording)
+    _warn_if_cut(timeline.recorded)
+    serve(settings, lambda listening, *page: run_playback(listening, timeline, *page))
     return 0
 
 
@@ -208,27 +208,19 @@ def view(parser: Parser, words: Sequence[str]) -> int:
     for option in OF_EACH:
         if (often := len(getattr(own, option))) not in (0, len(own.servers)):
             raise SettingError(f"--{option}: {often} given, expected one for each HOST:PORT")
-    from iiwa_sim.cli.page import served
+    from iiwa_sim.cli.page import check_library, serve
     from iiwa_sim.server.listening import host_and_port
 
-    with served(settings) as page:
-        from iiwa_sim.view.app import run_page
-        from iiwa_sim.view.connection import Place
+    check_library()
+    from iiwa_sim.view.app import run_page
+    from iiwa_sim.view.connection import Place
 
-        places = [
-            Place(
-                name=name or host_and_port(*status),
-                status=status,
-                backdoor=backdoor,
-                token=token,
-                driver=driver,
-                robot=settings.robot,
-            )
-            for status, backdoor, driver, name in zip_longest(
-                own.servers, *(getattr(own, option) for option in OF_EACH)
-            )
-        ]
-        run_page(page.listening, places, page.over, page.token, page.announce)
+    common: dict[str, Any] = {"token": token, "robot": settings.robot}
+    places = [
+        Place(name=name or host_and_port(*at), status=at, backdoor=bench, driver=driver, **common)
+        for at, bench, driver, name in zip_longest(own.servers, own.backdoor, own.driver, own.name)
+    ]
+    serve(settings, lambda listening, *page: run_page(listening, places, *page))
     return 0
 
 

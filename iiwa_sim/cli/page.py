@@ -8,9 +8,8 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Any
 
 from iiwa_sim import log
 from iiwa_sim.cli.output import reached_at, say
@@ -21,19 +20,14 @@ from iiwa_sim.wording import Unusable
 
 ENDS_S = 5.0
 """How long the process of the page may take to end in good order (s), before it is killed."""
-_LIBRARY = "viser"
 
 logger = logging.getLogger(__name__)
 
 
-class LibraryFault(Unusable):
-    """The library for the page is not installed. The message is one line."""
-
-
 def check_library() -> None:
-    """Raises LibraryFault where the page cannot be served."""
-    if importlib.util.find_spec(_LIBRARY) is None:
-        raise LibraryFault(f"the page needs {_LIBRARY}: pip install -e '.[view]'")
+    """Raises Unusable where the page cannot be served."""
+    if importlib.util.find_spec("viser") is None:
+        raise Unusable("the page needs viser: pip install -e '.[view]'")
 
 
 def page_url(listening: socket.socket) -> str:
@@ -42,33 +36,22 @@ def page_url(listening: socket.socket) -> str:
     return f"http://{host_and_port(reached_at(host), port)}/"
 
 
-class Served(NamedTuple):
-    """A page that a command serves itself."""
+def serve(
+    settings: Settings,
+    run: Callable[[socket.socket, threading.Event, Token | None, Callable[[], None]], None],
+) -> None:
+    """Have `run` serve a page until SIGTERM or SIGINT. Raises Unusable.
 
-    listening: socket.socket
-    token: Token | None
-    over: threading.Event
-    """Set by SIGTERM and SIGINT."""
-    announce: Callable[[], None]
-    """Tells on stdout where it is, once it is there."""
-
-
-@contextmanager
-def served(settings: Settings) -> Iterator[Served]:
-    """Listen for a page until the process is told to end. Raises LibraryFault and ListenFault."""
-    check_library()
+    `run` takes a socket that listens, what ends it, the token, and what it calls when the page is there.
+    """
     log.configure(settings.log_level, settings.log_json, sys.stderr.fileno())
     over, stdout = threading.Event(), sys.stdout  # viser's own words go nowhere
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: over.set())
     word = word_of(settings.view_token, settings.view_token_file)
     with asyncio.run(open_listener(settings.view_host, settings.view_port or 0)) as listening:
-        yield Served(
-            listening,
-            None if word is None else Token(word),
-            over,
-            lambda: say(f"page on {page_url(listening)}\n", stdout),
-        )
+        token = None if word is None else Token(word)
+        run(listening, over, token, lambda: say(f"page on {page_url(listening)}\n", stdout))
 
 
 class Page:
@@ -78,7 +61,7 @@ class Page:
     """
 
     def __init__(self, settings: Settings) -> None:
-        """Raises LibraryFault."""
+        """Raises Unusable."""
         check_library()
         self._settings = settings
         self._process: asyncio.subprocess.Process | None = None

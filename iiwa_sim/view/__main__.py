@@ -27,10 +27,10 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     listening: int
     """The descriptor of a socket that listens."""
     places: list[Place]
-    token: str | None = None
+    token: str | None
     """Token that browsers have to give; None without one."""
-    log_level: str = log.DEFAULT_LEVEL
-    log_json: bool = False
+    log_level: str
+    log_json: bool
 
 
 def main() -> int:
@@ -40,22 +40,22 @@ def main() -> int:
     task = msgspec.json.decode(sys.stdin.buffer.readline(), type=Task)
     log.configure(task.log_level, task.log_json, 2)
     over = threading.Event()
-    threading.Thread(target=_until_end, args=(over,), daemon=True).start()
-    listening = socket.socket(fileno=task.listening)
+
+    def wait() -> None:
+        while os.read(0, 4096):
+            pass
+        over.set()
+
+    threading.Thread(target=wait, daemon=True).start()
     try:
         from iiwa_sim.view.app import run_page
 
-        run_page(listening, task.places, over, None if task.token is None else Token(task.token))
+        token = None if task.token is None else Token(task.token)
+        run_page(socket.socket(fileno=task.listening), task.places, over, token)
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     return 0
-
-
-def _until_end(over: threading.Event) -> None:
-    while os.read(0, 4096):
-        pass
-    over.set()
 
 
 if __name__ == "__main__":

@@ -124,8 +124,7 @@ class Jog:
 
     def _switched(self, event: Any) -> None:
         if event.client is not None:
-            self._user = event.client if self._enable.value else None
-            self._is_held = False
+            self._user, self._is_held = event.client if self._enable.value else None, False
             self._release.set()
 
     def _disable(self) -> None:
@@ -202,11 +201,10 @@ class Jog:
     def _joints(self, joints: list[float], change_rad: float) -> list[float]:
         """Return joint positions (rad) with the axis changed, within its limits."""
         low, high = self._robot.position_min[self._number], self._robot.position_max[self._number]
-        changed = joints[self._number] + change_rad
-        return [
-            min(max(changed, low + MARGIN_RAD), high - MARGIN_RAD) if axis == self._number else each
-            for axis, each in enumerate(joints)
-        ]
+        changed = list(joints)
+        changed[self._number] += change_rad
+        changed[self._number] = min(max(changed[self._number], low + MARGIN_RAD), high - MARGIN_RAD)
+        return changed
 
     def _shift(self, size: float) -> list[float]:
         """Return x y z alpha beta gamma with the axis set; alpha is the turn about z, gamma about x."""
