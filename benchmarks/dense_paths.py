@@ -101,9 +101,7 @@ def measure() -> list[Figure]:
         now = len(joints_along(robot, path, feed)) - 1
         ratios.setdefault((robot, path.split(" of ")[0], feed), []).append(now / ticks)
         late += now > ticks + 1
-    figures = [
-        Figure("dense paths over a tick later than before", late, "", at_most=1, kind=Kind.SIMULATED)
-    ]
+    figures = [Figure("dense paths over a tick later than before", late, "", at_most=1, kind=Kind.SIMULATED)]
     for (robot, kind, feed), found in ratios.items():
         of = f"{kind}s of {robot}, sent {feed}, ticks over before"
         figures += [

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim.backdoor.states import States
+from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
@@ -227,6 +228,14 @@ class Simulator:
             ValueError: The time is out of range.
         """
         self._wait_for(lambda: self.clock.advance(seconds))
+
+    def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
+        """Return what a camera of the cell's scene sees, as PNG of so many pixels.
+
+        Raises:
+            Refused: The scene has no such camera, or the machine cannot render.
+        """
+        return self._wait_for(lambda: next(iter(self.robots.values())).backdoor.camera(name, width, height))
 
     def run_until_stopped(self, limit_s: float = 60.0) -> float:
         """Let time pass, as fast as possible, until the robot has stopped.

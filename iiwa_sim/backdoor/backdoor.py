@@ -4,6 +4,7 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 """
 
 import time
+from asyncio import wrap_future
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
@@ -22,6 +23,7 @@ from iiwa_sim.backdoor.described import (
     described_robot,
 )
 from iiwa_sim.backdoor.states import States
+from iiwa_sim.camera import HEIGHT, WIDTH, Camera
 from iiwa_sim.cell.placed import POSE_RANGES
 from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.clock.clock import Clock, StillMoving
@@ -135,6 +137,7 @@ class Backdoor:
         self._wire = wire
         self._ports = ports
         self._clock = clock
+        self._camera = Camera(controller)
         self._dialogue = dialogue
         self._group = group or ControllerGroup([Member(controller)])
         self._states = states or States(controller)
@@ -347,6 +350,14 @@ class Backdoor:
     def moves(self) -> DescribedMoves:
         """Return how many moves run and wait, and the targets of the first 50."""
         return described_moves(self._controller, MOST_MOVES)
+
+    async def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
+        """Return what a camera of the scene sees, as PNG of so many pixels.
+
+        To be awaited like `advance`; `Simulator.camera` is for other threads. Over HTTP the name stands in
+        the path: GET /camera/NAME.
+        """
+        return await wrap_future(self._camera.picture(name, width, height))
 
     @acts
     def save_state(self, name: str) -> None:

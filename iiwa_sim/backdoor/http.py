@@ -18,7 +18,7 @@ from difflib import get_close_matches
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from typing import Any, NamedTuple, get_type_hints
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
 
@@ -35,6 +35,7 @@ from iiwa_sim.wording import harmless, shortened
 from iiwa_sim.wrench import Wrench
 
 HEALTH = "healthz"
+CAMERA = "camera"
 MOST_BYTES = 65_536
 """Largest body."""
 MOST_CONNECTIONS = 32
@@ -74,7 +75,8 @@ def _call(method: Callable[..., Any]) -> Call:
         has_default = each.default is not each.empty
         fields.append((each.name, types[each.name], *((each.default,) if has_default else ())))
         takes[each.name] = _WORDS[types[each.name]] + (f", default {each.default}" if has_default else "")
-    reads = types["return"] is not type(None) and not inspect.iscoroutinefunction(method)
+    is_picture = types["return"] is bytes
+    reads = is_picture or not (types["return"] is type(None) or inspect.iscoroutinefunction(method))
     summary = (inspect.getdoc(method) or "").partition("\n\n")[0].replace("\n", " ")
     arguments = msgspec.defstruct(method.__name__, fields, forbid_unknown_fields=True)
     return Call(method, arguments, takes, reads, summary)
@@ -189,6 +191,8 @@ class BackdoorHttp:
         except Exception as fault:
             log.exception(client, request, fault)
             raise
+        if isinstance(result, bytes):
+            return result
         answer = msgspec.json.encode(result)
         if log.wants_commands():
             log.command(client, request, shortened(answer.decode(), _LONGEST_SHOWN))
@@ -243,6 +247,11 @@ class _Handler(BaseHTTPRequestHandler):
             return b'{"ok":true}'
         if not name:
             return _listing()
+        path, _, camera = name.rpartition("/")
+        if path.rpartition("/")[2] == CAMERA:
+            name = path
+        elif camera == CAMERA:
+            raise NotUnderstood(HTTPStatus.NOT_FOUND, f"expected /{CAMERA}/NAME, with a camera of the scene")
         robot, _, name = name.rpartition("/")
         robots = self.server.robots
         if robot not in robots and (robot or len(robots) > 1):
@@ -257,8 +266,9 @@ class _Handler(BaseHTTPRequestHandler):
         if self.command == "GET" and not call.reads:
             raise NotUnderstood(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
-            if url.query:
-                arguments = msgspec.convert(dict(parse_qsl(url.query)), call.arguments, strict=False)
+            if url.query or name == CAMERA:
+                told = dict(parse_qsl(url.query)) | ({"name": unquote(camera)} if name == CAMERA else {})
+                arguments = msgspec.convert(told, call.arguments, strict=False)
             else:
                 arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
         except (msgspec.MsgspecError, RecursionError) as fault:
@@ -312,14 +322,16 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _send(self, status: HTTPStatus, body: bytes) -> None:
         self.send_response(status)
-        self.send_header("Content-Type", "application/json")
-        self.send_header("Content-Length", str(len(body) + 1))
+        is_picture = body.startswith(b"\x89PNG")
+        body += b"" if is_picture else b"\n"
+        self.send_header("Content-Type", "image/png" if is_picture else "application/json")
+        self.send_header("Content-Length", str(len(body)))
         if status is HTTPStatus.UNAUTHORIZED:
             self.send_header("WWW-Authenticate", "Bearer")
         if self.close_connection:
             self.send_header("Connection", "close")
         self.end_headers()
-        self.wfile.write(body + b"\n")
+        self.wfile.write(body)
         self.wfile.flush()
 
     @property

@@ -423,6 +423,11 @@ class Handling:
         return self._scene_bodies
 
     @property
+    def cameras(self) -> tuple[str, ...]:
+        """Return the names of the scene's cameras."""
+        return () if self._scene is None else self._scene.cameras
+
+    @property
     def scene_shapes(self) -> tuple[SceneBody, ...]:
         """Return what the bodies of the scene look like, in the same order."""
         return () if self._scene is None else self._scene.bodies

@@ -15,6 +15,7 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.options.model import Settings
 from iiwa_sim.ros.appendix_a import AppendixA
 from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.images import IMAGE, Images
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import Message, result_text, short_name
 from iiwa_sim.ros.outbox import Outbox, Turns
@@ -52,6 +53,7 @@ class RosSide:
         apply = settings.ros_reference == "apply"
         self._appendix_a = AppendixA(graph, controller, log, apply_reference=apply)
         self._joints = JointInterface(graph, controller, log, self._appendix_a.joint_states)
+        self._images = Images(graph, controller, log)
         self._log = log
         turns = Turns(clock.catch_up, clock.commanded)
         self._rosbridge = self._rosbridge_server(settings, turns)
@@ -68,6 +70,7 @@ class RosSide:
         """Notice a tick; to be called after each."""
         self._appendix_a.step()
         self._graph.step()
+        self._images.step()
         self._joints.step()
 
     def skip(self, ticks: int) -> None:
@@ -147,7 +150,7 @@ class RosSide:
             "publish": [
                 [name, named(topic.kind), topic.recurs, topic.is_latched]
                 for name, topic in graph.published.items()
-                if ros2 or topic.in_ros1
+                if (ros2 or topic.in_ros1) and topic.kind != IMAGE
             ],
             **{
                 key: [[name, named(each.kind)] for name, each in served.items() if ros2 or each.in_ros1]

@@ -388,6 +388,13 @@ class World:
             mj.mj_kinematics(self.model, self.data)
             self.behind = False
 
+    def seen(self) -> Any:
+        """Return a copy of the data, with the arms where they are."""
+        data = copy.copy(self.data)
+        for arm in self.arms:
+            arm.place_in(data.qpos, arm.joints, arm.tcp)
+        return data
+
     def kept(self) -> WorldState:
         """Return the state, for `restore`."""
         built = self._built._replace(model=copy.copy(self._built.model))

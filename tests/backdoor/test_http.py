@@ -138,7 +138,7 @@ def ask(
 
 
 def test_each_call_does_over_http_what_its_method_does() -> None:
-    assert {name for name, _ in SAID} | NEED_A_MOVE | TAKE_TIME | {"dialogue"} == set(CALLS)
+    assert {name for name, _ in SAID} | NEED_A_MOVE | TAKE_TIME | {"dialogue", "camera"} == set(CALLS)
     cell = replace(robot_alone(IIWA), handled=HANDLED)
     with (
         Simulator(cell=cell, clock="stepped", backdoor_port=0) as near,

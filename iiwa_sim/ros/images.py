@@ -1,0 +1,57 @@
+"""Topics of the cameras of a scene. Pictures are rendered while somebody listens."""
+
+from __future__ import annotations
+
+import re
+from asyncio import AbstractEventLoop, get_running_loop
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import partial
+
+from iiwa_sim.camera import Camera
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.log import SessionLog
+from iiwa_sim.ros.graph import Graph, Topic
+
+IMAGE = "sensor_msgs/msg/CompressedImage"
+RATE_HZ = 10
+
+
+class Images:
+    """A topic `/camera/NAME/compressed` for each camera, at most `RATE_HZ` times in a simulated second."""
+
+    def __init__(self, graph: Graph, controller: Controller, log: SessionLog) -> None:
+        self._graph, self._log, self._camera = graph, log, Camera(controller)
+        self._topics: dict[str, str] = {}
+        """Names of cameras by those of topics."""
+        for name in self._camera.names:
+            topic = f"/camera/{re.sub(r'[^A-Za-z0-9_]', '_', name)}/compressed"
+            self._topics[topic] = name
+            graph.published[topic] = Topic(IMAGE, RATE_HZ, None)
+        self._rendered: dict[str, Future[bytes]] = {}
+
+    def step(self) -> None:
+        """Notice a tick: begin the pictures that are due, unless the last one is not done yet."""
+        for topic, name in self._topics.items():
+            if not self._graph.published[topic].listeners or not self._graph.is_due(RATE_HZ):
+                continue
+            if topic not in self._rendered:
+                tell = partial(self._publish, topic, self._graph.header(name))
+                self._rendered[topic] = future = self._camera.picture(name)
+                future.add_done_callback(partial(_call_soon, get_running_loop(), tell))
+
+    def _publish(self, topic: str, header: dict[str, object], done: Future[bytes]) -> None:
+        try:
+            message = {"header": header, "format": "png", "data": done.result()}
+        except Refused as refused:  # it stays in `_rendered`: nobody asks again
+            self._log.refused("ROS", topic, refused.code, refused.reason)
+            return
+        del self._rendered[topic]
+        self._graph.published[topic].publish(message)
+
+
+def _call_soon(loop: AbstractEventLoop, tell: Callable[[Future[bytes]], None], done: Future[bytes]) -> None:
+    with suppress(RuntimeError):  # the robot has ended
+        loop.call_soon_threadsafe(tell, done)
