@@ -26,11 +26,11 @@ from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.token import Token, word_of
 from iiwa_sim.simulated_robot import SimulatedRobot
-from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.http import BackdoorHttp
     from iiwa_sim.ros.side import RosSide
+    from iiwa_sim.transcript.record import Recorder
 
 LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
@@ -339,8 +339,10 @@ class Simulator:
         watchers = [*self._recordings.recorders, *others]
         return ObservedRobot(robots, watchers) if watchers else robots
 
-    def _transcript(self, path: Path, robot: SimulatedRobot) -> Recorder:
+    def _transcript(self, path: Path, robot: SimulatedRobot) -> "Recorder":
         from importlib import metadata
+
+        from iiwa_sim.transcript.record import Recorder
 
         title = f"{robot.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
         return Recorder(path, robot.dialogue, self.clock.tick_s, title, list(robot.servers))

@@ -12,7 +12,6 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
-from importlib.resources import files
 from typing import Literal, NamedTuple
 from xml.etree.ElementTree import Element as XmlElement
 from xml.etree.ElementTree import TreeBuilder
@@ -21,6 +20,7 @@ from xml.parsers import expat
 import msgspec
 
 from iiwa_sim.protocols.decimals import NotANumberError, format_decimals, parse_decimal, quoted, readable
+from iiwa_sim.settings import data_folder
 
 MAX_MESSAGE_BYTES = 16384
 """EKI's receive buffer: a longer message breaks the stream."""
@@ -230,7 +230,7 @@ class _Rows(msgspec.Struct):
 @cache
 def load_krc4_table() -> Mapping[int, Command]:
     """Return the commands of protocol/krc4.toml by their ids."""
-    text = files("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes()
+    text = data_folder("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes()
     rows = msgspec.toml.decode(text, type=_Rows)
     return {row.id: msgspec.structs.replace(row, tag=tag) for tag, row in rows.command.items()}
 

@@ -5,15 +5,13 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols import iiwa
 from iiwa_sim.protocols.faults import CannedReplies
-from iiwa_sim.protocols.krc4 import Krc4Session
-from iiwa_sim.protocols.krc4_xml import REGISTERS, load_krc4_table
 from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.protocols.session import LineSession, Session
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import RobotDescription, RobotFault
 
-AXES = {IIWA: range(7, 8), KRC4: range(1, REGISTERS + 1)}
-"""Numbers of axes for which each protocol has messages."""
+AXES = {IIWA: range(7, 8), KRC4: range(1, 11)}
+"""Numbers of axes for which each protocol has messages; one of KRC4 has ten reals."""
 
 
 def open_session(
@@ -31,6 +29,8 @@ def open_session(
     for each command; a strict session refuses them. Fields of KRC4 messages are named.
     """
     if protocol == KRC4:
+        from iiwa_sim.protocols.krc4 import Krc4Session
+
         return Krc4Session(controller, log, name, dialogue)
     table, commands = load_table(IIWA), iiwa.COMMANDS
     return LineSession(controller, log, name, table, commands, dialogue, IIWA, strict=strict, canned=canned)
@@ -38,6 +38,8 @@ def open_session(
 
 def command_names() -> list[str]:
     """Return the names of all commands and KRC4 messages."""
+    from iiwa_sim.protocols.krc4_xml import load_krc4_table
+
     return [*load_table(IIWA).commands, *(each.tag for each in load_krc4_table().values())]
 
 

@@ -10,7 +10,6 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
-from importlib.resources import files
 from math import inf, nan, nextafter, tau
 from typing import NamedTuple
 
@@ -19,6 +18,7 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.protocols.decimals import NOT_DECIMAL, NotANumberError, parse_decimal, quoted
 from iiwa_sim.protocols.lines import MAX_LINE_BYTES, OVERLONG
+from iiwa_sim.settings import data_folder
 
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
@@ -239,7 +239,7 @@ def with_hint(reason: str, request: Request) -> str:
 @cache
 def load_table(name: str) -> Table:
     """Return the table protocol/NAME.toml."""
-    rows = tomllib.loads(files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_text("utf-8"))
+    rows = tomllib.loads(data_folder("iiwa_sim.protocol").joinpath(f"{name}.toml").read_text("utf-8"))
     known = msgspec.convert(rows["value"], dict[str, Quantity])
 
     def quantities(kind: type[_Quantities], names: str) -> _Quantities:
@@ -261,7 +261,7 @@ class ErrorCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @cache
 def load_error_codes() -> Mapping[int, ErrorCode]:
     """Return the rows of protocol/errors.toml by code, in the order of the table."""
-    text = files("iiwa_sim.protocol").joinpath("errors.toml").read_bytes()
+    text = data_folder("iiwa_sim.protocol").joinpath("errors.toml").read_bytes()
     return {int(code): row for code, row in msgspec.toml.decode(text, type=dict[str, ErrorCode]).items()}
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
-from importlib.resources.abc import Traversable
 from math import radians, sqrt
 from operator import attrgetter, truediv
 from pathlib import Path
@@ -13,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.settings import Reader, SettingsFault
+from iiwa_sim.settings import Reader, SettingsFault, data_folder
 
 DEFAULT_ROBOT = "lbr_iiwa_7_r800"
 SETTINGS_FILE = "robot.toml"
@@ -187,10 +185,10 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
 
 @cache
 def _built_in(name: str) -> RobotDescription:
-    return _read(files("iiwa_sim.robots") / name, name)
+    return _read(data_folder("iiwa_sim.robots") / name, name)
 
 
-def _read(folder: Traversable, name_or_folder: str | Path) -> RobotDescription:
+def _read(folder: Path, name_or_folder: str | Path) -> RobotDescription:
     settings_path = str(folder / SETTINGS_FILE)
     reader = Reader(settings_path, RobotFault)
     settings = reader.settings(_text(folder, SETTINGS_FILE, name_or_folder), _Settings)
@@ -292,11 +290,11 @@ def built_in_robots() -> list[str]:
 
 @cache
 def _names() -> tuple[str, ...]:
-    folders = files("iiwa_sim.robots").iterdir()
+    folders = data_folder("iiwa_sim.robots").iterdir()
     return tuple(sorted(folder.name for folder in folders if (folder / SETTINGS_FILE).is_file()))
 
 
-def _folder(name_or_folder: str | Path) -> Traversable:
+def _folder(name_or_folder: str | Path) -> Path:
     folder = Path(name_or_folder)
     why = ""
     try:
@@ -308,6 +306,6 @@ def _folder(name_or_folder: str | Path) -> Traversable:
     raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(_names())}{why}")
 
 
-def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:
+def _text(folder: Path, file: str, name_or_folder: str | Path) -> str:
     path = folder / file
     return Reader(str(path), RobotFault).text(path, f"this file in the robot's folder {name_or_folder}")
