@@ -124,6 +124,27 @@ def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     assert (following.error() <= 0.5 * AVERAGED_S * fastest + 1e-9).all()
 
 
+@given(st.lists(st.tuples(st.floats(0.05, 0.6), signs), min_size=1, max_size=8), st.booleans())
+def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
+    parts: list[tuple[float, Array]], gentle: bool
+) -> None:
+    """Straight lines from point to point; the average rounds their corners."""
+    following = Following()
+    speed = (0.1 if gentle else 0.9) * np.array(following.robot.description.velocity)
+    time, place, points = 0.0, following.home, []
+    for seconds, turns in parts:
+        time, place = (
+            time + seconds,
+            (place + seconds * speed * turns).clip(following.home - 0.5, following.home + 0.5),
+        )
+        points.append(TrajectoryPoint(time, place.tolist()))
+    following.sends(points)
+    following.runs()
+    assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
+    assert following.controller.joints == tuple(place.tolist())
+    assert_within_limits(following.robot)
+
+
 def test_joints_may_come_in_any_order() -> None:
     following, mixed = Following(), Following()
     points = swinging(following, np.linspace(0.0, 2.0, 9), 0.5, np.linspace(-1.0, 1.0, 7))
@@ -306,6 +327,7 @@ def test_tolerances_of_path_and_goal_end_a_trajectory(tolerances: dict[str, Any]
     following.runs()
     end = following.ends[number]
     assert end.outcome is outcome
+    assert_within_limits(following.robot)
     assert (outcome is Outcome.REACHED) == (following.controller.joints == tuple(following.home + 0.3))
     if outcome is Outcome.PATH_TOLERANCE:
         assert end.reason.startswith("path tolerance: A3 is 0.00")
