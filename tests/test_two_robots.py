@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import msgspec
@@ -22,6 +24,8 @@ from iiwa_sim.options.sources import SettingError
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
 from iiwa_sim.recordings.tables import write_tables
+from tests.processes import IIWA_SIM, ended, started
+from tests.view.viewer import viewing
 
 CELL = Path(__file__).parents[1] / "examples" / "two_iiwas.toml"
 HEAD, _, _ = CELL.read_text().partition("[[robot]]")
@@ -330,3 +334,84 @@ def test_a_single_robot_may_have_a_name_and_a_base(tmp_path: Path) -> None:
         (bar,) = cell.state().parts
         assert bar.state == "lies", "on the table, which is turned with it"
         assert bar.frame[:2] == pytest.approx((740, 200), abs=0.1)
+
+
+def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
+    with ExitStack() as taken:
+        sockets = [taken.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(2)]
+        ports = [each.getsockname()[1] for each in sockets]
+    text = CELL.read_text()
+    for name, port in zip(("left", "right"), ports, strict=True):
+        text = text.replace(f'name = "{name}"', f'name = "{name}"\nport = {port}')
+    file, transcript = tmp_path / "cell.toml", tmp_path / "said.txt"
+    file.write_text(text)
+    options = ("--status-port", "0", "--backdoor-port", "0", "--transcript", str(transcript))
+    with started(*IIWA_SIM, str(file), *options) as server:
+        lines = [server.line() for _ in range(4)]
+        assert lines[:2] == [
+            f"left listening on 127.0.0.1:{ports[0]}\n",
+            f"right listening on 127.0.0.1:{ports[1]}\n",
+        ]
+        assert [line.split()[0] for line in lines[2:]] == ["status", "backdoor"]
+        done = ended([*IIWA_SIM, "health", str(server.process.pid)])
+        assert (done.returncode, done.stderr) == (0, "")
+        client = Connection("127.0.0.1", ports[1], 60)
+        client.send(b"wrong\r\n")
+        assert client.read_line() == b"unknown command"
+        client.close()
+        code, said = server.ends(signal.SIGTERM)
+    assert code == 0
+    assert "warning right 127.0.0.1:" in said, "the log names the robot"
+    assert "> wrong" in (tmp_path / "said-right.txt").read_text()
+    assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
+    done = ended([*IIWA_SIM, str(file), "--port", "5"])
+    assert (done.returncode, done.stderr) == (
+        2,
+        "iiwa-sim: --port 5: expected none: the cell has those of left and right\n",
+    )
+    done = ended([*IIWA_SIM, "check-cell", str(file)])
+    assert [line for line in done.stdout.splitlines() if line.startswith(("robot", "base", "part"))] == [
+        "robot left: LBR iiwa 7 R800",
+        "base: 0 0 0 mm, 0 0 0 rad",
+        "part 'bar': box, 0.3 kg, lies on 'table'",
+        "robot right: LBR iiwa 7 R800",
+        "base: 1290 0 0 mm, 3.142 0 0 rad",
+        "part 'bar': box, 0.3 kg, lies on 'table'",
+    ]
+
+
+def test_the_fixture_has_all_robots_and_its_report_their_dialogues(pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\n")
+    pytester.makepyfile(
+        f"""
+        import pytest
+        from iiwa_sim import Iiwa
+
+        @pytest.mark.iiwa(cell={str(CELL)!r})
+        def test_fails(iiwa):
+            with Iiwa(iiwa.host, iiwa.robots["right"].port) as right:
+                right.get_mode()
+            iiwa.robots["right"].dialogue.assert_said("get mode", times=1)
+            iiwa.robots["left"].dialogue.assert_said("get mode", times=0)
+            raise AssertionError("on purpose")
+        """
+    )
+    result = pytester.runpytest_inprocess("-W", "error")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["*iiwa left dialogue*", "nothing was said", "*iiwa right dialogue*", "*> get mode"]
+    )
+    result.stdout.fnmatch_lines(["E*AssertionError: on purpose"])
+
+
+def test_the_page_shows_all_robots_in_their_places() -> None:
+    with started(*IIWA_SIM, str(CELL), "--view-port", "0", "--clock", "fast") as server:
+        lines = [server.line() for _ in range(5)]
+        with viewing(int(lines[-1].rstrip("/\n").rpartition(":")[2])) as viewer:
+            viewer.until(lambda message: message.get("name") == "/robots/0/parts/1")
+            stands = viewer.until(lambda each: each.get("name") == "/robots/1" and "position" in each)
+            assert stands["position"] == pytest.approx((1.29, 0.0, 0.0))
+            viewer.clicks("Robot", "right")
+            viewer.commands("Emergency stop")
+            viewer.shows("Emergency stop is PRESSED")
+            assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/parts/")]

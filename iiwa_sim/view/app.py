@@ -40,7 +40,7 @@ BESIDE_M = 0.12
 NARROW = 0.8
 """Width over height of a window in which the panel lies over the lower part of the picture."""
 SHOWN_ONCE = {"surfaces": (), "parts": (), "bodies": ()}
-"""What robots of one cell have in common."""
+"""Keys of a cell that its robots share."""
 VIEWS = {
     "Fit": (1.05, -1.4, 0.6),
     "Front": (1.0, 0.0, 0.15),
