@@ -6,10 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim import Simulator
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
+from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.controller.state import snapshot
+from iiwa_sim.frames import Frame
+from tests.asked import ptp_move
 from tests.stepped import SteppedRobot
 
 TICK_S = 0.002
@@ -173,3 +177,75 @@ def test_a_kept_scene_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     robots[0].step(300)
     again = snapshot(robots[0].controller)
     assert (again.parts, again.bodies, again.inputs) == (expected.parts, expected.bodies, expected.inputs)
+
+
+FURNITURE = """<mujoco>
+<compiler angle="radian" autolimits="true" fusestatic="true"/>
+<include file="classes.xml"/>
+<worldbody>
+  <body name="cabinet" pos=".6 .3 .3" childclass="wood">
+    <geom size=".15 .15 .01"/><geom size=".15 .15 .01" class="seen"/>
+    <body name="drawer" pos="0 0 .06">
+      <joint type="slide" axis="0 1 0" range="0 .25"/>
+      <geom size=".14 .14 .04" mass="1"/><geom name="handle" size=".01 .01 .06" pos="0 -.13 .1" mass=".1"/>
+    </body>
+  </body>
+  <body name="tray" pos=".4 -.4 .1"><geom class="wood" size=".1 .1 .01"/></body>
+  <body name="ball" pos=".4 -.4 .15"><freejoint/><geom size=".03"/></body>
+  <body name="can" pos=".35 -.45 .16"><freejoint/><geom type="cylinder" size=".02 .04"/></body>
+  <body name="screw" pos="0 .6 .5" gravcomp="1">
+    <joint name="screw" type="slide" axis="0 0 1" damping="1"/><geom size=".02" mass=".1"/>
+  </body>
+</worldbody>
+<actuator><velocity name="screw" joint="screw" kv="1000"/></actuator>
+</mujoco>"""
+CLASSES = """<mujocoinclude><default><default class="wood">
+<geom type="box" contype="0" conaffinity="1" solref=".01 1"/><joint damping="5" frictionloss="1"/>
+<default class="seen"><geom contype="0" conaffinity="0" group="2"/></default>
+</default></default></mujocoinclude>"""
+LATER = """scene = {file = "scene.xml"}
+output = [{number = 1, actuator = "screw", on = 0.0005}]
+contact_radius_mm = 10
+tool_in_flange = {x_mm = 0, y_mm = 0, z_mm = 150, alpha = 0, beta = 0, gamma = 0}
+"""
+
+
+def test_the_arm_pushes_a_drawer_and_objects_come_to_rest(tmp_path: Path) -> None:
+    (tmp_path / "classes.xml").write_text(CLASSES)
+    robot = robot_in(tmp_path, LATER, FURNITURE)
+    controller, touched = robot.controller, set[str]()
+    for x_mm, y_mm, z_mm in ((600, 0, 500), (600, 0, 440), (600, 270, 440)):
+        controller.move(ptp_move(Frame(x_mm, y_mm, z_mm, 3.14159265, 0.0, 3.14159265), 0.2))
+        while controller.moving:
+            robot.step()
+            touched |= {each.surface for each in controller.load.link_contacts}
+    state = snapshot(controller)
+    places = {each.name: each.frame for each in state.bodies}
+    assert state.error.code == 0
+    assert 419.0 < places["drawer"].y_mm < 430.0, "its handle was 120 mm before the end of the move"
+    assert touched == {"drawer"}
+    assert [places[name].z_mm for name in ("ball", "can")] == pytest.approx([140.0, 150.0], abs=0.5)
+    while not controller.resting:
+        robot.step()
+    controller.io.set_output(1, on=True)
+    robot.step(2000)
+    rise_mm = snapshot(controller).bodies[-1].frame.z_mm - places["screw"].z_mm
+    assert rise_mm == pytest.approx(2.0, abs=0.1), "0.5 mm/s are slow, but no rest"
+
+
+def test_each_robot_has_its_own_wires_and_a_belt_runs_on_beside_a_new_surface(tmp_path: Path) -> None:
+    wires = WIRES.splitlines()
+    left, right = "\n".join(wires[1:3]), "\n".join(wires[3:])
+    (tmp_path / "scene.xml").write_text(SCENE)
+    robots = f'[[robot]]\nname = "left"\n{left}\n[[robot]]\nname = "right"\nx_mm = 2000\n{right}\n'
+    (tmp_path / "cell.toml").write_text(f"{wires[0]}\n{robots}{PARTS}")
+    with Simulator(cell=tmp_path / "cell.toml", clock="stepped") as simulator:
+        one, two = simulator.robots["left"], simulator.robots["right"]
+        simulator.call(lambda: two.controller.io.set_output(BELT, on=True))
+        simulator.advance(0.5)
+        one.backdoor.add_surface(BoxSettings(name="far", size_mm=(9, 9, 9), z_mm=2e3, stiffness_n_per_m=1e5))
+        simulator.advance(1.45)
+        assert one.state().inputs[2], "in the light barrier after 1.9 s at 0.2 m/s"
+        assert not any(two.state().inputs)
+        ours, theirs = one.state().bodies[1].frame, two.state().bodies[1].frame
+        assert ours.x_mm - theirs.x_mm == pytest.approx(2000.0), "each in its base"

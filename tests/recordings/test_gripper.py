@@ -13,7 +13,7 @@ from jsonschema import Draft7Validator
 from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
-from tests.cell.cells import GRIPPER
+from tests.cell.cells import EXAMPLES, GRIPPER
 from tests.recordings.recorded import contents, found_in
 
 CELL = f"""{GRIPPER}
@@ -74,3 +74,29 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     Draft7Validator(json.loads(cells[0].schema)).validate(cells[0].content)
     assert [part["name"] for part in cells[-1].content["parts"]] == ["block"]
     assert cells[0].content["jaw_mm"] == pytest.approx([20.0, 8.0, 70.0])
+
+
+def test_bodies_of_a_scene_are_frames_and_bodies(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with (
+        Simulator(cell=EXAMPLES / "door.toml", clock="stepped", record=path) as simulator,
+        Iiwa("127.0.0.1", simulator.port) as robot,
+    ):
+        robot.set_output(1, True)
+        simulator.advance(4.0)
+    places = [
+        next(each["translation"] for each in message["transforms"] if each["child_frame_id"] == "body door")
+        for message in contents(path, FRAMES)
+    ]
+    assert places[0] == pytest.approx({"x": 0.735, "y": 0.0, "z": 0.49}, abs=1e-3)
+    assert places[-1] == pytest.approx({"x": 0.735, "y": 0.415, "z": 0.49}, abs=1e-2)
+    entities = {each["id"]: each for each in contents(path, SCENE)[0]["entities"]}
+    (panel,) = entities["body door"]["cubes"]
+    assert panel["size"] == pytest.approx({"x": 0.016, "y": 0.42, "z": 0.44})
+    assert panel["color"] == pytest.approx({"r": 0.9, "g": 0.5, "b": 0.2, "a": 0.8})
+    assert len(entities["body machine"]["cubes"]) == 6
+    found = found_in(path, CELLS)[0]
+    Draft7Validator(json.loads(found.schema)).validate(found.content)
+    assert [body["name"] for body in found.content["bodies"]] == ["scene", "machine", "door"]
+    state = found_in(path, STATE)[-1]
+    Draft7Validator(json.loads(state.schema)).validate(state.content)

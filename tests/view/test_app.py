@@ -12,7 +12,7 @@ from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
-from tests.cell.cells import GRIPPER
+from tests.cell.cells import EXAMPLES, GRIPPER
 from tests.talking import wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
 
@@ -89,6 +89,31 @@ def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
         box("/cell/", 0.1, 0.11, 0.12)
         simulator.backdoor.push((30.0, 0.0, 0.0, 0.0, 0.0, 0.0))
         viewer.appears("/tcp/force")
+
+
+def test_bodies_of_a_scene_are_drawn_and_move() -> None:
+    with (
+        Simulator(cell=EXAMPLES / "door.toml", status_port=0, backdoor_port=0) as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+        page_at(place_of(simulator)) as port,
+        viewing(port) as viewer,
+    ):
+        panel = viewer.until(
+            lambda message: (
+                message["type"] == "BoxMessage"
+                and message["props"]["dimensions"] == pytest.approx((0.016, 0.42, 0.44))
+            )
+        )
+        assert panel["props"]["color"] == pytest.approx([229, 128, 51], abs=1)
+        door = panel["name"].rpartition("/")[0]
+        robot.set_output(1, True)
+        viewer.until(
+            lambda message: (
+                message["type"] == "SetPositionMessage"
+                and message["name"] == door
+                and message["position"][1] > 0.1
+            )
+        )
 
 
 def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
