@@ -7,7 +7,6 @@ if its ticks can be told so in the order of the moves, going forwards on each of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -89,38 +88,6 @@ class Run:
     """How many of its moves were no longer to be done, once one was cancelled."""
     passed: bool = False
     """Whether these include some behind the cancelled one."""
-
-    def parts(self, size: int) -> Iterator[Run]:
-        """In parts of so many moves, each from the middle of a move to that of a later one.
-
-        Each tick is compared with each move of its part: all of a long run would take too long. Where a part
-        begins is looked for among the ticks at which the controller says that its move runs.
-        """
-        begins, first = 0, self.first
-        for k in range(size, len(self.moves) - 1):
-            if k - begins < size:
-                continue
-            middle = self._middle_of(self.moves[k])
-            if middle is None or middle <= first:
-                continue
-            start = self.robot.joints[first]
-            yield Run(self.robot, first, start, self.moves[begins : k + 1], middle, stopped_at=middle)
-            begins, first = k, middle
-        start = self.robot.joints[first]
-        yield Run(self.robot, first, start, self.moves[begins:], self.last, stopped_at=self.stopped_at)
-
-    def _middle_of(self, move: Sent) -> int | None:
-        """A tick near to the middle of a move, where that is on its path."""
-        numbers = np.array(self.robot.under_way[self.first : self.last + 1])
-        runs = np.flatnonzero(numbers == move.number)
-        if len(runs) == 0:
-            return None
-        joints = self.robot.joints[self.first + runs[0] : self.first + runs[-1] + 1]
-        s, off, _ = progress(self.robot, move, Ticks.of(self.robot, joints))
-        nearest = int(np.abs(s - HALF).argmin())
-        if off[nearest] > 1.0 or abs(s[nearest] - HALF) > 1.0 - 2.0 * LARGEST_PART:
-            return None
-        return int(self.first + runs[0] + nearest)
 
     @cached_property
     def ticks(self) -> Ticks:

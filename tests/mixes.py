@@ -48,8 +48,14 @@ class AsSeven:
 class Mix:
     """A robot, what was said to it, and which moves it has accepted."""
 
-    def __init__(self, seed: int, tick_s: float, robot: str = ARMS[0], *, forces: bool) -> None:
-        """With `forces`, stiffness moves have some that push the robot off its plan."""
+    def __init__(
+        self, seed: int, tick_s: float, robot: str = ARMS[0], *, forces: bool, skips: bool = False
+    ) -> None:
+        """With `forces`, stiffness moves have some that push the robot off its plan.
+
+        With `skips` it leaves out the ticks of a robot at rest, as a clock does.
+        """
+        self._skips = skips
         self._random = random.Random(seed)
         self._forces = forces
         self.robot = SteppedRobot(robot, tick_s)
@@ -73,10 +79,15 @@ class Mix:
             self._say("stop")  # a hold would last for ever
         self.robot.runs_until_stopped()
         self._check()
+        self.step(5)
 
     def step(self, ticks: int) -> None:
         for _ in range(ticks):
-            self.robot.step()
+            if self._skips and self.robot.controller.resting:
+                self.robot.controller.skip(1)
+                self.robot.joints.append(self.robot.controller.joints)
+            else:
+                self.robot.step()
             self._check()
 
     def _wait_until_stopped(self) -> None:

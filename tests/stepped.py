@@ -69,8 +69,6 @@ class SteppedRobot:
         self.joints = [self.controller.joints]
         self.stopping = [False]
         self.direct = [False]
-        self.under_way = [0]
-        """The number of the move that runs, as the controller says it, after each tick."""
         self._mode = self.controller.mode
         self._override = self.controller.override
         self._stop_ticks = 0  # in which the robot may still be stopping, or changing to an override
@@ -82,7 +80,6 @@ class SteppedRobot:
             self.controller.step()
             self.notice_mode()  # the controller may have stopped by itself
             self.joints.append(self.controller.joints)
-            self.under_way.append(self.controller.motions.under_way)
             self.stopping.append(self._stop_ticks > 0)
             self.direct.append(self._direct_ticks > 0)
             self._stop_ticks -= 1
@@ -150,7 +147,6 @@ class SteppedRobot:
         self.controller.move(joint_move(joints, [1.0] * len(joints)))
         self.runs_until_stopped()
         self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
-        self.under_way = [0]
 
     def tcp(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> Transform:
         return compose(self.model.flange(joints), tool_in_flange or self.tool_in_flange)

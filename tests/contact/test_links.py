@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.links import ALLOWED_M, FOLDED_N_PER_M, LinkContact, Links, Worn
+from iiwa_sim.contact.links import LinkContact, Links, Worn
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
@@ -219,31 +219,6 @@ def test_damping_counts_the_speed_of_the_link() -> None:
     assert y == pytest.approx(0.3, abs=0.01)
 
 
-def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() -> None:
-    name = ARMS[0]
-    wall = surface(Box(0.6, 0.4, 0.6), at(0.0, 0.85, 0.6), stiffness=20_000.0, friction=0.02)
-    links = links_of(name)
-    stretched = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
-    links.surround({wall.name: wall}, stretched)
-
-    def feels(joints: tuple[float, ...]) -> LinkContact:
-        links.goes_to(joints)
-        return links.contacts[0]
-
-    links.goes_to(stretched)
-    links.goes_to((0.88, *stretched[1:]))
-    pressed = (0.9, *stretched[1:])
-    first = feels(pressed)
-    pressing = -first.force[1]
-    up = feels((0.9, 0.8999, *stretched[2:]))
-    assert 0.0 < -up.force[2] < 0.02 * pressing, "it is held back, as it goes up"
-    for k in range(1, 60):
-        up = feels((0.9, 0.9 - 0.0005 * k, *stretched[2:]))
-    assert np.hypot(up.force[0], up.force[2]) == pytest.approx(-0.02 * up.force[1], rel=1e-6)
-    back = feels((0.9, 0.9 - 0.0005 * 59 + 0.00005, *stretched[2:]))
-    assert 0.0 < -back.force[2] < -up.force[2], "and the spring is unwound first"
-
-
 FOLDED = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 
@@ -264,60 +239,9 @@ def test_an_arm_that_folds_onto_its_base_pushes_joints_between_both_links() -> N
     assert arm.folded[5:] == (0.0, 0.0), "link 5 meets it, so joints beyond are not pushed"
 
 
-def test_torques_of_two_links_are_stiffness_times_depth_beyond_what_is_allowed() -> None:
-    """By the slope of the energy: half the stiffness times the square of the depth of each pair."""
-    arm = links_of(ARMS[0])
-
-    def energy(joints: tuple[float, ...]) -> float:
-        found = 0.0
-        lines = [(ends_of(ARMS[0], each, joints), each) for each in capsules_of(MODELS[ARMS[0]].description)]
-        for (a, b), inner in lines:
-            for (c, d), outer in lines:
-                if outer.joints - inner.joints >= 3:
-                    points = a + np.linspace(0.0, 1.0, 500)[:, None] * np.subtract(b, a)
-                    axis = np.subtract(d, c)
-                    shares = np.clip((points - c) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)[:, None]
-                    apart = np.linalg.norm(points - c - shares * axis, axis=1).min()
-                    gap = apart - inner.radius_m - outer.radius_m
-                    found += 0.5 * FOLDED_N_PER_M * max(0.0, -gap - ALLOWED_M) ** 2
-        return found
-
-    arm.look_at(FOLDED)
-    assert arm.folded is not None
-    for joint in (1, 3):
-        ends = [
-            energy((*FOLDED[:joint], FOLDED[joint] + turn, *FOLDED[joint + 1 :])) for turn in (-1e-3, 1e-3)
-        ]
-        assert arm.folded[joint] == pytest.approx((ends[0] - ends[1]) / 2e-3, rel=0.02)
-
-
 def test_a_tool_that_is_turned_back_meets_the_arm() -> None:
     rod = Worn(Capsule("tool", 0, (0.0, 0.0, 0.05), (0.0, 0.0, 0.4), 0.02))
     for tool, names in (((rod,), "tool"), ((), None)):
         arm = Arm(ARMS[0], tool)
         arm.look_at((0.0, 0.6, 0.0, -2.0, 0.0, 1.9, 0.0))
         assert (arm.colliding and arm.colliding[1]) == names
-
-
-def test_jaws_that_open_touch_a_wall_with_their_share_of_its_stiffness() -> None:
-    model = MODELS[ARMS[0]]
-    home = model.description.home
-
-    def jaws(half_m: float) -> list[Worn]:
-        ends = [((0.0, side * half_m, 0.02), (0.0, side * half_m, 0.1)) for side in (-1.0, 1.0)]
-        return [Worn(Capsule("jaw", 0, *each, 0.01), 0.5) for each in ends]
-
-    x, y, z = apply(model.tcp_of_flange.pose(home), (0.0, 0.1, 0.06))
-    side = 1.0 if y > 0.0 else -1.0
-    wall = surface(Box(0.3, 0.05, 0.3), at(x, y + side * 0.05, z), stiffness=STIFFNESS)
-    arm = links_of(ARMS[0])
-    arm.jaws_are(jaws(0.03))
-    arm.surround({wall.name: wall}, home)
-    for half in np.linspace(0.03, 0.093, 64).tolist():
-        arm.jaws_are(jaws(half))
-        arm.goes_to(home)
-        assert bool(arm.contacts) == (half > 0.09)
-    (contact,) = arm.contacts
-    assert abs(contact.force[1]) == pytest.approx(0.5 * STIFFNESS * 0.003, rel=1e-6)
-    assert arm.worn is not None
-    assert arm.torques is None

@@ -33,20 +33,6 @@ def told(robot: SteppedRobot) -> tuple[bool, ...]:
     return tuple(robot.controller.io.input(number) for number in (IS_OPEN, IS_CLOSED, HOLDS))
 
 
-def test_one_output_closes_and_opens() -> None:
-    robot = gripping()
-    assert told(robot) == (True, False, False)
-    robot.controller.io.set_output(CLOSE, on=True)
-    assert told(robot) == (True, False, False)  # no time has passed
-    robot.step()
-    assert told(robot) == (False, False, False)
-    robot.step(STROKE_TICKS)
-    assert told(robot) == (False, True, False)
-    robot.controller.io.set_output(CLOSE, on=False)
-    robot.step(STROKE_TICKS)
-    assert told(robot) == (True, False, False)
-
-
 def test_two_outputs_and_neither_leaves_it_where_it_is() -> None:
     robot = gripping(TWO_VALVES)
     io = robot.controller.io

@@ -207,22 +207,6 @@ def test_sent_where_it_is_it_stays_or_comes_back() -> None:
     assert_within_limits(robot)
 
 
-@given(name=names, runs_s=st.floats(0.0, 0.6), speeds=st.lists(st.floats(0.1, 1.0), min_size=7, max_size=7))
-def test_a_lower_speed_is_reached_by_braking(name: str, runs_s: float, speeds: list[float]) -> None:
-    robot = Followed(robot=name)
-    speeds_rel = speeds[: len(robot.home)]
-    robot.heads_for(-0.4 * robot.home)
-    robot.step(round(runs_s / robot.tick_s))
-    robot.heads_for(-0.4 * robot.home, speeds_rel)
-    before = len(robot.joints)
-    robot.runs_until_stopped()
-    assert_within_limits(robot)
-    velocity, acceleration, jerk = robot.limits
-    braked = before + round(float((velocity / acceleration + 2.0 * acceleration / jerk).max()) / robot.tick_s)
-    velocities = np.abs(np.diff(robot.joints, axis=0)) / robot.tick_s
-    assert (velocities[braked:] <= velocity * speeds_rel * (1.0 + 1e-9)).all()
-
-
 def test_a_way_on_which_ruckig_fails_is_run() -> None:
     """It needs full acceleration for no time at all: four phases of 40 ms."""
     robot = Followed()
