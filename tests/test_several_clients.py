@@ -37,7 +37,7 @@ async def some_ticks(simulator: Simulator, ticks: int = 20) -> None:
     await until(lambda: simulator.controller.tick >= until_tick)
 
 
-@pytest.mark.parametrize("how", ["leaves", "vanishes", "bye"])
+@pytest.mark.parametrize("how", ["leaves", "bye"])
 async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulator, how: str) -> None:
     first, second = await connect(exclusive), await connect(exclusive)
     second.send(b"hello\r\nget status\r\n" + NEAR.encode() + b"\r\n")
@@ -49,8 +49,6 @@ async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulat
     assert await first.ask("get status") == "stopped", "and nothing moves yet"
     if how == "leaves":
         await first.leaves()
-    elif how == "vanishes":
-        first.vanishes()
     else:
         assert await first.ask("bye") == "bye"
     assert [await second.reply() for _ in range(3)] == ["hello", "stopped", "done"]

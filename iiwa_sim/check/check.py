@@ -1,6 +1,6 @@
 """Runs all probes and dialogues against one server and reports."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 
 from iiwa_sim.check import motion, probes
@@ -57,14 +57,13 @@ def line(probe: Probe, finding: Finding) -> str:
     return f"{told} ({seen})" if seen else told
 
 
-def summary(findings: list[Finding], sent: Mapping[str, int]) -> str:
-    """Return the number of deviations, and what was sent to find them."""
+def summary(findings: list[Finding]) -> str:
+    """Return the number of deviations, and of other findings."""
     count = {verdict: sum(each.verdict is verdict for each in findings) for verdict in Verdict}
-    said = ", ".join(f"{harmless(name) or '(blank)'} {times}" for name, times in sorted(sent.items()))
     deviations = count[Verdict.DEVIATION]
     return (
         f"{deviations} deviation{'' if deviations == 1 else 's'}; {count[Verdict.ORIGINAL]} as the original, "
-        f"{count[Verdict.OURS]} as iiwa-sim, {count[Verdict.UNTRIED]} not tried\nsent: {said}"
+        f"{count[Verdict.OURS]} as iiwa-sim, {count[Verdict.UNTRIED]} not tried"
     )
 
 
@@ -97,13 +96,12 @@ def _find(link: Link, probe: Probe) -> Finding:
 
 def _dialogue(transcript: Transcript) -> Probe:
     moves = not (HARMLESS | NONSENSE).issuperset(commands_of(transcript))
-    return Probe(f"the dialogue {transcript.name}", "", "", partial(_play, transcript), moves)
+    return Probe(f"the dialogue {transcript.name}", "", partial(_play, transcript), moves=moves)
 
 
 def _play(transcript: Transcript, link: Link) -> Finding:
     for each in sorted(transcript.commands & HARMLESS):
         if COMMANDS[each].extension and not link.knows(each):
             return untried(f"the server does not know the extension '{each}'")
-    link.sent.update(commands_of(transcript))
     played = replay(transcript, link.host, link.port, link.timeout_s)
     return same_unless([f"line {each.line}: {each}" for each in played])

@@ -4,7 +4,6 @@ Without permission nothing is sent that could move the robot.
 """
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
@@ -71,10 +70,10 @@ class Probe(NamedTuple):
     """The input, or what happens."""
     original: str
     """The original's behaviour; empty for a dialogue, which tells it line by line."""
-    ours: str
-    """The behaviour of iiwa-sim and its reason; empty if it is the original's."""
     ask: Callable[["Link"], Finding]
     """Asks the server; raises OSError for a reply that does not come."""
+    ours: str = ""
+    """The behaviour of iiwa-sim and its reason; empty if it is the original's."""
     moves: bool = False
     """True if it needs a move command."""
 
@@ -96,8 +95,6 @@ class Link:
         self.port = port
         self.allow_motion = allow_motion
         self.timeout_s = timeout_s
-        self.sent: Counter[str] = Counter()
-        """Number of times that each command was sent."""
         self._known: dict[str, bool] = {}
 
     @contextmanager
@@ -135,7 +132,6 @@ class Talk:
         )
         if not (harmless or self._link.allow_motion):
             raise NotAllowed(data.decode("ascii", "backslashreplace"))
-        self._link.sent.update(commands)
         self.connection.send(data)
 
     def reply(self, timeout_s: float | None = None) -> str:

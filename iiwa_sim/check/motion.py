@@ -67,7 +67,9 @@ def _stiffness_move_replaces(talk: Talk, _start: list[float], _: Link) -> Findin
     return deviates("it waits until the one before is done") if waits else SAME
 
 
-def _probe(event: str, original: str, ours: str, body: Callable[[Talk, list[float], Link], Finding]) -> Probe:
+def _probe(
+    event: str, original: str, body: Callable[[Talk, list[float], Link], Finding], ours: str = ""
+) -> Probe:
     """A probe between two moments of rest at the same place."""
 
     def ask(link: Link) -> Finding:
@@ -77,7 +79,7 @@ def _probe(event: str, original: str, ours: str, body: Callable[[Talk, list[floa
             except _NotDone as fault:
                 return untried(str(fault))
 
-    return Probe(event, original, ours, ask, moves=True)
+    return Probe(event, original, ask, ours, moves=True)
 
 
 @contextmanager
@@ -137,14 +139,14 @@ def _moves(talk: Talk) -> bool:
 
 
 PROBES = (
-    _probe("`done` behind a move", "it was accepted, not that it has arrived", "", _done_is_not_arrived),
-    _probe("stop, on the way", "`done`, and every move that waits is discarded", "", _stop_forgets),
-    _probe("a client that goes while its move runs", "the robot stops", "", _gone_client),
+    _probe("`done` behind a move", "it was accepted, not that it has arrived", _done_is_not_arrived),
+    _probe("stop, on the way", "`done`, and every move that waits is discarded", _stop_forgets),
+    _probe("a client that goes while its move runs", "the robot stops", _gone_client),
     _probe(
         "a malformed move in another mode",
         "`error`, and yet the running motion is stopped",
-        "`error`, and nothing changes",
         _malformed_move,
+        "`error`, and nothing changes",
     ),
-    _probe("a stiffness move while another runs", "it replaces that one", "", _stiffness_move_replaces),
+    _probe("a stiffness move while another runs", "it replaces that one", _stiffness_move_replaces),
 )

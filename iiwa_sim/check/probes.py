@@ -65,7 +65,7 @@ def _rest_without_end(link: Link) -> Finding:
 
 
 def _blanks(link: Link) -> Finding:
-    found = _replies({"  hello": "hello", "get status \t": "stopped"}, link)
+    found = _answers({"  hello": "hello", "get status \t": "stopped"})(link)
     if found != SAME:
         return found
     with link.talk() as talk:
@@ -85,46 +85,58 @@ def _pipelined(link: Link) -> Finding:
     return SAME
 
 
-def _replies(expected: dict[str, str], link: Link, ends: tuple[bytes, ...] = (b"\r\n",)) -> Finding:
+def _answers(expected: dict[str, str], ends: tuple[bytes, ...] = (b"\r\n",)) -> Callable[[Link], Finding]:
     """Check that each of these lines gets exactly one reply, the expected one, with each line end."""
-    wrong = []
-    for (line, wanted), end in product(expected.items(), ends):
-        shown = f"'{line}' with {repr(end)[2:-1]}"
-        with link.talk() as talk:
-            try:
-                talk.send(line.encode() + end)
-                reply = talk.reply()
-            except OSError as fault:
-                wrong.append(f"{fault} to {shown}, which leaves a driver waiting")
-                continue
-            if reply != wanted:
-                wrong.append(f"{shown} was answered '{reply}'")
-            elif not talk.is_in_step():
-                wrong.append(f"{shown} was answered twice: replies fall out of step")
-    return same_unless(wrong)
+
+    def ask(link: Link) -> Finding:
+        wrong = []
+        for (line, wanted), end in product(expected.items(), ends):
+            shown = f"'{line}' with {repr(end)[2:-1]}"
+            with link.talk() as talk:
+                try:
+                    talk.send(line.encode() + end)
+                    reply = talk.reply()
+                except OSError as fault:
+                    wrong.append(f"{fault} to {shown}, which leaves a driver waiting")
+                    continue
+                if reply != wanted:
+                    wrong.append(f"{shown} was answered '{reply}'")
+                elif not talk.is_in_step():
+                    wrong.append(f"{shown} was answered twice: replies fall out of step")
+        return same_unless(wrong)
+
+    return ask
 
 
-def _parameters(taken: tuple[str, ...], rejected: tuple[str, ...], has_ours: bool, link: Link) -> Finding:
+def _unknown(*lines: str) -> Callable[[Link], Finding]:
+    return _answers(dict.fromkeys(lines, "unknown command"))
+
+
+def _takes(*taken: str, but: tuple[str, ...] = (), has_ours: bool = False) -> Callable[[Link], Finding]:
     """Check which parameters the server takes; `has_ours` if iiwa-sim does the opposite.
 
     `{start}` stands for the present place, with room for one more number. `is reachable` tells without a
     move. Without it, moves to the present place are sent.
     """
-    asks = link.knows(_REACHABLE)
-    if not (asks or link.allow_motion):
-        return untried("every command with parameters moves this server's robot: --allow-motion tries it")
-    wrong = []
-    with link.talk() as talk:
-        start = " ".join(f"{value:.6f}" for value in talk.numbers("get tool frame"))
-        for each in (*taken, *rejected):
-            values = each.format(start=start if asks else f"{start} 0.05")
-            is_taken = talk.ask(f"{_REACHABLE if asks else 'ptp move'} : {values}") != "error"
-            if is_taken != (each in taken):
-                wrong.append(f"'{values}' is {'taken' if is_taken else 'refused'}")
-        if not asks:
-            talk.ask("stop")
-            time.sleep(0.2)
-    return OURS if has_ours and len(wrong) == len(taken) else same_unless(wrong)
+
+    def ask(link: Link) -> Finding:
+        asks = link.knows(_REACHABLE)
+        if not (asks or link.allow_motion):
+            return untried("every command with parameters moves this server's robot: --allow-motion tries it")
+        wrong = []
+        with link.talk() as talk:
+            start = " ".join(f"{value:.6f}" for value in talk.numbers("get tool frame"))
+            for each in (*taken, *but):
+                values = each.format(start=start if asks else f"{start} 0.05")
+                is_taken = talk.ask(f"{_REACHABLE if asks else 'ptp move'} : {values}") != "error"
+                if is_taken != (each in taken):
+                    wrong.append(f"'{values}' is {'taken' if is_taken else 'refused'}")
+            if not asks:
+                talk.ask("stop")
+                time.sleep(0.2)
+        return OURS if has_ours and len(wrong) == len(taken) else same_unless(wrong)
+
+    return ask
 
 
 def _in_replies(link: Link) -> Finding:
@@ -189,87 +201,73 @@ _NUMBERS = tuple(f"{{start}} {word}" for word in ("1", "1.", "+.5", "1e1", "1E-5
 _NO_NUMBERS = tuple(f"{{start}} {word}" for word in ("1_0", "1,5", "0x10", "one"))
 
 
-def _answers(expected: dict[str, str], **more: tuple[bytes, ...]) -> Callable[[Link], Finding]:
-    return lambda link: _replies(expected, link, **more)
-
-
-def _unknown(*lines: str) -> Callable[[Link], Finding]:
-    return _answers(dict.fromkeys(lines, "unknown command"))
-
-
-def _takes(*taken: str, but: tuple[str, ...] = (), has_ours: bool = False) -> Callable[[Link], Finding]:
-    return lambda link: _parameters(taken, but, has_ours, link)
-
-
 _ENDS = _answers({"hello": "hello"}, ends=(b"\n", b"\r", b"\r\n", b"\n\r"))
 _CASE = _answers({"HELLO": "hello", "Get Status": "stopped"})
 _IDLE = _answers({"get status : ": "stopped", "hello :x": "hello", "hello : 1 2": "hello"})
 PROBES = (
-    Probe("any reply", "text and \\r\\n, in one write", "", _one_write),
-    Probe("a line that ends with \\n, \\r, \\r\\n or \\n\\r", "each is one line end", "", _ENDS),
-    Probe("a line that comes in pieces", "it counts when its end has come", "", _split_lines),
-    Probe("a rest without a line end, at the end of the stream", "it is answered", "", _rest_without_end),
-    Probe("an empty line, `:`, only blanks", _ONE_REPLY, "", _unknown("", ":", "   ")),
-    Probe("a command that does not exist", _ONE_REPLY, "", _unknown(*sorted(NONSENSE - {""}))),
-    Probe("capital and small letters", "count for the same", "", _CASE),
+    Probe("any reply", "text and \\r\\n, in one write", _one_write),
+    Probe("a line that ends with \\n, \\r, \\r\\n or \\n\\r", "each is one line end", _ENDS),
+    Probe("a line that comes in pieces", "it counts when its end has come", _split_lines),
+    Probe("a rest without a line end, at the end of the stream", "it is answered", _rest_without_end),
+    Probe("an empty line, `:`, only blanks", _ONE_REPLY, _unknown("", ":", "   ")),
+    Probe("a command that does not exist", _ONE_REPLY, _unknown(*sorted(NONSENSE - {""}))),
+    Probe("capital and small letters", "count for the same", _CASE),
     Probe(
         "blanks and tabs round a command and between its words",
         "are ignored at the ends only",
-        "any run of them counts as one, as Appendix B says",
         _blanks,
+        "any run of them counts as one, as Appendix B says",
     ),
-    Probe("more than one colon", "`unknown command`", "", _unknown("hello : :", "get status : 1 : 2")),
-    Probe("parameters behind a command that takes none", "are ignored", "", _IDLE),
-    Probe("hundreds of lines at once", "are answered one by one, in their order", "", _pipelined),
-    Probe("stop, at rest", "`done`", "", _answers({"stop": "done"})),
+    Probe("more than one colon", "`unknown command`", _unknown("hello : :", "get status : 1 : 2")),
+    Probe("parameters behind a command that takes none", "are ignored", _IDLE),
+    Probe("hundreds of lines at once", "are answered one by one, in their order", _pipelined),
+    Probe("stop, at rest", "`done`", _answers({"stop": "done"})),
     Probe(
         "too few parameters, or words for numbers",
         "`error`",
-        "",
         _takes(but=("1 2 3", "a b c d e f 0.05 0")),
     ),
     Probe(
         "too many parameters",
         "those beyond are ignored",
-        "the same, with a warning in the log; with --strict `error`",
         _takes("{start} 0 0 0", has_ours=True),
+        "the same, with a warning in the log; with --strict `error`",
     ),
     Probe(
         "`NaN`, `Infinity` as a parameter",
         "are taken",
-        "`error`",
         _takes("{start} NaN", "{start} Infinity", has_ours=True),
+        "`error`",
     ),
     Probe(
         "numbers as Java writes them: 1, 1., +.5, 1e1, 1E-5",
         "are taken, and 1_0, 1,5, 0x10 are not",
-        "",
         _takes(*_NUMBERS, but=_NO_NUMBERS),
     ),
     Probe(
         "numbers in replies",
         "as Java writes a double, also `1.0E-5` and `-0.0`",
-        "with a point, never with an exponent, never `-0.0`",
         _in_replies,
+        "with a point, never with an exponent, never `-0.0`",
     ),
     Probe(
         "a second client",
         "waits until the first has gone",
-        "is served at the same time; --exclusive for the original's way",
         _second_client,
+        "is served at the same time; --exclusive for the original's way",
     ),
     Probe(
         "a client that comes when another has gone",
         "is served a second later",
-        "is served at once; --reconnect-pause 1 for the original's way",
         _next_client,
+        "is served at once; --reconnect-pause 1 for the original's way",
     ),
 )
 
 BYE = Probe(
     "bye",
     "`bye`, the connection closes, the server serves on",
-    'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
     _bye,
+    'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
 )
 """The last probe, as it may end the server."""

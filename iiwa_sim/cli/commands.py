@@ -160,7 +160,7 @@ def check(parser: Parser, words: Sequence[str]) -> int:
             say(f"{report.HEAD}\n")
         findings.append(finding)
         say(report.line(probe, finding) + "\n")
-    say(report.summary(findings, link.sent) + "\n")
+    say(report.summary(findings) + "\n")
     return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
 
 

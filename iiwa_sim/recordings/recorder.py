@@ -1,22 +1,22 @@
 """A robot recorded while it runs: the messages of a recording, and their times."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from importlib import metadata
 from math import floor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
 from iiwa_sim.backdoor.described import bodies_of, described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
+from iiwa_sim.clock.clock import Clock
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.state import Snapshot, snapshot
-from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.dialogue import DialogueLine, Direction
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings.scene import TCP, WORLD, Arm, in_namespace, stamp, transform
 from iiwa_sim.recordings.schemas import (
@@ -36,6 +36,9 @@ from iiwa_sim.recordings.writer import Block, Head, Message, Writer
 from iiwa_sim.robot.meshes import link_meshes
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.world.part import Part
+
+if TYPE_CHECKING:
+    from iiwa_sim.recordings.recordings import Source
 
 SECOND_NS = 1_000_000_000
 VIEW_RATE_HZ = 25
@@ -112,37 +115,29 @@ class Recorder:
 
     Times are simulated, since the start of the simulator; the `publish_time` of each message is real. States
     come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. Where nobody waits
-    for real time (`in_haste`), ticks wait for a file that is too slow; elsewhere messages are lost.
+    for real time, ticks wait for a file that is too slow; elsewhere messages are lost.
     """
 
     def __init__(
         self,
-        controller: Controller,
-        dialogue: Dialogue,
-        *,
-        cell: Cell,
-        tick_rate_hz: int,
+        source: "Source",
+        clock: Clock,
         rate_hz: int | None = None,
-        clock: Callable[[], str],
-        in_haste: Callable[[], bool] = lambda: False,
-        said_of_it: Mapping[str, str] | None = None,
         namespace: str = "",
         shows_cell: bool = True,
     ) -> None:
-        """`rate_hz` is that of states, None for every tick; `said_of_it` is more for the metadata.
+        """`rate_hz` is that of states, None for every tick.
 
         Of several robots in a file each has a namespace, and one of them shows surfaces and parts. Nothing of
-        the controller is read before `start`. Raises ValueError for a rate outside 1 to `tick_rate_hz`.
+        the controller is read before `start`. Raises ValueError for a rate outside 1 to that of the ticks.
         """
-        if rate_hz is not None and not 1 <= rate_hz <= tick_rate_hz:
-            raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {tick_rate_hz}, that of the ticks")
-        self._controller = controller
-        self._dialogue = dialogue
-        self._cell = cell
-        self._clock = clock
-        self._in_haste = in_haste
-        self._tick_rate_hz = tick_rate_hz
-        self._rate_hz = tick_rate_hz if rate_hz is None else rate_hz
+        self._source, self._clock, self._tick_rate_hz = source, clock, clock.rate_hz
+        self._controller, self._cell = source.controller, source.cell
+        self._rate_hz = self._tick_rate_hz if rate_hz is None else rate_hz
+        if not 1 <= self._rate_hz <= self._tick_rate_hz:
+            raise ValueError(
+                f"record_rate_hz is {rate_hz}, expected 1 to {self._tick_rate_hz}, that of the ticks"
+            )
         self._due = 0  # in parts of 1 / tick_rate_hz of a state
         self._began_ns = time.time_ns()
         self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
@@ -153,6 +148,7 @@ class Recorder:
         self._block: list[State | Message] = []
         self._block_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
+        cell = self._cell
         description = cell.description
         self._arm = Arm(arm_model(description).links, description.flange, cell.tool)
         self.namespace, self._shows_cell = namespace, shows_cell
@@ -161,12 +157,12 @@ class Recorder:
             "robot": description.name,
             "joints": " ".join(description.joints),
             "flange": description.flange,
-            "clock": clock(),
-            "rate_hz": str(tick_rate_hz),
+            "clock": clock.told,
+            "rate_hz": str(self._tick_rate_hz),
             "record_rate_hz": str(self._rate_hz),
             "seed": "none" if cell.noise_levels is None else str(cell.noise_levels.seed),
             "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
-            **(said_of_it or {}),
+            "protocols": " ".join(source.protocols),
         }
         """The metadata of its recording."""
         self._messages = Messages(cell, self._log_ns, namespace, shows_cell)
@@ -188,16 +184,21 @@ class Recorder:
             each._began_ns = self._began_ns
             each.out = writer
 
-    def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
-        """Record from the present tick on; `there` are sessions that are connected, with their protocols."""
-        self._watch = Watch(self._controller, self._clock, self.event)
-        self._dialogue.listeners.append(self._hear)
+    def start(self) -> None:
+        """Record from the present tick on."""
+        source = self._source
+        self._watch = Watch(self._controller, lambda: self._clock.told, self.event)
+        source.dialogue.listeners.append(self._hear)
+        source.log.on_refused.append(self.refused)
+        source.events.listeners.append(self)
+        source.backdoor.listeners.append(self.backdoor)
         self._show_arm()
         self._show_scene()
         self._add_state()
-        for session, protocol in there:
+        for session, protocol in source.wire.peers():
             now = self._controller.tick, time.monotonic_ns()
-            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=protocol))
+            spoken = protocol or source.protocols[0]
+            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=spoken))
 
     def stop(self) -> None:
         """Record no more. Does nothing a second time."""
@@ -207,8 +208,11 @@ class Recorder:
             self._add_state()
         self._hand_over()
         self._watch.close()
-        self._watch = None
-        self._dialogue.listeners.remove(self._hear)
+        self._watch, source = None, self._source
+        source.dialogue.listeners.remove(self._hear)
+        source.log.on_refused.remove(self.refused)
+        source.events.listeners.remove(self)
+        source.backdoor.listeners.remove(self.backdoor)
 
     def finish(self) -> bool:
         """Write the rest and the end of the file; returns True if it is whole."""
@@ -329,16 +333,21 @@ class Recorder:
             in_namespace(self.namespace, content)
         self._block.append(Message(topic, self._encode(content), log_ns, real_ns))
 
+    @property
+    def _in_haste(self) -> bool:
+        """True if nobody waits for real time."""
+        return self._clock.in_haste or self._clock.paused
+
     def _hasten(self) -> None:
         """Write the buffered states if ticks do not follow real time: the next tick may never come."""
-        if self._in_haste():
+        if self._in_haste:
             self._hand_over()
 
     def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
         block, self._block = self._block, []
         if block:
-            self.out.put(block, self._made, can_wait=self._in_haste())
+            self.out.put(block, self._made, can_wait=self._in_haste)
 
     def _made(self, block: Block) -> Iterator[Message]:
         """Yield the messages of a block, in the writing thread."""

@@ -1,6 +1,6 @@
 """The recordings of one simulator: which there are, and what each is told of."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
@@ -51,61 +51,39 @@ class Recordings:
     def __init__(self, clock: Clock, on_change: Callable[[], None]) -> None:
         """`on_change` is called when there is a recorder more or less in `recorders`."""
         self.recorders: list[Recorder] = []
-        self._begun: dict[Recorder, Source] = {}
         self._clock = clock
         self._on_change = on_change
 
-    def new(self, path: Path, rate_hz: int | None, sources: Sequence[Source]) -> "dict[Recorder, Source]":
+    def new(self, path: Path, rate_hz: int | None, sources: Sequence[Source]) -> "list[Recorder]":
         """Recorders into a file that have not begun; it reads and writes files, so in any thread.
 
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
         """
         with needs_mcap():
-            from iiwa_sim.recordings import recorder
-        recorders = {
-            recorder.Recorder(
-                each.controller,
-                each.dialogue,
-                cell=each.cell,
-                tick_rate_hz=self._clock.rate_hz,
-                rate_hz=rate_hz,
-                clock=lambda: self._clock.told,
-                in_haste=lambda: self._clock.in_haste or self._clock.paused,
-                said_of_it={"protocols": " ".join(each.protocols)},
-                namespace=each.cell.name if len(sources) > 1 else "",
-                shows_cell=each is sources[0],
-            ): each
+            from iiwa_sim.recordings.recorder import Recorder
+        several = len(sources) > 1
+        first, *others = recorders = [
+            Recorder(each, self._clock, rate_hz, each.cell.name if several else "", each is sources[0])
             for each in sources
-        }
-        first, *others = recorders
+        ]
         first.open(path, others)
         return recorders
 
-    def start(self, recorders: "Mapping[Recorder, Source]") -> None:
+    def start(self, recorders: "Sequence[Recorder]") -> None:
         """Have recorders see all from here on."""
-        self._begun |= recorders
-        for recorder, source in recorders.items():
-            self.recorders.append(recorder)
-            source.log.on_refused.append(recorder.refused)
-            source.events.listeners.append(recorder)
-            source.backdoor.listeners.append(recorder.backdoor)
+        self.recorders += recorders
         self._on_change()
         self._clock.look()  # ticks go on from here, each of them seen
-        for recorder, source in recorders.items():
-            first = source.protocols[0]
-            recorder.start([(name, protocol or first) for name, protocol in source.wire.peers()])
+        for recorder in recorders:
+            recorder.start()
 
-    def stop(self, recorders: "Iterable[Recorder]") -> None:
+    def stop(self, recorders: "Sequence[Recorder]") -> None:
         """Have recorders see nothing more; does nothing for those that have been stopped."""
         for recorder in recorders:
             if recorder in self.recorders:
                 recorder.stop()
                 self.recorders.remove(recorder)
-                source = self._begun.pop(recorder)
-                source.log.on_refused.remove(recorder.refused)
-                source.events.listeners.remove(recorder)
-                source.backdoor.listeners.remove(recorder.backdoor)
         self._on_change()
 
     def recording(
@@ -121,7 +99,7 @@ class Recordings:
 
         def close() -> None:
             call(lambda: self.stop(recorders))
-            next(iter(recorders)).finish()
+            recorders[0].finish()
 
         return Recording(close)
 

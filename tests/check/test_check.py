@@ -55,7 +55,6 @@ async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: 
     sent = {command_of(text.replace("\\t", " ")) for text in said}
     assert sent <= HARMLESS | NONSENSE
     assert not {name for name in sent & set(COMMANDS) if COMMANDS[name].mode != "any"}
-    assert set(link.sent) == sent, "the report names all of them"
     moving = {probe.event for probe in motion.PROBES if probe.moves}
     assert moving < found(findings, Verdict.UNTRIED)
     assert "the dialogue status.txt" in found(findings, Verdict.ORIGINAL)

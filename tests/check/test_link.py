@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from itertools import pairwise
 
-from hypothesis import given
-from hypothesis import strategies as st
+import pytest
 
 from iiwa_sim.check.link import COMMANDS, HARMLESS, Link, NotAllowed, Talk
-
-CHANGING = sorted(name for name in COMMANDS if name not in HARMLESS)
 
 
 class Deaf:
@@ -23,29 +19,17 @@ class Deaf:
         self.sent += data
 
 
-def talk(allow_motion: bool) -> tuple[Talk, Deaf]:
-    wire = Deaf()
-    return Talk(Link("", 0, allow_motion), wire), wire
-
-
-@given(
-    before=st.sampled_from([b"", b"hello\r\n", b"get status\n", b"\r", b"hello : "]),
-    name=st.sampled_from(CHANGING),
-    blanks=st.sampled_from([b" ", b"  ", b"\t"]),
-    upper=st.booleans(),
-    rest=st.sampled_from([b"", b" : 1 2 3", b":", b" : {get joint position}"]),
-    end=st.sampled_from([b"\r\n", b"\n", b"\r", b"", b"\rhello\r\n"]),
-    cuts=st.lists(st.integers(0, 60), max_size=4),
-)
-def test_no_command_that_moves_gets_through(
-    before: bytes, name: str, blanks: bytes, upper: bool, rest: bytes, end: bytes, cuts: list[int]
-) -> None:
-    line = blanks.join((name.upper() if upper else name).encode().split())
-    data = before + line + rest + end
-    guarded, wire = talk(allow_motion=False)
-    places = sorted({0, *(cut for cut in cuts if cut < len(data)), len(data)})
-    with contextlib.suppress(NotAllowed):
-        for start, stop in pairwise(places):
-            guarded.send(data[start:stop])
-    whole = before.endswith(b": ")  # then it is only a parameter of hello
-    assert whole or len(wire.sent) < len(before) + len(line)
+@pytest.mark.parametrize("before", [b"", b"hello\r\n", b"get status\n", b"\r"])
+@pytest.mark.parametrize("rest", [b" : 1 2 3\r\n", b"\n", b": {get joint position}\r", b"\rhello\r\n"])
+def test_no_command_that_moves_gets_through(before: bytes, rest: bytes) -> None:
+    for name in COMMANDS:
+        if name in HARMLESS:
+            continue
+        data = before + b"\t".join(name.upper().encode().split()) + rest
+        for cut in range(len(data)):
+            wire = Deaf()
+            guarded = Talk(Link("", 0, False), wire)
+            with contextlib.suppress(NotAllowed):
+                guarded.send(data[:cut])
+                guarded.send(data[cut:])
+            assert len(wire.sent) < len(before) + len(name)

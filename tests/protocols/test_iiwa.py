@@ -1,10 +1,7 @@
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
-from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import load_robot
 from tests.asked import (
@@ -22,59 +19,9 @@ from tests.asked import (
 )
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation, FakeRobot
-from tests.protocols.packets import cut
 
 TABLE = load_table("iiwa")
-REST = FakeRobot()
-
 LIN = "lin move : 600 0 500 3 0 3 0.5 0"
-
-
-def written(values) -> str:
-    return format_decimals(values).decode()
-
-
-# A line of any kind, with what is answered to it while the robot rests.
-exchanges = st.sampled_from(
-    [
-        ("hello", "hello"),
-        ("get status : ", "stopped"),
-        ("Get  Joint Position", written(REST.joints)),
-        ("get tool frame", "600.0 0.0 500.5 3.0 0.0 0.00001"),
-        ("get joint torque", "7.0 6.0 5.0 4.0 3.0 2.0 1.0"),
-        ("stop", "done"),
-        (LIN, "done"),
-        ("ptp move : 1 2 3 4 5 6 0.5 0 7", "done"),
-        ("joint move : 1 2", "error"),
-        ("smart joint move :" + " 0.1" * 14, "done"),
-        ("direct cartesian move : 1 2 3 4 5 6 1.5", "error"),
-        ("get mode", "unknown"),
-        ("linstiff move :" + " 0.1" * 13, "error"),
-        ("help : nonsense", "error"),
-        ("x" * 5000, "error"),
-        ("", "unknown command"),
-        (":", "unknown command"),
-        ("\u00fc\u0007\u001b[31m", "unknown command"),
-        ("get status : : ", "unknown command"),
-    ]
-)
-ends = st.sampled_from(["\r\n", "\n\r", "\n", "\r"])
-
-
-@st.composite
-def dialogues(draw: st.DrawFn) -> tuple[list[bytes], list[str]]:
-    """Packets, and what is to be answered to them."""
-    end = draw(ends)  # one kind: a bare end before an empty line and another end would read as a pair
-    said = draw(st.lists(exchanges, max_size=30))
-    stream = "".join(line + end for line, _ in said).encode()
-    return draw(cut(stream)), [reply for _, reply in said]
-
-
-@pytest.mark.requirement("FRC001")
-@given(dialogues())
-def test_every_line_is_answered_once_and_in_order(dialogue):
-    packets, answers = dialogue
-    assert Conversation().send(packets) == answers
 
 
 @pytest.mark.requirement("FRA006", "FRC001")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from mcap.reader import make_reader
@@ -16,6 +17,8 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder
+from iiwa_sim.recordings.recordings import Source
+from iiwa_sim.robot_events import RobotEvents
 
 RATE_HZ = 500
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
@@ -64,17 +67,12 @@ class Robot:
     ) -> None:
         self.cell = robot_alone() if cell is None else cell
         self.controller = controller or self.cell.controller(1.0 / RATE_HZ)
-        self.dialogue = Dialogue(lambda: self.controller.tick)
-        self.recorder = Recorder(
-            self.controller,
-            self.dialogue,
-            cell=self.cell,
-            tick_rate_hz=RATE_HZ,
-            rate_hz=rate_hz,
-            clock=lambda: "stepped",
-            in_haste=lambda: True,
-            said_of_it={"protocols": "iiwa"},
-        )
+        dialogue = Dialogue(lambda: self.controller.tick)
+        silent: Any = SimpleNamespace(listeners=[], on_refused=[], peers=tuple)
+        events = RobotEvents(dialogue)
+        source = Source(self.cell, self.controller, dialogue, silent, silent, silent, events, ["iiwa"])
+        clock: Any = SimpleNamespace(rate_hz=RATE_HZ, told="stepped", in_haste=True, paused=False)
+        self.recorder = Recorder(source, clock, rate_hz)
         self.recorder.open(path)
         self.recorder.start()
         self.joints = {self.controller.tick: self.controller.joints}

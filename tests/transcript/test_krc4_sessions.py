@@ -51,8 +51,6 @@ def talk(simulator: Simulator) -> None:
         for wire in (
             attributes("Cmd", {"I0": 7, "I1": 310}),
             b"<?xml version='1.0'?><!-- {GOA R0} --><Cmd>\n<I0> 8</I0><I1>\t320</I1></Cmd>",
-            b"<Cmd><I0>9</I0><I0>9</I0></Cmd>",
-            b"<Cmd>7<I0>1</I0></Cmd>",
             b"<Cmd I0='1' I1='100' R0='{GOP R0} \\ 1'/>",
             "<Cm\u00e4><I0>1</I0></Cm\u00e4>".encode(),
         ):
@@ -60,7 +58,7 @@ def talk(simulator: Simulator) -> None:
             one.reply_bytes()
         other.sends_no_more()
         other.rest()
-    for rubbish in (b"Cmd I0=1 I1=100", b"hello\r\n", b"<Cmd>&x;</Cmd>", b"<Cmd>\x00</Cmd>", b"(no message)"):
+    for rubbish in (b"Cmd I0=1 I1=100", b"<Cmd>&x;</Cmd>", b"(no message)"):
         with Krc4Client(simulator.ports["krc4"]) as another:
             another.send(rubbish)
             another.rest()
