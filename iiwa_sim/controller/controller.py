@@ -211,9 +211,17 @@ class Controller:
 
     def feel(self) -> None:
         """Make the second half of a tick: the robot feels the forces, and compares with limits."""
-        motions, load, tick = self.motions, self.load, self.tick
-        if self.handling is not None or not load.is_idle(motions.joints, tick, self.tick_s):
-            self._feel()
+        motions, load, handling, tick = self.motions, self.load, self.handling, self.tick
+        joints = motions.joints
+        if handling is not None or not load.is_idle(joints, tick, self.tick_s):
+            contact = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
+            coming = self._coming_tcp
+            if load.needs_poses and load.bodies is None:
+                next_joints = motions.coming
+                coming = None if next_joints is None else load.coming_tcp(next_joints)
+            if handling is not None:
+                handling.feel()
+            load.step(joints, tick, self.tick_s, contact, coming)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
@@ -224,19 +232,7 @@ class Controller:
         if links is not None and (
             tick % links.every == 0 or (acts and (links.touching or load.link_contacts))
         ):
-            links.after_tick(tick, motions.joints != self.joints_before)
-
-    def _feel(self) -> None:
-        """Find the forces where a tick has brought the robot."""
-        motions, load = self.motions, self.load
-        joints, contact = motions.joints, motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-        coming = self._coming_tcp
-        if load.needs_poses and load.bodies is None:
-            next_joints = motions.coming
-            coming = None if next_joints is None else load.coming_tcp(next_joints)
-        if self.handling is not None:
-            self.handling.feel()
-        load.step(joints, self.tick, self.tick_s, contact, coming)
+            links.after_tick(tick, joints != self.joints_before)
 
     def _watch_forces(self, guard: ForceGuard) -> None:
         """End a force move that has met a force."""

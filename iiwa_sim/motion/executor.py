@@ -12,7 +12,7 @@ from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory import Trajectory, ending
 from iiwa_sim.motion.waiting import Waiting, among
 
-AHEAD = 128
+AHEAD = 256
 """Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
 
 

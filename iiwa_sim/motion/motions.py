@@ -328,13 +328,15 @@ class Motions:
     def _step_nominal(self) -> None:
         """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
         executor, impedance = self.executor, self._impedance
-        if self._next is not None and not self._nominal_moves:
+        moves = executor.trajectory is not None or self._nominal_moves
+        if self._next is not None and not moves:
             waiting, self._next = self._next, None
             waiting.begin()
+            moves = self._nominal_moves
         if impedance.holding:
             return
         if impedance.compliant:
-            self._pursuit.step(self._nominal_moves)
+            self._pursuit.step(moves)
         if self._servo.asks_again:
             self._servo.step()
         if not executor.step_quietly():
