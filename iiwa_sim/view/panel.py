@@ -289,7 +289,7 @@ def _row(line: Mapping[str, Any]) -> str:
 def _bar(name: str, value: float, low: float, high: float) -> str:
     """Return a row with a joint within its limits (deg)."""
     meter = (
-        f"<meter style='width:100%' min={low:.1f} max={high:.1f} low={low + NEAR_DEG:.1f}"
+        f"<meter style='width:9em' min={low:.1f} max={high:.1f} low={low + NEAR_DEG:.1f}"
         f" high={high - NEAR_DEG:.1f} optimum=0 value={value:.2f}></meter>"
     )
     cells = (html.escape(name), f"{low:.0f}", meter, f"{high:.0f}", f"{round(value, 2) + 0.0:.2f}")
