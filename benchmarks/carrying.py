@@ -32,12 +32,9 @@ CUBES = "".join(
 
 
 def measure() -> list[Figure]:
-    """Measure; CPU time of the whole process, of server and client, for the program.
-
-    Bare, MuJoCo takes as many steps of the same bodies, where they are in the middle of it.
-    """
+    """Measure; CPU time of the whole process, of server and client, for the program."""
     program = runpy.run_path(str(PROGRAM))
-    plough_us, bare_us = (1e6 * each for each in _ploughing(program["CELL"]))
+    plough_us = 1e6 * _ploughing(program["CELL"])
     return [
         Figure(
             "24 boxes packed, over sockets",
@@ -48,7 +45,6 @@ def measure() -> list[Figure]:
             margin=MISSED,
         ),
         Figure("64 cubes ploughed, a tick", plough_us, "us", at_most=600, kind=Kind.CPU, margin=MISSED),
-        Figure("the same bodies in a bare mj_step", bare_us, "us", kind=Kind.CPU),
     ]
 
 
@@ -67,8 +63,8 @@ def _packing(program: dict[str, object]) -> float:
         return (simulator.state().time_s - since_s) / (process_time() - start)
 
 
-def _ploughing(boxes: Path) -> tuple[float, float]:
-    """Seconds of computing of a tick, and of a step of MuJoCo alone."""
+def _ploughing(boxes: Path) -> float:
+    """Seconds of computing of a tick."""
     text = boxes.read_text()
     with TemporaryDirectory() as folder:
         file = Path(folder) / "cell.toml"
@@ -80,8 +76,7 @@ def _ploughing(boxes: Path) -> tuple[float, float]:
         while robot.moving:
             robot.step()
     robot.move(MoveRequest(How.LIN, Frame(550.0, 0.0, 312.0, *DOWN), 1.0, tcp_speed_m_s=0.1))
-    spent = _timed(robot.step, robot)
-    return spent, _bare(robot)
+    return _timed(robot.step, robot)
 
 
 def _timed(step: Callable[[], None], robot: Controller) -> float:
@@ -93,17 +88,3 @@ def _timed(step: Callable[[], None], robot: Controller) -> float:
     finally:
         gc.enable()
     return (thread_time() - start) / (robot.tick - ticks)
-
-
-def _bare(robot: Controller) -> float:
-    """Seconds of a step of MuJoCo, from where the cubes are now, all of them awake."""
-    import mujoco  # noqa: PLC0415
-
-    assert robot.handling is not None
-    assert robot.handling.world is not None
-    state = robot.handling.world.kept()
-    state.data.qvel[-6 * 64 :] += 0.01
-    start = thread_time()
-    for _ in range(300):
-        mujoco.mj_step(state.built.model, state.data)
-    return (thread_time() - start) / 300

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import socket
 import sys
@@ -12,7 +11,6 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from tests.processes import ended, refused, running
-from tests.talking import DEADLINE_S
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
@@ -62,34 +60,6 @@ def test_a_port_in_use() -> None:
         assert refused("--port", str(port)) == (
             f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
         )
-
-
-@pytest.mark.slow
-def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
-    """At debug, where no flood is held back."""
-    with (
-        running("--log-level", "debug") as simulator,
-        socket.create_connection(("127.0.0.1", simulator.port)) as client,
-    ):
-        client.settimeout(DEADLINE_S)
-        refused = 6_000  # some 600 kB of log, into a pipe that holds 64 and a queue of 256
-        client.sendall(b"lin move : this is not a frame at all, and will be refused\r\n" * refused)
-        replies = b""
-        while len(replies) < len(b"error\r\n" * refused):
-            replies += client.recv(1 << 16)
-        assert replies == b"error\r\n" * refused
-        assert simulator.process.stderr is not None
-        read = os.read(simulator.process.stderr.fileno(), 1 << 20).decode()  # the reader is back
-        client.sendall(b"last words\r\n")
-        assert client.recv(1024) == b"unknown command\r\n"
-        code, said = simulator.ends(signal.SIGTERM)
-    lines = (read + said).splitlines()
-    assert code == 0
-    kept = [line for line in lines if "this is not a frame" in line]
-    (note,) = [line for line in lines if "log lines lost" in line]
-    lost = int(note.split(" log lines lost")[0].split()[-1])
-    assert len(kept) < refused <= len(kept) + lost  # among which others may be, such as of a stall
-    assert any("last words" in line for line in lines)
 
 
 def test_the_log_as_json() -> None:

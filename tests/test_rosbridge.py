@@ -25,7 +25,7 @@ from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
 from tests.processes import succeeds
-from tests.ros_robot import command, ptp
+from tests.ros_robot import ptp
 from tests.talking import DEADLINE_S, Client
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -191,23 +191,6 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
         said, faults = await node.communicate()
     assert node.returncode == 0, faults
     assert said.decode().splitlines() == ["Float64Array 7", "0,0,128,63", "float32 data", "1", "null"]
-
-
-async def test_a_robot_of_six_joints_whose_own_messages_are_krc4() -> None:
-    six = Simulator(robot="kr_6_r900_sixx", protocol=["krc4"], clock="fast", rosbridge_port=0)
-    async with six as simulator, client_of(simulator) as ros:
-        await ros.says("subscribe", topic="/command_result")
-        joints = [0.3, -1.3, 1.2, 0.0, 1.0, 0.0]
-        frame = [0.5, 0.1, 0.6, 0.0, 1.5, 0.0]
-        commands = [ptp(1, joints), command(2, "LIN", "EULER_INTRINSIC_ZYX", frame), ptp(3, A)]
-        await ros.says("publish", topic="/command_list", msg={"commands": commands})
-        results = [(await ros.hears())["msg"] for _ in range(3)]
-        assert [(result["command_id"], result["result_code"]) for result in results] == [
-            (1, 0),
-            (2, 0),
-            (3, 3000),
-        ]
-        assert results[2]["additional_information"] == "pose: expected 6 values (JOINTS), got 7"
 
 
 async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) -> None:

@@ -91,17 +91,6 @@ def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
     assert len(told) == 1
 
 
-def test_a_simulator_runs_once_at_a_time_and_again_after_its_end() -> None:
-    simulator = Simulator()
-    with simulator:
-        with pytest.raises(RuntimeError, match="runs already"):
-            simulator.__enter__()
-        assert simulator.port
-    assert simulator.state().status == "stopped"
-    with simulator, Iiwa(simulator.host, simulator.port) as robot:
-        robot.hello()
-
-
 async def test_inside_a_loop_time_is_awaited() -> None:
     async with Simulator(clock="stepped") as simulator:
         with pytest.raises(RuntimeError, match="await the methods of `clock`"):

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from iiwa_sim.plot.draw import draw
-from iiwa_sim.plot.motion import Motion, Move
+from iiwa_sim.plot.motion import Motion
 from tests.plot.scripts import JOINT, LIN, moved
 
 
@@ -46,12 +44,3 @@ def test_joints_and_tcp_over_time(motion: Motion, figure: Figure) -> None:
             assert np.asarray(line.get_ydata()) == pytest.approx(column)
     assert texts(panel(figure, "joints (deg)")) == ["1", "2", "3"]
     assert not [axes for axes in figure.axes if "force" in axes.get_ylabel()]
-
-
-def test_forces_faults_and_streams(motion: Motion) -> None:
-    streamed = tuple(Move((450.0, y, 520.0), "", 0.0, streamed=True) for y in range(100))
-    force_n = np.ones_like(motion.tcp_mm)
-    figure = draw(replace(motion, force_n=force_n, faults=((0.5, 3030),), moves=streamed))
-    assert panel(figure, "force at the TCP (N)")
-    assert texts(panel(figure, "joints (deg)")) == ["error 3030"]
-    assert texts(panel(figure, "TCP in the yz plane")) == []

@@ -226,30 +226,6 @@ def test_topics_come_at_their_rates(client: Client, robot: RosRobot) -> None:
     assert client.hears() == []
 
 
-def test_what_they_say(client: Client, robot: RosRobot) -> None:
-    def hears(topic: str) -> dict[str, Any]:
-        heard = client.says("subscribe", topic=topic)
-        if not heard:
-            robot.step(500)
-            heard = client.hears()
-        client.says("unsubscribe", topic=topic)
-        message: dict[str, Any] = heard[-1]["msg"]
-        return message
-
-    assert hears("/robot_description")["data"] == robot.description.urdf
-    links = {each["child_frame_id"] for each in hears("/tf")["transforms"]}
-    still = {each["child_frame_id"] for each in hears("/tf_static")["transforms"]}
-    assert len(links) == 8
-    assert "tool" in links
-    assert robot.description.flange in still
-    assert hears("/clock") == {"clock": {"sec": 2, "nanosec": 0}} or hears("/clock")["clock"]["sec"] >= 1
-    assert hears("/wrench")["wrench"]["force"] == {"x": 0.0, "y": 0.0, "z": 0.0}
-    assert hears("/diagnostics")["status"][0]["message"] == "ok"
-    robot.controller.emergency_stop()
-    (status,) = hears("/diagnostics")["status"]
-    assert (status["level"], status["message"]) == (2, "emergency stop")
-
-
 def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: RosRobot) -> None:
     robot.graph.receive("/set_speed_scale", {"data": 0.5})
     assert robot.controller.override == 0.5
