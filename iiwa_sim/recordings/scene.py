@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import floor
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,8 @@ DELETES_ALL = 1
 """The type of a foxglove.SceneEntityDeletion."""
 
 Message = dict[str, Any]
+Placed = tuple[Box | Cylinder | Plane | Sphere | Mesh, Transform, Sequence[float]]
+"""A shape, its pose in a frame (m), and its colour."""
 
 _MODELS = {
     ".glb": "model/gltf-binary",
@@ -101,28 +103,17 @@ class Arm:
 
         `jaw_m` is the size of each jaw along x y z of the TCP; empty without a gripper.
         """
-        entities = [_tool(ns, self._flange, self._tool)] if self._tool else []
-        entities += [_surface(ns, self.base, surface) for surface in surfaces]
+        entities = [entity(ns, self._flange, TOOL, _tool(self._tool))] if self._tool else []
+        entities += [entity(ns, self.base, f"surface {each.name}", [_surface(each)]) for each in surfaces]
         if contact_radius_m > 0.0:
-            tip = entity(ns, TCP, TCP)
-            add_shape(tip, Sphere(contact_radius_m), IDENTITY, _TIP)
-            entities.append(tip)
+            entities.append(entity(ns, TCP, TCP, [(Sphere(contact_radius_m), IDENTITY, _TIP)]))
         for name, side in JAWS.items() if jaw_m else ():
             x, y, z = jaw_m
-            jaw = entity(ns, name, name)
             place = Transform(IDENTITY.rotation, (0.0, side * 0.5 * y, -0.5 * z))
-            add_shape(jaw, Box(0.5 * x, 0.5 * y, 0.5 * z), place, _JAW)
-            entities.append(jaw)
-        for part in parts:
-            frame = part_frame(part.name)
-            body = entity(ns, frame, frame)
-            add_shape(body, part.shape, IDENTITY, _PART)
-            entities.append(body)
-        for each in bodies:
-            body = entity(ns, body_frame(each.name), body_frame(each.name))
-            for shape, pose, colour in each.shapes:
-                add_shape(body, shape, pose, colour)
-            entities.append(body)
+            entities.append(entity(ns, name, name, [(Box(0.5 * x, 0.5 * y, 0.5 * z), place, _JAW)]))
+        own = [(part_frame(part.name), [(part.shape, IDENTITY, _PART)]) for part in parts]
+        own += [(body_frame(body.name), list(body.shapes)) for body in bodies]
+        entities += [entity(ns, frame, frame, shapes) for frame, shapes in own]
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
 
@@ -145,11 +136,10 @@ def body_frame(name: str) -> str:
 
 
 def _link(ns: int, link: Link, meshes: Sequence[LinkMesh]) -> Message:
-    body = entity(ns, link.name, link.name)
+    shapes = () if meshes else [(_solid(each), each.pose, each.colour) for each in link.visual]
+    body = entity(ns, link.name, link.name, shapes)
     for mesh in meshes:
         add_model(body, mesh)
-    for shape in () if meshes else link.visual:
-        add_shape(body, _solid(shape), shape.pose, shape.colour)
     return body
 
 
@@ -164,25 +154,19 @@ def _solid(shape: Shape) -> Box | Cylinder | Sphere:
     return Cylinder(radius, 0.5 * length)
 
 
-def _tool(ns: int, flange: str, capsules: Sequence[Capsule]) -> Message:
-    body = entity(ns, flange, TOOL)
+def _tool(capsules: Sequence[Capsule]) -> Iterator[Placed]:
     for each in capsules:
         if each.length_m > 0.0:
-            add_shape(body, Cylinder(each.radius_m, 0.5 * each.length_m), each.pose, _TOOL)
+            yield Cylinder(each.radius_m, 0.5 * each.length_m), each.pose, _TOOL
         for end in dict.fromkeys((each.start, each.end)):
-            add_shape(body, Sphere(each.radius_m), Transform(IDENTITY.rotation, end), _TOOL)
-    return body
+            yield Sphere(each.radius_m), Transform(IDENTITY.rotation, end), _TOOL
 
 
-def _surface(ns: int, base: str, surface: Surface) -> Message:
-    body = entity(ns, base, f"surface {surface.name}")
-    shape, pose = surface.shape, surface.pose
-    if isinstance(shape, Plane):
-        x, y, z = _PLANE_M
-        shape = Box(0.5 * x, 0.5 * y, 0.5 * z)
-        pose = compose(pose, Transform(IDENTITY.rotation, (0.0, 0.0, -0.5 * z)))
-    add_shape(body, shape, pose, _SURFACE)
-    return body
+def _surface(surface: Surface) -> Placed:
+    if not isinstance(surface.shape, Plane):
+        return surface.shape, surface.pose, _SURFACE
+    x, y, z = (0.5 * each for each in _PLANE_M)
+    return Box(x, y, z), compose(surface.pose, Transform(IDENTITY.rotation, (0.0, 0.0, -z))), _SURFACE
 
 
 def stamp(ns: int) -> Message:
@@ -191,40 +175,31 @@ def stamp(ns: int) -> Message:
     return {"sec": sec, "nsec": nsec}
 
 
-def entity(ns: int, frame: str, name: str) -> Message:
-    """A foxglove.SceneEntity without shapes, which goes where its frame goes."""
-    empty: dict[str, list[Message]] = {
-        kind: []
-        for kind in (
-            "metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models"
-        )
-    }  # fmt: skip
-    return {
+def entity(ns: int, frame: str, name: str, shapes: Iterable[Placed] = ()) -> Message:
+    """A foxglove.SceneEntity, which goes where its frame goes."""
+    kinds = ("metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+    body: Message = {
         "timestamp": stamp(ns),
         "frame_id": frame,
         "id": name,
         "lifetime": {"sec": 0, "nsec": 0},  # for ever
-        "frame_locked": True,  # it goes where its frame goes
-        **empty,
+        "frame_locked": True,
+        **{kind: [] for kind in kinds},
     }
-
-
-def add_shape(
-    into: Message, shape: Box | Cylinder | Sphere | Mesh, pose: Transform, color: Sequence[float]
-) -> None:
-    """Put a shape into an entity, at a pose in its frame (m)."""
-    common = {"pose": _pose(pose), "color": dict(zip("rgba", color, strict=True))}
-    match shape:
-        case Box(x, y, z):
-            into["cubes"].append({**common, "size": _vector((2.0 * x, 2.0 * y, 2.0 * z))})
-        case Sphere(r):
-            into["spheres"].append({**common, "size": _vector((2.0 * r, 2.0 * r, 2.0 * r))})
-        case Cylinder(r, z):
-            size = _vector((2.0 * r, 2.0 * r, 2.0 * z))
-            into["cylinders"].append({**common, "size": size, "bottom_scale": 1.0, "top_scale": 1.0})
-        case Mesh(corners):
-            points = [_vector(corner) for corner in corners]
-            into["triangles"].append({**common, "points": points, "colors": [], "indices": []})
+    for shape, pose, color in shapes:
+        common = {"pose": _pose(pose), "color": dict(zip("rgba", color, strict=True))}
+        match shape:
+            case Box(x, y, z):
+                body["cubes"].append({**common, "size": _vector((2.0 * x, 2.0 * y, 2.0 * z))})
+            case Sphere(r):
+                body["spheres"].append({**common, "size": _vector((2.0 * r, 2.0 * r, 2.0 * r))})
+            case Cylinder(r, z):
+                size = _vector((2.0 * r, 2.0 * r, 2.0 * z))
+                body["cylinders"].append({**common, "size": size, "bottom_scale": 1.0, "top_scale": 1.0})
+            case Mesh(corners):
+                points = [_vector(corner) for corner in corners]
+                body["triangles"].append({**common, "points": points, "colors": [], "indices": []})
+    return body
 
 
 def add_model(into: Message, mesh: LinkMesh) -> None:
