@@ -105,6 +105,7 @@ class ExternalWrench:
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: Torques = (0.0,) * model.joint_count
         self._parts_push: Wrench = NO_WRENCH
+        self._handed: Torques | None = None
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
         self._motion: TcpMotion | None = None
@@ -202,6 +203,9 @@ class ExternalWrench:
 
         `push` is the part of the wrench that a compliant robot gives way to.
         """
+        if wrench is NO_WRENCH and push is NO_WRENCH is self._parts_push and torques is None is self._handed:
+            return
+        self._handed = torques
         self._set(self.wrenches, "parts", wrench)
         self._set(self.torques, "parts", torques)
         self._parts_push, self.judged = push, False

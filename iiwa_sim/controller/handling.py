@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 SENSORS = ("open", "closed", "holds")
 MOST_CAPSULES = 8
 """Capsules of a jaw, side by side within it, as surfaces meet them."""
+PLACED_M = 1e-3
+"""Surfaces meet jaws that move where they were so much farther open or closed."""
 NOTHING = 0
 """Stands for the number of an input or an output where there is none."""
 
@@ -152,7 +154,7 @@ class Handling:
         self._told: tuple[bool, ...] = ()
         self._looked: tuple[float, bool, int] | None = None  # how the gripper was when its sensors were read
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
-        self._changes, self._seen, self._own = load.world.changes, 0, load.world.surfaces
+        self._changes = load.world.changes
         self._parts: tuple[PartState, ...] = ()
         self._parts_at = self._scene_at = -1
         self._scene, self._inputs, self._outputs = handled.scene, handled.inputs, handled.outputs
@@ -189,11 +191,7 @@ class Handling:
             return False
         if self._outputs and self._scene_driven_by is not self._io.outputs:
             return False
-        return world is None or (
-            world.settled
-            and self._changes == self._load.world.changes
-            and self._seen == world.surface_changes
-        )
+        return world is None or (world.settled and self._changes == self._load.world.changes)
 
     @property
     def under_way(self) -> bool:
@@ -233,50 +231,23 @@ class Handling:
                 self._place_jaws()
                 self._tell()
             return
-        if self._seen != world.surface_changes:
-            self._see_surfaces()
         self._read_scene()
         load.hand(arm.wrench, arm.push, arm.torques)
-        if gripper is not None and (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
+        if gripper is None:
+            return
+        if (gripper.opening_m, gripper.blocked, gripper.driven) != self._looked:
             self._looked = gripper.opening_m, gripper.blocked, gripper.driven
-            self._place_jaws()
             self._tell()
+        at = self._jaws_at
+        if at is not None and abs(gripper.opening_m - at[0]) > (PLACED_M if arm.jaws_move else 0.0):
+            self._place_jaws()
 
     def _share_surfaces(self) -> None:
-        """Change the surfaces of the world as those of this robot have been."""
-        world, arm, own = self.world, self.arm, self._load.world.surfaces
-        assert world is not None
-        assert arm is not None
-        shared = {} if len(world.arms) == 1 else {surface.name: surface for surface in world.surfaces}
-        before = {} if len(world.arms) == 1 else self._own
-        for name in before.keys() - own.keys():
-            shared.pop(name, None)
-        for name, surface in own.items():
-            if before.get(name) != surface:
-                shared[name] = surface._replace(pose=arm.in_world(surface.pose))
-        knows = self._seen == world.surface_changes
-        world.set_surfaces(tuple(shared.values()))
-        self._note_surfaces() if knows else self._see_surfaces()
-
-    def _see_surfaces(self) -> None:
-        """Have the surfaces of the world, which another robot has changed."""
-        world, arm, own = self.world, self.arm, self._load.world
-        assert world is not None
-        assert arm is not None
-        shared = {each.name: each._replace(pose=arm.in_base(each.pose)) for each in world.surfaces}
-        there = own.surfaces
-        for name in there.keys() - shared.keys():
-            own.remove(name)
-        for name, surface in shared.items():
-            if name not in there or there[name]._replace(pose=surface.pose) != surface:
-                own.put(surface)
-            elif there[name] != surface:
-                own.move(name, surface.pose)
-        self._note_surfaces()
-
-    def _note_surfaces(self) -> None:
-        self._changes, self._own = self._load.world.changes, self._load.world.surfaces
-        self._seen = 0 if self.world is None else self.world.surface_changes
+        """Have the world's surfaces be where those of its first robot are; all robots have the same ones."""
+        world, arm, surfaces = self.world, self.arm, self._load.world.surfaces.values()
+        self._changes = self._load.world.changes
+        if world is not None and arm is world.arms[0]:
+            world.set_surfaces([each._replace(pose=arm.in_world(each.pose)) for each in surfaces])
 
     def tcp_is(self, joints: Joints, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
@@ -304,7 +275,7 @@ class Handling:
         if self.world is not None and self.arm is not None:
             if kept.world is not None:
                 self.world.restore(kept.world)
-            self._note_surfaces()
+            self._changes = self._load.world.changes
             self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
         # Inputs are as they were saved, when sensors may have told something else.
         self._told, self._looked = (), None

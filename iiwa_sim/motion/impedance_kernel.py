@@ -312,16 +312,6 @@ class TcpSprings:
         """True if the robot is exactly where the plan says."""
         return bool(self._is_within(0.0))
 
-    @property
-    def deflection(self) -> tuple[float, ...]:
-        """How far the robot is off the plan."""
-        return tuple(self._x)
-
-    @property
-    def velocity(self) -> tuple[float, ...]:
-        """How fast it moves relative to the plan."""
-        return tuple(self._v)
-
     def step(self, nominal: Joints, impedance: CartesianImpedance) -> Joints:
         """Return the joint positions after a tick, in which the plan has come to `nominal` (rad)."""
         at, x, v, springs = self._at, self._x, self._v, self._springs
@@ -457,7 +447,7 @@ class TcpSprings:
         )
         self._joints = bounds.within(tuple([g + m for g, m in zip(guess, motion, strict=True)]))
         at, x = self._at, self._x
-        rotation, (px, py, pz) = kinematics.tcp(self._joints)
+        rotation, (px, py, pz) = kinematics.arm.pose(self._joints)
         planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
         a, b, c = _turn_between(planned, rotation)
         swivel = kinematics.redundancy(self._joints) - self._redundancy

@@ -608,11 +608,6 @@ class Kinematics:
         self._last: Any = None
         self._status = 0
 
-    def tcp(self, q: Sequence[float]) -> Transform:
-        """Return the pose of the TCP."""
-        pose: Transform = self.arm.pose(q)
-        return pose
-
     def redundancy(self, q: Sequence[float]) -> float:
         """Return the redundancy of joint positions."""
         return q[_A3] if self.coordinates == 7 else 0.0

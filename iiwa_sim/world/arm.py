@@ -18,11 +18,11 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of
 from iiwa_sim.world.details import ARMS, PARTS, arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_imposed
-from iiwa_sim.world.tick_kernel import BASE, way
+from iiwa_sim.world.tick_kernel import BASE, advance, place
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 if TYPE_CHECKING:
@@ -79,9 +79,11 @@ class Arm:
         self._next: _Told = self.joints, None, self.tcp, None, STAYS, STIFF
         self._at: Vector = np.zeros(len(setup.joints) + 12)
         self._levers: Vector = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
-        self.far_m = self.tool_far_m = self.links_m = self.tool_m = 0.0
-        """How far a tick may bring links and tool, and how far they are from what they may meet."""
-        self._turned, self._jaw_m = 0.0, 0.0
+        self.room: Vector = np.zeros(7)
+        """How far (m) links and gripper are from what they may meet, and all from other arms, at least; then
+        how far a tick brings them, as `advance` has it."""
+        self.is_away = False
+        """True if these bounds leave room in this tick."""
         self.motion = TcpMotion(self.tcp)
         self.moments: Moments | None = None
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
@@ -183,29 +185,33 @@ class Arm:
     def begin(self) -> float:
         """Begin a tick; returns how far (m) links or jaws go at most."""
         self.before, self.tcp_older, self.tcp_before = self.joints, self.tcp_before, self.tcp
-        self.joints, self.coming, self.tcp, self.coming_tcp, driven, compliance = self._next
-        self.far_m, tcp_m, turned = way(self.joints, self.tcp, self._at, self._levers)
-        jaw_m = 0.0
+        joints, self.coming, tcp, self.coming_tcp, driven, compliance = self._next
+        self.joints, self.tcp, jaw_m = joints, tcp, 0.0
         if compliance or self.compliance:
             self._comply(compliance)
         gripper = self.gripper
         if gripper is not None and not (self._jaws_rest and driven == gripper.driven):
             jaw_m = self._drive(gripper, driven)
-        self.tool_far_m, self._turned = tcp_m + jaw_m, turned
-        return self.far_m + jaw_m
+        if self.moments is not None:
+            self.motion.step(tcp, self.world.tick_s, self.coming_tcp)
+            self._carried = self._weight = self.motion.wrench(self.moments)
+            if compliance:
+                self._weight = self.motion.weight(self.moments)
+        far_m: float
+        far_m, self.is_away = advance(joints, tcp, self._at, self._levers, self.room, jaw_m)
+        return far_m
 
-    def carry(self) -> bool:
-        """Find what the held part makes of the motion; returns True if the gripper can hold that."""
-        assert self.moments is not None
-        self.motion.step(self.tcp, self.world.tick_s, self.coming_tcp)
-        self._carried = self._weight = self.motion.wrench(self.moments)
-        if self.compliance:
-            self._weight = self.motion.weight(self.moments)
+    @property
+    def bears(self) -> bool:
+        """True if the gripper can hold what the held part makes of the motion."""
         return self._load_n(self._carried) <= self._most_n
 
-    def goes_m(self, reach_m: float) -> float:
-        """Return how far (m) a tick brings what moves with the gripper."""
-        return self.tool_far_m + reach_m * self._turned
+    @property
+    def ways_m(self) -> tuple[float, float, float]:
+        """How far (m) a tick brings links, what moves with the gripper, and both."""
+        *_, links_m, tcp_m, turned, reach_m = self.room.tolist()
+        tool_m = tcp_m + reach_m * turned
+        return links_m, tool_m, max(links_m, tool_m)
 
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
@@ -228,27 +234,22 @@ class Arm:
 
     def place_in(self, q: Vector, joints: Joints, tcp: Transform) -> None:
         """Write the poses of arm, gripper and held part into positions."""
-        n, first = len(joints), self._q
-        q[first : first + n], q[first + n : first + n + 7] = joints, _position(tcp)
-        if self.leads:
-            first = self.world.part_first + 7 * self.held
-            q[first : first + 7] = _position(compose(tcp, self.inside))
+        part = self.world.part_first + 7 * self.held if self.leads else -1
+        place(q, self._q, joints, tcp, part, self.inside)
 
-    def impose(self, v_of_all: Vector, ahead: Vector | None) -> None:
+    def impose(self, v_of_all: Vector, ahead: Vector) -> None:
         """Give arm, gripper and held part their velocity and acceleration in this tick.
 
         Both are the velocities of all dofs, now and in the next tick.
         """
         h, n, data, dofs = self.world.tick_s, len(self.joints), self._data, self.dofs
-        v, was, felt = v_of_all[dofs], self._v_was, data.qfrc_constraint[dofs]
+        v, was, felt = v_of_all[dofs], self._v_was, self._acting[dofs]
         if self.compliance:
             # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
             push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
             push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
-        elif ahead is None or not self.is_foreseen:
-            push = np.zeros(len(dofs))
         else:
-            push = (HEAVY / h) * (ahead[dofs] - v)
+            push = (HEAVY / h) * (ahead[dofs] - v) if self.is_foreseen else 0.0
         self._v_was, self._felt_was = v, felt
         data.qvel[dofs], data.qfrc_applied[dofs] = v, push
 
@@ -266,7 +267,7 @@ class Arm:
             self._felt = self._at_tcp(first + n, IDENTITY)
             if self.leads:
                 self._on_held = self._at_tcp(self._held_dof, self.inside)
-            torques = data.qfrc_constraint[first : first + n].tolist()
+            torques = self._acting[first : first + n].tolist()
             self.torques = tuple(torques) if any(torques) else None
         if self.leads:
             self._slide()
@@ -353,9 +354,9 @@ class Arm:
             drives = drives and gripper.opening_m != end_m
             mass = jaws.force_n * h / abs(wanted) if drives and not self._meets_held() else HEAVY
             force = mass * (wanted - self.jaw_speed) / h if drives else 0.0
-            self._built.model.dof_armature[self._jaw_dofs] = mass
+            self._jaw_mass[:] = mass
             self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
-            self._data.qfrc_applied[self._jaw_dofs] = min(max(force, -jaws.force_n), jaws.force_n)
+            self._jaw_push[:] = min(max(force, -jaws.force_n), jaws.force_n)
 
     def _set_tip(self) -> None:
         """Have the contact sphere meet parts only between jaws that are closer than it is thick."""
@@ -553,7 +554,7 @@ class Arm:
         self.joints = self.before = joints
         self.tcp = self.tcp_before = self.tcp_older = tcp
         self._next = joints, None, tcp, None, *self._next[4:]
-        way(joints, tcp, self._at, self._levers)
+        advance(joints, tcp, self._at, self._levers, self.room, 0.0)
         if tool_in_flange != self.setup.shape.tool_in_flange:
             shape = self.setup.shape._replace(tool_in_flange=tool_in_flange)
             self.setup = self.setup._replace(shape=shape)
@@ -586,6 +587,8 @@ class Arm:
         self._jaw_dofs = slice(dof, dof + jaws)
         self._jaw_q: Vector = data.qpos[q : q + jaws]
         self._jaw_v: Vector = data.qvel[self._jaw_dofs]
+        self._jaw_push: Vector = data.qfrc_applied[self._jaw_dofs]
+        self._jaw_mass: Vector = model.dof_armature[self._jaw_dofs]
         self._acting: Vector = data.qfrc_constraint[:]
         self.bit = arm_bit(self._number)
         details.never_sleeps(model, int(model.jnt_bodyid[numbers.hinge]))
@@ -600,8 +603,3 @@ class Arm:
 
     def _say(self, what: str, number: int) -> None:
         self.tell(harmless(what.format(self.world.parts[number].name)), what == SLIPS)
-
-
-def _position(pose: Transform) -> list[float]:
-    """Return a pose as a place and a quaternion w x y z."""
-    return [*pose.translation, *wxyz(pose.rotation)]

@@ -62,15 +62,13 @@ def find_forces(
         mj.mj_sensorAcc(model, data)
 
 
-def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector | float:
-    """Return the forces on free bodies that keep the energy of those that spin; 0 where none does.
+def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector:
+    """Return the forces on free bodies that keep the energy of those that spin.
 
     MuJoCo integrates the gyroscopic torque explicitly, which makes a body that tumbles faster and faster.
     With this torque that is a step of Newton's method to the implicit solution.
     """
     spin = np.abs(velocity[:, 3:])
-    if spin.max(initial=0.0) <= SPINS_RAD_S:
-        return 0.0
     fast = spin.max(axis=1) > SPINS_RAD_S
     forces, v, mass = np.zeros_like(velocity), velocity[fast, 3:], inertia[fast, 3:]
     momentum = mass * v

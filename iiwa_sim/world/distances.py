@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Self
 
 import mujoco as mj
 import numpy as np
 
-from iiwa_sim.world.tick_kernel import lower
+from iiwa_sim.world.tick_kernel import ROOM_M, lower
 
-ROOM_M = 1e-3
-"""Contacts are computed where an arm is closer than this to something."""
 FARTHEST_M = 1.0
 
 
@@ -28,6 +27,7 @@ class Distances:
 
         All other geoms stand still until a new object is made.
         """
+        self._model, self._of = model, (arms, model.geom_contype.copy(), model.geom_conaffinity.copy())
         groups = [geoms for links, tool, _ in arms for geoms in (links, tool)]
         self._movers = movers = np.array([geom for geoms in groups for geom in geoms], np.intp)
         radius = model.geom_rbound.copy()
@@ -52,9 +52,26 @@ class Distances:
         for _, tool, body in arms:
             off = np.linalg.norm(data.geom_xpos[tool] - data.xpos[body], axis=1)
             self.reach_m.append(float((off + radius[tool]).max(initial=0.0)))
-        self._bounds = np.full(len(of), -1e9)
-        self._was = np.hstack([data.geom_xpos[movers], data.geom_xmat[movers]])
         self._moved = np.zeros(count + 1)
+        self._begin(data)
+
+    def _begin(self, data: Any) -> None:
+        self._bounds = np.full(len(self._pairs), -1e9)
+        self._was = np.hstack([data.geom_xpos[self._movers], data.geom_xmat[self._movers]])
+
+    def anew(self, model: Any, data: Any, arms: Sequence[tuple[list[int], list[int], int]]) -> Self | None:
+        """Return new bounds of the same pairs; None where others may meet, or in another model."""
+        was, bit, takes = self._of
+        if (
+            model is not self._model
+            or was != arms
+            or (model.geom_contype != bit).any()
+            or (model.geom_conaffinity != takes).any()
+        ):
+            return None
+        new = copy.copy(self)
+        new._begin(data)
+        return new
 
     def least(self, model: Any, data: Any, group: int) -> float:
         """Return how far (m) a group is from all that it may meet."""

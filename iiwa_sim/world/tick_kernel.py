@@ -20,6 +20,9 @@ _STANDS = cython.declare(cython.int, 1)
 _OF_SCENE = cython.declare(cython.int, 3)
 _BOTH_ARMS = cython.declare(cython.int, 4)
 _BASE = cython.declare(cython.double, 2.0)
+ROOM_M = 1e-3
+"""Contacts are computed where an arm is closer than this to something."""
+_ROOM = cython.declare(cython.double, 1e-3)
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
 # Friction may always ask for this deceleration (m/s2).
@@ -47,12 +50,7 @@ def correct(
     and rattle. With the cap it is lifted by less than the margin, in which the contact is still there and
     presses by damping only. What is imposed presses on what stands by k d alone, without damping.
 
-    Args:
-        aref, pos, law: Arrays `efc_aref`, `efc_pos`, `efc_KBIP` of the data.
-        geom, address, dim, margin, friction: Arrays of the contacts.
-        points: For each geom the least number of points in which it rests: 1, 2 or 4.
-        kinds: For each geom `OF_PART`, `STANDS`, `OF_ARM` or `OF_SCENE`.
-        tick_s: Duration of a tick.
+    `points` has for each geom the least number of points in which it rests, 1, 2 or 4; `kinds` its kind.
     """
     n: cython.Py_ssize_t = geom.shape[0]
     c: cython.Py_ssize_t = 0
@@ -99,12 +97,19 @@ def correct(
 
 
 @cython.ccall
-def way(
-    joints: Joints, tcp: Transform, was: cython.double[::1], levers: cython.double[::1]
-) -> tuple[float, float, float]:
-    """Return how far the links (m) and the TCP (m, rad) have gone at most.
+def advance(
+    joints: Joints,
+    tcp: Transform,
+    was: cython.double[::1],
+    levers: cython.double[::1],
+    room: cython.double[::1],
+    jaw_m: cython.double,
+) -> tuple[float, bool]:
+    """Lower the bounds of distances of an arm by how far it goes in a tick; `was` becomes where it is now.
 
-    `was` has joint positions, rotation and place of the TCP; it becomes what they are now.
+    `room` has bounds (m) of links, of what moves with the gripper, and of both from other arms; then how far
+    links (m), TCP and jaws (m), and TCP (rad) go, and the reach (m) of what moves with it. Returns how far
+    (m) links or jaws go, and True if all bounds leave room.
     """
     n: cython.Py_ssize_t = levers.shape[0]
     far: cython.double = 0.0
@@ -115,19 +120,101 @@ def way(
         now = joints[k]
         far += fabs(now - was[k]) * levers[k]
         was[k] = now
-    if far == 0.0:
-        return 0.0, 0.0, 0.0
+    if far > 0.0:
+        rotation: tuple[float, ...] = tcp[0]
+        place: tuple[float, ...] = tcp[1]
+        for k in range(9):
+            now = rotation[k]
+            turned += (now - was[n + k]) * (now - was[n + k])
+            was[n + k] = now
+        for k in range(3):
+            now = place[k]
+            moved += (now - was[n + 9 + k]) * (now - was[n + 9 + k])
+            was[n + 9 + k] = now
+    room[3], room[4], room[5] = far, sqrt(moved) + jaw_m, sqrt(0.5 * turned)
+    tool: cython.double = room[4] + room[6] * room[5]
+    room[0] -= far
+    room[1] -= tool
+    room[2] -= max(far, tool)
+    return far + jaw_m, min(room[0], room[1], room[2]) >= _ROOM
+
+
+@cython.cfunc
+def _write(q: cython.double[::1], first: cython.Py_ssize_t, r: cython.p_double, p: cython.p_double) -> None:
+    """Write a rotation and a place into the positions of a free body."""
+    trace: cython.double = r[0] + r[4] + r[8]
+    largest: cython.double = max(trace, r[0], r[4], r[8])
+    x: cython.double
+    y: cython.double
+    z: cython.double
+    w: cython.double
+    if largest == trace:
+        x, y, z, w = r[7] - r[5], r[2] - r[6], r[3] - r[1], 1.0 + trace
+    elif largest == r[0]:
+        x, y, z, w = 1.0 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6], r[7] - r[5]
+    elif largest == r[4]:
+        x, y, z, w = r[1] + r[3], 1.0 - r[0] + r[4] - r[8], r[5] + r[7], r[2] - r[6]
+    else:
+        x, y, z, w = r[2] + r[6], r[5] + r[7], 1.0 - r[0] - r[4] + r[8], r[3] - r[1]
+    scale: cython.double = (-1.0 if w < 0.0 else 1.0) / sqrt(x * x + y * y + z * z + w * w)
+    q[first], q[first + 1], q[first + 2] = p[0], p[1], p[2]
+    q[first + 3], q[first + 4], q[first + 5], q[first + 6] = scale * w, scale * x, scale * y, scale * z
+
+
+def place(
+    q: cython.double[::1],
+    at: cython.Py_ssize_t,
+    joints: Joints,
+    tcp: Transform,
+    part: cython.Py_ssize_t,
+    inside: Transform,
+) -> None:
+    """Write the poses of an arm, its gripper, and a part `inside` the TCP into positions.
+
+    Those of the arm begin at `at`, those of the part at `part`, -1 for none.
+    """
+    r = cython.declare(cython.double[9])
+    p = cython.declare(cython.double[3])
+    m = cython.declare(cython.double[9])
+    n: cython.Py_ssize_t = len(joints)
     rotation: tuple[float, ...] = tcp[0]
     place: tuple[float, ...] = tcp[1]
+    for k in range(n):
+        q[at + k] = joints[k]
     for k in range(9):
-        now = rotation[k]
-        turned += (now - was[n + k]) * (now - was[n + k])
-        was[n + k] = now
+        r[k] = rotation[k]
     for k in range(3):
-        now = place[k]
-        moved += (now - was[n + 9 + k]) * (now - was[n + 9 + k])
-        was[n + 9 + k] = now
-    return far, sqrt(moved), sqrt(0.5 * turned)
+        p[k] = place[k]
+    _write(q, at + n, r, p)
+    if part < 0:
+        return
+    rotation, place = inside[0], inside[1]
+    for i in range(3):
+        for k in range(3):
+            p[i] += r[3 * i + k] * cython.cast(cython.double, place[k])
+            m[3 * i + k] = 0.0
+            for j in range(3):
+                m[3 * i + k] += r[3 * i + j] * cython.cast(cython.double, rotation[3 * j + k])
+    _write(q, part, m, p)
+
+
+def lie(
+    q: cython.double[:, ::1], v: cython.double[:, ::1], was: cython.double[:, ::1], near_m: cython.double
+) -> tuple[bool, float, float]:
+    """Return whether free bodies are near where they were, their greatest speed and coordinate (m).
+
+    Numbers of quaternions may differ by ten times as much as places (m).
+    """
+    off: cython.double = 0.0
+    speed: cython.double = 0.0
+    far: cython.double = 0.0
+    for i in range(q.shape[0]):
+        for k in range(7):
+            off = max(off, fabs(q[i, k] - was[i, k]) * (1.0 if k < 3 else 0.1))
+        for k in range(3):
+            far = max(far, fabs(q[i, k]))
+            speed = max(speed, fabs(v[i, k]), fabs(v[i, 3 + k]))
+    return off <= near_m, speed, far
 
 
 def lower(

@@ -22,18 +22,21 @@ from iiwa_sim.world.arm import NOWHERE, Arm, Vector
 from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, priority, wxyz
 from iiwa_sim.world.details import HELD as IS_HELD
 from iiwa_sim.world.details import LOST, PARTS, find_forces
-from iiwa_sim.world.distances import ROOM_M, Distances
+from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
+from iiwa_sim.world.tick_kernel import ROOM_M, lie
 
 REMOVED = "part {!r} is gone: made to through the backdoor"
 FARTHEST_M = 10.0
 """A part that falls or rolls farther from the origin along an axis is gone."""
 CREEPS, CREEP_LOST_PER_S = np.array([0.02] * 3 + [1.0] * 3), 1.0
-"""A part slower than this (m/s, rad/s) loses this share of its speed: rolling friction hardly brakes it."""
-STILL_TICKS, SLOW_M_S = 50, 5e-5
-STILL = np.array([1e-4] * 3 + [1e-3] * 4)  # m, and numbers of a quaternion
+"""A part slower than this (m/s, rad/s) loses this share of its speed, and of these: rolling friction hardly
+brakes it."""
+STILL_TICKS, SLOW_M_S, STILL_M = 50, 5e-5, 1e-4
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
+NEAR_M = 2e-4
+"""Arms that are near something go so far before that is measured again."""
 LEAST_ACT_PER_S = 1e-6
 """An actuator of a scene whose activation changes by more may begin to move something."""
 
@@ -73,17 +76,16 @@ class World:
         self.surfaces = tuple(surfaces)
         self.changes = 0
         """Counts up when a part may have another pose or state."""
-        self.surface_changes = 0
-        """Counts up when surfaces change."""
         self.holders: dict[int, list[Arm]] = {}
         """The arms that hold a part, by its number; the first of them leads."""
         self._gone: set[int] = set()
         self.behind = False
         """True if the model is not where the arms are, since ticks were not computed."""
         self._quiet = self._frozen = False
-        self._still = 0
+        self._still, self._slow = 0, False
         self._distances: Distances | None = None
-        self._between_m = 0.0  # how far arms are from each other
+        self._measured: Distances | None = None  # the last ones, whose pairs may still be right
+        self._stays_m = 0.0  # how far arms go before distances are measured
         self._touched: set[int] | None = None
         self._built: Built
         self.q_was: Vector
@@ -111,7 +113,7 @@ class World:
     @property
     def is_calm(self) -> bool:
         """True if nothing moves by itself, whatever the arms do."""
-        return self._frozen or self._quiet or self._is_slow()
+        return self._frozen or self._quiet or self._slow
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
@@ -154,16 +156,16 @@ class World:
 
     def step(self) -> None:
         """Make a tick, of which all arms have been told."""
-        arms, far = self.arms, 0.0
+        arms, far, away = self.arms, 0.0, self._distances is not None
         for arm in arms:
             far += arm.begin()
+            away = away and arm.is_away
         if self._frozen and far == 0.0:
             return
-        for arm in arms:
-            if arm.moments is not None:
-                self.changes += 1
-                self._quiet = arm.carry() and self._quiet
-        if self._quiet and self._is_away():
+        if self.holders:
+            self.changes += 1
+            self._quiet = self._quiet and all(arm.bears for arm in arms)
+        if self._quiet and (away or self._is_away(far)):
             self.behind = True
             for arm in arms:
                 arm.skip()
@@ -172,37 +174,34 @@ class World:
         for arm in arms:
             arm.sum_up()
 
-    def _is_away(self) -> bool:
-        """Return True if the arms meet nothing in this tick, as all else rests."""
-        away, far = True, self._distances
-        if far is None:
-            self.catch_up(now=False)
-            far = self._distances = Distances(self.model, self.data, self._movers())
-            self._between_m = 0.0
-            for arm in self.arms:
-                arm.links_m = arm.tool_m = 0.0
-        for number, arm in enumerate(self.arms):
-            tool_far_m = arm.goes_m(far.reach_m[number])
-            arm.links_m -= arm.far_m
-            if arm.links_m < ROOM_M:
-                arm.links_m = self._room(far, 2 * number) - arm.far_m
-            arm.tool_m -= tool_far_m
-            if arm.tool_m < ROOM_M:
-                arm.tool_m = self._room(far, 2 * number + 1) - tool_far_m
-            away = away and arm.links_m >= ROOM_M and arm.tool_m >= ROOM_M
-        return away and (len(self.arms) == 1 or self._are_apart(far))
+    def _is_away(self, way_m: float) -> bool:
+        """Measure where bounds do not tell; returns True if the arms meet nothing in this tick.
 
-    def _are_apart(self, far: Distances) -> bool:
-        """Return True if no arm meets another one in this tick."""
-        ways = sorted(max(arm.far_m, arm.goes_m(far.reach_m[k])) for k, arm in enumerate(self.arms))
-        self._between_m -= ways[-1] + ways[-2]
-        if self._between_m < ROOM_M:
-            self._between_m = self._room(far, 2 * len(ways)) - ways[-1] - ways[-2]
-        return self._between_m >= ROOM_M
-
-    def _room(self, far: Distances, group: int) -> float:
+        Once they were near something, that is measured again after they have gone on.
+        """
+        self._stays_m -= way_m
+        if self._stays_m > 0.0:
+            return False
+        far, arms, anew = self._distances, self.arms, self._distances is None
         self.catch_up(now=False)
-        return far.least(self.model, self.data, group)
+        if far is None:
+            movers = self._movers()
+            far = None if self._measured is None else self._measured.anew(self.model, self.data, movers)
+            far = self._measured = self._distances = far or Distances(self.model, self.data, movers)
+        for number, arm in enumerate(arms):
+            if anew:
+                arm.room[:3] = (0.0, 0.0, 0.0 if len(arms) > 1 else np.inf)
+                arm.room[6] = far.reach_m[number]
+            for k in (0, 1):
+                if arm.room[k] < ROOM_M:
+                    arm.room[k] = far.least(self.model, self.data, 2 * number + k) - arm.ways_m[k]
+        if any(arm.room[2] < ROOM_M for arm in arms):
+            half_m = 0.5 * far.least(self.model, self.data, 2 * len(arms))
+            for arm in arms:
+                arm.room[2] = half_m - arm.ways_m[2]
+        least_m = min(arm.room[:3].min() for arm in arms)
+        self._stays_m = 0.0 if least_m >= ROOM_M else NEAR_M
+        return bool(least_m >= ROOM_M)
 
     def _movers(self) -> list[tuple[list[int], list[int], int]]:
         """For each arm: geoms of its links, geoms of what moves with its gripper, and the gripper's body."""
@@ -221,15 +220,16 @@ class World:
             mj.mj_implicit(model, data)
         else:
             mj.mj_Euler(model, data)
-        creeps = (np.abs(self.part_v) < CREEPS).all(axis=1)
-        self.part_v[creeps] *= 1.0 - CREEP_LOST_PER_S * self.tick_s
+        self._brake()
         self._impose()
         self._find_forces()
         for arm in arms:
             if arm.lost >= 0:
                 self._watch_lost(arm)
-        for number in np.nonzero((np.abs(self.part_q[:, :3]) > FARTHEST_M).any(axis=1))[0].tolist():
-            self._take_away(number)
+        near, speed, far_m = lie(self.part_q, self.part_v, self._still_q, STILL_M)
+        if far_m > FARTHEST_M:
+            for number in np.nonzero((np.abs(self.part_q[:, :3]) > FARTHEST_M).any(axis=1))[0].tolist():
+                self._take_away(number)
         self.changes += 1
         # A scene's sensors may see what an arm does anywhere.
         quiet = not model.nsensor and details.is_quiet(data, 2 * len(arms) + len(self.holders))
@@ -237,42 +237,49 @@ class World:
             self._distances = None
         self._quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
         stands = far == 0.0 and not any(arm.compliance or arm.carries_on for arm in arms)
-        if not stands or self._has_moved() or np.abs(data.act_dot).max(initial=0.0) > LEAST_ACT_PER_S:
+        if len(self._scene_v):  # also what moves slowly by a servo
+            speed = max(speed, float(np.abs(self._scene_v).max()))
+            acts = np.abs(data.act_dot).max(initial=0.0) > LEAST_ACT_PER_S
+            near = near and not acts and bool(np.abs(self._scene_v).max() <= SLOW_M_S)
+        if not (stands and near):
             self._still = 0
             self._still_q[:] = self.part_q
-        self._still += 5 if stands and self._is_slow() else 1
+        self._slow = speed < SLOW_M_S
+        self._still += 5 if stands and self._slow else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self.part_v[:] = 0.0
 
-    def _has_moved(self) -> bool:
-        scene_moves = np.abs(self._scene_v).max(initial=0.0) > SLOW_M_S  # also slow ones, by a servo
-        return bool(scene_moves or (np.abs(self.part_q - self._still_q) > STILL).any())
-
-    def _is_slow(self) -> bool:
-        speeds = np.abs(self.part_v).max(initial=0.0), np.abs(self._scene_v).max(initial=0.0)
-        return bool(max(speeds) < SLOW_M_S)
+    def _brake(self) -> None:
+        """Brake parts that hardly move, and keep the energy of those that spin."""
+        speeds, h = np.abs(self.part_v), self.tick_s
+        pace = (speeds / CREEPS).max(axis=1, initial=1e-9)
+        slow = pace < 1.0
+        self.part_v[slow] *= np.maximum(0.0, 1.0 - CREEP_LOST_PER_S * h * (1.0 + 1.0 / pace[slow]))[:, None]
+        if speeds[:, 3:].max(initial=0.0) > details.SPINS_RAD_S:
+            self._part_push[:] = details.gyroscopic(self._built.masses, self.part_v, h)
+        else:
+            self._part_push[:] = 0.0
 
     def _impose(self) -> None:
         """Give arms, grippers and held parts the pose, velocity and acceleration of this tick."""
-        arms, data, before, ahead = self.arms, self.data, self.q_was, None
+        arms, q, before = self.arms, self.data.qpos, self.q_was
         for arm in arms:
             arm.slides(before)
-        for arm in arms:
-            arm.place_in(data.qpos, arm.joints, arm.tcp)
-        self._part_push[:] = details.gyroscopic(self._built.masses, self.part_v, self.tick_s)
+            arm.place_in(q, arm.joints, arm.tcp)
         for arm in arms:
             arm.move_jaws(computed=True)
-        now = self.velocity(before, data.qpos)
+        ahead = now = self.velocity(before, q)
+        before[:] = q
         if any(arm.is_foreseen for arm in arms):
-            coming = data.qpos.copy()
+            coming = self._coming
+            coming[:] = q
             for arm in arms:
                 if arm.coming is not None and arm.coming_tcp is not None:
                     arm.place_in(coming, arm.coming, arm.coming_tcp)
-            ahead = self.velocity(data.qpos, coming)
+            ahead = self.velocity(q, coming)
         for arm in arms:
             arm.impose(now, ahead)
-        before[:] = data.qpos
 
     def velocity(self, before: Vector, now: Vector) -> Vector:
         """Return the velocities of all dofs, between positions a tick apart."""
@@ -342,7 +349,6 @@ class World:
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
         """Have these surfaces from now on; those that only moved push what is in their way."""
         before, self.surfaces = self.surfaces, tuple(surfaces)
-        self.surface_changes += 1
         was, now = ([each._replace(pose=IDENTITY) for each in of] for of in (before, self.surfaces))
         if was != now:
             self.rebuild()
@@ -363,7 +369,7 @@ class World:
     def wake_up(self) -> None:
         """Compute the next ticks, after a change of what may move."""
         self.changes += 1
-        self._distances = None
+        self._distances, self._stays_m = None, 0.0
         self.stir()
 
     def stir(self) -> None:
@@ -412,7 +418,6 @@ class World:
         self._bind(state.built._replace(model=copy.copy(state.built.model)), copy.copy(state.data))
         self.q_was = fields["q_was"]
         self.changes += 1
-        self.surface_changes += 1
 
     def rebuild(self) -> None:
         """Build the model for the present surfaces and tools; bodies go on from where they are."""
@@ -443,7 +448,7 @@ class World:
         self.part_q: Vector = data.qpos[self.part_first :].reshape(-1, 7)
         self.part_v: Vector = data.qvel[self.part_dof :].reshape(-1, 6)
         self._part_push: Vector = data.qfrc_applied[self.part_dof :].reshape(-1, 6)
-        self.q_was = data.qpos.copy()
+        self.q_was, self._coming = data.qpos.copy(), data.qpos.copy()
         self.geoms: list[int] = built.parts.tolist()
         self.bodies: list[int] = model.geom_bodyid[built.parts].tolist()
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
@@ -469,7 +474,7 @@ class World:
             arm.bind(built, data)
 
 
-_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "surface_changes", "parts", "holders"}
+_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "parts", "holders"}
 _SHARED_OF_ARM = {"world", "_built", "_data", "model", "motion", "gripper", "tell"}
 """Attributes that a named state does not keep, or copies otherwise."""
 

@@ -4,6 +4,7 @@ rest."""
 from __future__ import annotations
 
 from contextlib import suppress
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -110,9 +111,12 @@ class RandomScene:
             self.fastest = max(self.fastest, float(speeds.max(initial=0.0)))
             assert self.fastest < FASTEST_M_S
             for number in here:
-                place = world.part_q[number, :3].tolist()
+                place, part = world.part_q[number, :3].tolist(), world.parts[number]
                 for surface in world.surfaces:
-                    assert surface.nearest(*place)[0] > -DEEPEST_M, (world.parts[number].name, surface.name)
+                    # Its energy of motion, in the springs of both.
+                    soft = part.mass_kg * (1.0 / part.stiffness + 1.0 / surface.stiffness)
+                    deepest = DEEPEST_M + self.fastest * sqrt(soft)
+                    assert surface.nearest(*place)[0] > -deepest, (part.name, surface.name)
 
 
 def calm(seed: int) -> dict[str, float]:
