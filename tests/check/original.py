@@ -27,8 +27,6 @@ class Original(TCPServer):
     """Serves one client after the other, with a robot that stands still. It has no extensions."""
 
     request_queue_size = 100
-    answers_a_rest = True
-    """What stands behind the last line end when the stream ends."""
 
     def __init__(self) -> None:
         self.heard: list[str] = []
@@ -46,7 +44,7 @@ class Original(TCPServer):
                 *lines, rest = self.split(rest + data)
                 if not all(self.answer(request, line) for line in lines):
                     return
-            if rest and self.answers_a_rest:
+            if rest:
                 self.answer(request, rest)
 
     def split(self, data: bytes) -> list[bytes]:
@@ -78,18 +76,25 @@ class Deviating(ThreadingMixIn, Original):
     """Serves all clients at once."""
 
 
-def _but(what: str, **ways: Any) -> type[Deviating]:
-    """One of which methods or attributes are others; their `self` comes first."""
-    return type(what, (Deviating,), ways)
+class Bare(Deviating):
+    r"""Ends its replies with \n."""
+
+    def write(self, connection: socket.socket, reply: str) -> None:
+        connection.sendall(reply.encode() + b"\n")
 
 
-reply = Deviating.reply
-Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
-MindsCase = _but(
-    "takes small letters only",
-    reply=lambda self, text: reply(self, text) if text == text.lower() else "unknown command",
-)
-Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).replace("stopped", "moving"))
+class MindsCase(Deviating):
+    """Takes small letters only."""
+
+    def reply(self, text: str) -> str:
+        return super().reply(text) if text == text.lower() else "unknown command"
+
+
+class Moving(Deviating):
+    """Its robot moves."""
+
+    def reply(self, text: str) -> str:
+        return super().reply(text).replace("stopped", "moving")
 
 
 @contextmanager
