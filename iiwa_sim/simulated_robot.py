@@ -1,8 +1,7 @@
 """One robot of a simulator: its controller, what clients say to it, and its ports."""
 
 import logging
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -56,7 +55,7 @@ class SimulatedRobot:
         self.cell = cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
-        with self.named():
+        with log.named(self.name):
             for line in differing_limits(cell.description):
                 logger.warning("%s", line)
         self._clock, self._call, self._strict = clock, call, settings.strict
@@ -188,17 +187,11 @@ class SimulatedRobot:
         """Port of each protocol, in the order in which they were named."""
         return {name: server.address[1] for name, server in self.servers.items()}
 
-    @contextmanager
-    def named(self) -> Iterator[None]:
-        """Have log lines, and those of tasks that begin meanwhile, carry the robot's name."""
-        with log.named(self.name):
-            yield
-
     def _named(self, function: Callable[..., None]) -> Callable[..., None]:
         """Return a function that logs with the robot's name."""
 
         def called(*values: object) -> None:
-            with self.named():
+            with log.named(self.name):
                 function(*values)
 
         return called if self.name else function

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from iiwa_sim import log
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
@@ -14,7 +15,7 @@ from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.observed import ObservedRobot, Stepped
 from iiwa_sim.clock.pace import Pace, pace
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.controller_group import ControllerGroup, Member
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.options.model import Settings
@@ -97,7 +98,7 @@ class Simulator:
         }
         """The robots by their names; a cell without `[[robot]]` has one, whose name is empty."""
         robots = list(self.robots.values())
-        self._group = ControllerGroup([Member(each.stepped, each.cell.base) for each in robots], world)
+        self._group = ControllerGroup({each.stepped: each.cell.base for each in robots}, world)
         self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         states = States(*self._group.controllers)
         for each in robots:
@@ -163,7 +164,7 @@ class Simulator:
                 await server.start()
                 listening.push_async_callback(server.close)
             for robot in self.robots.values():
-                with robot.named():
+                with log.named(robot.name):
                     for port in robot.servers.values():
                         await port.start()
                         listening.push_async_callback(port.close)

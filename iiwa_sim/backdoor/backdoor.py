@@ -29,12 +29,12 @@ from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.clock.clock import Clock, StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.controller_group import ControllerGroup, Member
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, RecentLines
-from iiwa_sim.frames import Frame, compose
+from iiwa_sim.frames import IDENTITY, Frame, compose
 from iiwa_sim.protocols.faults import (
     EVERY,
     LONGEST_WAIT_S,
@@ -139,7 +139,7 @@ class Backdoor:
         self._clock = clock
         self._camera = Camera(controller)
         self._dialogue = dialogue
-        self._group = group or ControllerGroup([Member(controller)])
+        self._group = group or ControllerGroup({controller: IDENTITY})
         self._states = states or States(controller)
         self._client = HERE
         self._dragged_until_s: dict[str, float] = {}

@@ -1,7 +1,7 @@
 """The controllers of the robots in one cell, stepped together."""
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
@@ -10,21 +10,12 @@ if TYPE_CHECKING:
     from iiwa_sim.world.world import World
 
 
-class Member(NamedTuple):
-    """A robot of a cell."""
-
-    controller: Controller
-    base: Transform = IDENTITY
-    """The pose of its base in the world."""
-
-
 class ControllerGroup:
     """The controllers of one cell, in its order: a clock drives them as one robot."""
 
-    def __init__(self, members: Sequence[Member], world: "World | None" = None) -> None:
-        """`world` is the one that several robots share."""
-        self.members, self._world = list(members), world
-        self.controllers = [each.controller for each in members]
+    def __init__(self, bases: Mapping[Controller, Transform], world: "World | None" = None) -> None:
+        """Controllers come with the poses of their bases in the `world`, which several robots share."""
+        self.controllers, self._bases, self._world = list(bases), bases, world
 
     def step(self) -> None:
         """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
@@ -78,7 +69,5 @@ class ControllerGroup:
 
     def seen_from(self, controller: Controller) -> Iterator[tuple[Controller, Transform]]:
         """Yield each controller, with the pose of the base of `controller` in its own base."""
-        base = self.members[self.controllers.index(controller)].base
-        for other in self.members:
-            same = other.controller is controller
-            yield other.controller, IDENTITY if same else compose(inverse(other.base), base)
+        for other, base in self._bases.items():
+            yield other, IDENTITY if other is controller else compose(inverse(base), self._bases[controller])

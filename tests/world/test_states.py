@@ -12,7 +12,8 @@ import pytest
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.backdoor.surfaces import add, remove
 from iiwa_sim.cell.surfaces import BoxSettings
-from iiwa_sim.controller.controller_group import ControllerGroup, Member
+from iiwa_sim.controller.controller_group import ControllerGroup
+from iiwa_sim.frames import IDENTITY
 from tests.asked import lin_move_at
 from tests.world.scenes import CLOSE, HEAD, Scene, down, part, table
 
@@ -93,7 +94,7 @@ def test_a_restored_state_goes_on_with_the_same_bits(
 def test_surfaces_come_and_go_with_a_state() -> None:
     scene = Scene(part("it", (550, 0, 380)), table())
     states = States(scene.controller)
-    group = ControllerGroup([Member(scene.controller)])
+    group = ControllerGroup({scene.controller: IDENTITY})
     scene.rests()
     states.save("on the table")
     remove(group, scene.controller, "table")

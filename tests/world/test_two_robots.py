@@ -14,7 +14,7 @@ from iiwa_sim.backdoor.surfaces import add, move, remove
 from iiwa_sim.cell.cell import load_cells, shared_world
 from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.controller_group import ControllerGroup, Member
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.frames import Frame
 from iiwa_sim.world.world import World
 from tests.asked import lin_move, lin_move_at, ptp_move
@@ -253,7 +253,7 @@ def test_surfaces_are_those_of_all_robots() -> None:
     shared = Shared(part("it", (550, 0, 500)), table())
     one, two = shared.robots
     pairs = zip(shared.robots, shared.world.arms, strict=True)
-    group = ControllerGroup([Member(robot, arm.setup.base) for robot, arm in pairs])
+    group = ControllerGroup({robot: arm.setup.base for robot, arm in pairs})
     size = (200.0, 200.0, 20.0)
     # In the base of the second robot, which faces the first: the shelf is under the part.
     add(group, two, BoxSettings(name="shelf", size_mm=size, x_mm=740.0, z_mm=380.0, stiffness_n_per_m=1e5))
