@@ -110,7 +110,7 @@ def test_a_part_is_handed_over_twice_with_the_same_bits(clock: str) -> None:
                 run.append((left.joint_position, right.joint_position, left.parts, right.parts))
 
             simulator.pause()  # at rest time passes as the driver has it
-            simulator.run_until_stopped()  # also parts
+            simulator.advance(0.2)  # the bar settles
             drivers.hands_over(look)
             left, right = states(simulator)
     assert seen[0] == seen[1]
