@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from iiwa_sim.plot.draw import draw
 from iiwa_sim.plot.motion import Motion
 from tests.plot.scripts import JOINT, LIN, moved
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def draw(motion: Motion) -> Figure:
+    """Draw a motion. Only the worker that runs these tests loads Matplotlib."""
+    figure: Figure = import_module("iiwa_sim.plot.draw").draw(motion)
+    return figure
 
 
 @pytest.fixture(scope="module")
