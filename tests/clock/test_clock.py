@@ -369,24 +369,3 @@ def test_a_pace_has_a_name(fixed: Pace) -> None:
 def test_a_pace_of_no_such_name_is_refused_with_the_range(name: Any) -> None:
     with pytest.raises(ValueError, match="expected real, a multiple of real time from"):
         pace(name)
-
-
-@pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
-async def test_the_timer_of_the_loop_wakes_the_clock(pace: Pace) -> None:
-    done = asyncio.Event()
-
-    class Robot(CountedRobot):
-        def step(self) -> None:
-            super().step()
-            if self.ticks == 20:
-                done.set()
-
-    robot = Robot(HandTime())
-    robot.left = 10
-    clock = Clock(1000, pace)
-    clock.start(robot)
-    try:
-        async with asyncio.timeout(30):
-            await done.wait()
-    finally:
-        clock.stop()

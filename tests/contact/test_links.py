@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.links import LinkContact, Links, Worn
+from iiwa_sim.contact.links import Links, Worn
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
@@ -193,30 +193,6 @@ def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> N
     for joints, feels in ((upright, []), (away, []), (upright, ["ball"])):
         links.goes_to(joints)
         assert sorted({contact.surface for contact in links.contacts}) == feels
-
-
-def test_damping_counts_the_speed_of_the_link() -> None:
-    name = ARMS[0]
-    wall = surface(Plane(), transform_from_euler(0.0, 0.3, 0.0, 0.0, 0.0, np.pi / 2), stiffness=STIFFNESS)
-    damped = wall._replace(damping=0.5)
-    home = MODELS[name].description.home
-
-    def force(placed: Surface, joint_step: float) -> LinkContact:
-        links = links_of(name)
-        links.surround({placed.name: placed}, home)
-        for n in range(10_000):
-            links.goes_to((n * joint_step, *home[1:]))
-            if links.contacts:
-                contact: LinkContact = links.contacts[0]
-                return contact
-        raise AssertionError("nothing is touched")
-
-    still, fast = force(wall, 1e-3), force(damped, 1e-3)
-    x, y, _ = fast.point
-    speed = 1e-3 / TICK_S * x  # about the axis of A1, against the wall
-    assert still.force[1] < 0.0
-    assert fast.force[1] / still.force[1] == pytest.approx(1.0 + 0.5 * speed, rel=1e-6)
-    assert y == pytest.approx(0.3, abs=0.01)
 
 
 FOLDED = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)

@@ -24,7 +24,7 @@ from iiwa_sim.frames import (
     transpose,
 )
 from iiwa_sim.wrench import NO_TOUCH, Touch
-from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, World, at, surface
+from tests.contact.materials import RADIUS, REST, SHAPES, STIFFNESS, World, at, surface
 from tests.samples import some
 
 Array = NDArray[np.float64]
@@ -135,17 +135,6 @@ def test_who_lifts_off_comes_down_without_friction() -> None:
     assert world.feel((0.05, 0.0, 0.004), REST, TICK_S).force[:2] == (0.0, 0.0)
 
 
-def test_forces_of_several_surfaces_add_up() -> None:
-    floor = surface(name="floor", friction=0.2)
-    wall = surface(BOX, at(0.1, 0.0, 0.0), name="wall", stiffness=5000.0)
-    both, way = World([floor, wall], RADIUS), line((-0.01, -0.02, 0.003), (-0.002, 0.02, 0.002))
-    for one, other, touch in zip(
-        felt(World([floor], RADIUS), way), felt(World([wall], RADIUS), way), felt(both, way), strict=True
-    ):
-        assert touch.force == pytest.approx(np.add(one.force, other.force))
-        assert touch.torque == pytest.approx(np.add(one.torque, other.torque))
-
-
 ROUND: list[Shape] = [Sphere(0.02), Cylinder(0.02, 0.1)]
 PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
 
@@ -234,18 +223,6 @@ def test_a_surface_that_is_moved_takes_the_tcp_along_by_friction() -> None:
     assert touch.force == pytest.approx((STIFFNESS * 0.0005, 0.0, STIFFNESS * 0.001)), "it slips"
     world.move("it", at(0.0, 0.0, -0.1))
     assert world.feel((0.0, 0.0, 0.004), REST, TICK_S) is NO_TOUCH
-
-
-@pytest.mark.parametrize("shape", [*PLATES, *ROUND])
-def test_a_surface_that_is_moved_still_knows_by_which_way_the_tcp_came_in(shape: Shape) -> None:
-    world = World([surface(shape, at(0.4, 0.0, 0.0))], RADIUS)
-    start = (0.4, 0.0, 0.1) if shape in PLATES else (0.5, 0.0, 0.0)
-    way = line(start, (0.4, 0.0, 0.0))
-    before = felt(world, way)[-1]
-    outwards = np.subtract(start, (0.4, 0.0, 0.0)) * 10.0
-    world.move("it", at(*(np.array((0.4, 0.0, 0.0)) + 0.02 * outwards).tolist()))
-    after = world.feel((0.4, 0.0, 0.0), REST, TICK_S)
-    assert after.force == pytest.approx(np.add(before.force, STIFFNESS * 0.02 * outwards), abs=1e-6)
 
 
 def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, steps: int) -> list[float]:
