@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,10 +12,11 @@ import msgspec
 
 from iiwa_sim.cell.handled import GripperSettings
 from iiwa_sim.controller.handling import SENSORS
+from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.settings import Range, Reader, SettingsFault
 
 if TYPE_CHECKING:
-    from iiwa_sim.world.scene import InputWire, OutputWire, Scene
+    from iiwa_sim.world.scene import Scene
 
 WIRE_RANGE: Range = (-1e6, 1e6, "")
 """Range of numbers for sensors and actuators."""
@@ -109,10 +111,18 @@ def wires_of(
         _check_named(reader, f"input[{index}].sensor", each.sensor, scene.sensors, "a sensor")
     for index, wire in enumerate(outputs):
         kinds = "an actuator, an equality, or a geom with surfacevel,"
-        _check_named(reader, f"output[{index}].actuator", wire.actuator, tuple(scene.drivable), kinds)
+        _check_named(reader, f"output[{index}].actuator", wire.actuator, scene.drivable, kinds)
     return (
-        tuple(scene.input_wire(each.number, each.sensor, each.above, each.below) for each in inputs),
-        tuple(scene.output_wire(each.number, each.actuator, each.on, each.off) for each in outputs),
+        tuple(
+            InputWire(
+                each.number,
+                *scene.sensor(each.sensor),
+                -inf if each.above is None else each.above,
+                inf if each.below is None else each.below,
+            )
+            for each in inputs
+        ),
+        tuple(OutputWire(each.number, *scene.driven(each.actuator), each.on, each.off) for each in outputs),
     )
 
 

@@ -12,6 +12,7 @@ from iiwa_sim.contact.links import Worn
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.frames import Frame, Transform, apply
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import Capsule
@@ -22,7 +23,7 @@ from iiwa_sim.world.part import GONE, Part
 
 if TYPE_CHECKING:
     from iiwa_sim.world.arm import Arm, Tell
-    from iiwa_sim.world.scene import InputWire, OutputWire, Scene, SceneBody
+    from iiwa_sim.world.scene import Scene, SceneBody
     from iiwa_sim.world.world import World
 
 SENSORS = ("open", "closed", "holds")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import warnings
 from pathlib import Path
@@ -26,8 +25,6 @@ MOST_TRIANGLES = 5000
 """A mesh of more is shown as its bounding box; an ellipsoid is, too."""
 PLANE_M = 2.0
 """Half an edge of a plane without end."""
-ACTUATOR, CONVEYOR, LOCK = "actuator", "conveyor", "lock"
-"""Kinds of what an output drives: a control, the speed of a surface, an equality that is active or not."""
 
 
 class SceneFault(Exception):
@@ -54,52 +51,6 @@ class SceneBody(NamedTuple):
         return pose_of([*data.xpos[self.number].tolist(), *data.xquat[self.number].tolist()])
 
 
-class InputWire(NamedTuple):
-    """An input that is on while a sensor reads more than `above` and less than `below`."""
-
-    number: int
-    readings: slice  # in `MjData.sensordata`
-    is_distance: bool
-    above: float
-    below: float
-
-    def is_on(self, data: Any) -> bool:
-        """Return whether the input is on: by the number that the sensor reads, or by the norm of several.
-
-        A rangefinder that sees nothing reads an infinite distance.
-        """
-        values = data.sensordata[self.readings].tolist()
-        value = values[0] if len(values) == 1 else math.hypot(*values)
-        if self.is_distance and value < 0.0:
-            value = math.inf
-        return self.above < value < self.below
-
-
-class OutputWire(NamedTuple):
-    """An output that drives an actuator, a conveyor or a lock of the scene."""
-
-    number: int
-    kind: str
-    driven: int  # in the model
-    on: float
-    off: float
-    direction: tuple[float, ...] = ()  # of a conveyor: `surfacevel` for a speed of 1
-
-    def drive(self, model: Any, data: Any, on: bool) -> bool:
-        """Drive it for the next ticks; returns True if that is news."""
-        value, driven = self.on if on else self.off, self.driven
-        if self.kind == CONVEYOR:
-            speeds = [value * each for each in self.direction]
-            changes = model.geom_surfacevel[driven].tolist() != speeds
-            model.geom_surfacevel[driven] = speeds
-        else:
-            array = data.ctrl if self.kind == ACTUATOR else data.eq_active
-            wanted = value if self.kind == ACTUATOR else value != 0.0
-            changes = array[driven] != wanted
-            array[driven] = wanted
-        return bool(changes)
-
-
 class Scene:
     """A scene that MuJoCo accepts. Numbers of its elements are also those in the model of its cell."""
 
@@ -121,37 +72,31 @@ class Scene:
         self.body_names = _names(model, "body", model.nbody)
         self.bodies = _bodies(model)
         """The bodies that are shown, with what is fixed to the world first."""
-        conveyors = [name for name in _names(model, "geom", model.ngeom) if self._surfacevel(name).any()]
-        of_kind = {
-            ACTUATOR: _names(model, "actuator", model.nu),
-            CONVEYOR: tuple(conveyors),
-            LOCK: _names(model, "equality", model.neq),
-        }
-        self.drivable = {name: kind for kind in reversed(of_kind) for name in of_kind[kind]}
-        """Kinds of what outputs may drive, by name; an actuator comes before others of its name."""
+        self._actuators = _names(model, "actuator", model.nu)
+        geoms = ((name, model.geom(name).surfacevel) for name in _names(model, "geom", model.ngeom))
+        self._conveyors = {name: _direction(along) for name, along in geoms if along.any()}
+        self.drivable = (*self._actuators, *self._conveyors, *_names(model, "equality", model.neq))
+        """What outputs may drive; an actuator comes before others of its name."""
 
-    def input_wire(self, number: int, sensor: str, above: float | None, below: float | None) -> InputWire:
-        """Wire an input to a sensor of `sensors`."""
-        found = self.model.sensor(sensor)
+    def sensor(self, name: str) -> tuple[slice, bool]:
+        """Return where a sensor's readings are in `MjData.sensordata`, and whether it is a rangefinder."""
+        found = self.model.sensor(name)
         first, size = int(found.adr[0]), int(found.dim[0])
-        is_distance = int(found.type[0]) == mj.mjtSensor.mjSENS_RANGEFINDER
-        limits = -math.inf if above is None else above, math.inf if below is None else below
-        return InputWire(number, slice(first, first + size), is_distance, *limits)
+        return slice(first, first + size), int(found.type[0]) == mj.mjtSensor.mjSENS_RANGEFINDER
 
-    def output_wire(self, number: int, actuator: str, on: float, off: float) -> OutputWire:
-        """Wire an output to what `drivable` names."""
-        kind = self.drivable[actuator]
-        direction: tuple[float, ...] = ()
-        if kind == CONVEYOR:
-            driven, along = self.model.geom(actuator).id, self._surfacevel(actuator)
-            speed = float(np.linalg.norm(along[:3])) or float(np.linalg.norm(along[3:]))
-            direction = tuple((along / speed).tolist())
-        else:
-            driven = (self.model.actuator if kind == ACTUATOR else self.model.equality)(actuator).id
-        return OutputWire(number, kind, driven, on, off, direction)
+    def driven(self, name: str) -> tuple[int, bool, tuple[float, ...]]:
+        """Return the number of something `drivable`, True for an equality, and a conveyor's direction."""
+        if name in self._actuators:
+            return self.model.actuator(name).id, False, ()
+        if name in self._conveyors:
+            return self.model.geom(name).id, False, self._conveyors[name]
+        return self.model.equality(name).id, True, ()
 
-    def _surfacevel(self, geom: str) -> Any:
-        return self.model.geom_surfacevel[self.model.geom(geom).id]
+
+def _direction(velocity: Any) -> tuple[float, ...]:
+    """Return `surfacevel` at a speed of 1 m/s, or 1 rad/s where it only turns."""
+    speed = float(np.linalg.norm(velocity[:3])) or float(np.linalg.norm(velocity[3:]))
+    return tuple((velocity / speed).tolist())
 
 
 def _attached(scene: Any) -> tuple[Any, Any]:
