@@ -73,10 +73,11 @@ class Scene:
         self.bodies = _bodies(model)
         """The bodies that are shown, with what is fixed to the world first."""
         self._actuators = _names(model, "actuator", model.nu)
-        geoms = ((name, model.geom(name).surfacevel) for name in _names(model, "geom", model.ngeom))
-        self._conveyors = {name: _direction(along) for name, along in geoms if along.any()}
+        geoms = _names(model, "geom", model.ngeom)
+        velocities = ((name, model.geom_surfacevel[model.geom(name).id]) for name in geoms)
+        self._conveyors = {name: _direction(along) for name, along in velocities if along.any()}
         self.drivable = (*self._actuators, *self._conveyors, *_names(model, "equality", model.neq))
-        """What outputs may drive; an actuator comes before others of its name."""
+        """Names that outputs may drive; an actuator comes before others of its name."""
 
     def sensor(self, name: str) -> tuple[slice, bool]:
         """Return where a sensor's readings are in `MjData.sensordata`, and whether it is a rangefinder."""
