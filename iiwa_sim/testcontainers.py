@@ -8,7 +8,7 @@ Options of `iiwa-sim` are keywords with `_` for `-`; the container gets them as 
 """
 
 import secrets
-from typing import Any, Self
+from typing import Any
 
 from testcontainers.core.container import DockerContainer
 from testcontainers.core.wait_strategies import LogMessageWaitStrategy
@@ -36,25 +36,18 @@ class IiwaContainer(DockerContainer):
         if no Docker runs.
         """
         super().__init__(image)
-        for name in options:
-            if name in ("host", "port", "count", "fleet") or name.startswith("backdoor"):
-                raise ValueError(f"option {name!r}: expected none that says where the container listens")
         self._token = secrets.token_hex(16)
         for name, value in options.items():
-            self.with_env(
-                f"IIWA_SIM_{name.upper()}", str(int(value)) if isinstance(value, bool) else str(value)
-            )
+            if name in ("host", "port", "count", "fleet") or name.startswith("backdoor"):
+                raise ValueError(f"option {name!r}: expected none that says where the container listens")
+            text = str(int(value)) if isinstance(value, bool) else str(value)
+            self.with_env(f"IIWA_SIM_{name.upper()}", text)
         self._protocols = str(options.get("protocol", "iiwa")).split(",")
         self.with_env("IIWA_SIM_BACKDOOR_PORT", str(BACKDOOR_PORT))
         self.with_env("IIWA_SIM_BACKDOOR_HOST", "0.0.0.0")
         self.with_env("IIWA_SIM_BACKDOOR_TOKEN", self._token)
         self.with_exposed_ports(PORT, KRC4_PORT, BACKDOOR_PORT)
         self.waiting_for(LogMessageWaitStrategy(STARTED).with_startup_timeout(STARTED_WITHIN_S))
-
-    def start(self) -> Self:
-        """Start the container, and wait until it listens. Raises TimeoutError if it does not."""
-        super().start()
-        return self
 
     @property
     def host(self) -> str:
