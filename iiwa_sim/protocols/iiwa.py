@@ -5,6 +5,7 @@ intrinsic Z-Y-X.
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
@@ -91,7 +92,12 @@ def _does(call: Callable[[Controller, Values], None]) -> Handler:
 
 def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
     """A command that is answered by decimals."""
-    return lambda session, _: format_decimals(read(session.controller)) + b"\r\n"
+    return lambda session, _: _decimals(tuple(read(session.controller)))
+
+
+@lru_cache(64)  # within a tick, and while the robot rests, the numbers repeat
+def _decimals(values: Values) -> bytes:
+    return format_decimals(values) + b"\r\n"
 
 
 def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
