@@ -132,9 +132,8 @@ class CannedReplies:
     def __init__(self) -> None:
         self.heard = True
         """True if the robot speaks the iiwa's protocol."""
-        self.any = False
-        """True if one is set: asked for at each line."""
-        self._replies: dict[str, list[tuple[str, int | None]]] = {}  # text, and lines; None for any number
+        self.replies: dict[str, list[tuple[str, int | None]]] = {}
+        """By command: each text with its number of lines, None for any number."""
 
     def set(self, command: str, reply: str, times: int = 1) -> None:
         """Answer the next `times` lines of a command by `reply`, 0 for all until `clear`.
@@ -156,23 +155,16 @@ class CannedReplies:
             raise ValueError(f"reply '{text}': expected one line of printable ASCII")
         if times < 0:
             raise ValueError(f"times={times}: expected 0 or more")
-        self._replies.setdefault(known.name, []).append((reply, times or None))
-        self.any = True
+        self.replies.setdefault(known.name, []).append((reply, times or None))
 
     def take(self, command: str) -> str | None:
         """Return the reply to the next line of a command, by its name; None if the robot answers."""
-        waiting = self._replies.get(command)
+        waiting = self.replies.get(command)
         if not waiting:
             return None
         text, left = waiting[0]
         waiting[:1] = [] if left == 1 else [(text, left and left - 1)]
-        self.any = any(self._replies.values())
         return text
-
-    def clear(self) -> None:
-        """Remove all."""
-        self._replies.clear()
-        self.any = False
 
 
 class WireFaults:
@@ -238,7 +230,7 @@ class WireFaults:
 
     def clear(self) -> None:
         """Remove all faults and canned replies. Replies that are delayed already keep their delay."""
-        self.canned.clear()
+        self.canned.replies.clear()
         self._rules.clear()
         self._silent.clear()
         self._mark_peers()

@@ -176,7 +176,7 @@ class LineSession(Session):
                 return self._refuse(line, request.too_much())
             if self._is_first(name, "beyond"):
                 self.log.ignored(self.name, name, request.command.takes(), request.beyond)
-        if self._canned.any and (text := self._canned.take(name)) is not None:
+        if self._canned.replies and (text := self._canned.take(name)) is not None:
             self.dialogue.event(self.name, CANNED)
             return written(text)
         try:

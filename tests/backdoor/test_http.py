@@ -117,7 +117,7 @@ def seen(simulator: Simulator) -> dict[str, Any]:
         "states": backdoor.states(),
         "clock": backdoor.get_clock(),
         "faults": [(rule.fault, rule.connection, rule.left) for rule in backdoor._wire._rules],
-        "canned": {name: list(each) for name, each in backdoor._wire.canned._replies.items()},
+        "canned": {name: list(each) for name, each in backdoor._wire.canned.replies.items()},
     }
 
 
