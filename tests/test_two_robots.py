@@ -25,6 +25,7 @@ from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
 from iiwa_sim.recordings.tables import write_tables
 from tests.processes import IIWA_SIM, ended, started
+from tests.recordings.recorded import found_in
 from tests.view.viewer import viewing
 
 CELL = Path(__file__).parents[1] / "examples" / "two_iiwas.toml"
@@ -308,6 +309,12 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
     ]
     assert said == [[], ["lin move : 400"]]
     assert len(write_tables(right, tmp_path)) == 4
+    frames = [each.content["transforms"] for each in found_in(file, "/left/tf", "/right/tf")][:2]
+    children = [{(each["parent_frame_id"], each["child_frame_id"]) for each in found} for found in frames]
+    assert ("world", "left/iiwa_link_0") in children[0]
+    assert ("left/iiwa_link_0", "left/part bar") in children[0]
+    assert ("world", "right/iiwa_link_0") in children[1]
+    assert all(child.startswith("right/") for _, child in children[1])
     with pytest.raises(Exception, match="expected left or right behind the colon"):
         Recorded(Path(f"{file}:middle"))
 
