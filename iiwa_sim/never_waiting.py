@@ -30,13 +30,13 @@ class NeverWaiting:
         self._told = told
         self._lines: queue.Queue[bytes] = queue.Queue(MOST_LINES)
         self._lost = 0
-        self._closed = False
+        self._closed, self._ends = False, 0
         self._thread: threading.Thread | None = None
 
     @property
     def untold(self) -> int:
         """Lines that are not written, dropped or waiting, and that no written line counts."""
-        return self._lost + self._lines.unfinished_tasks
+        return self._lost + max(self._lines.unfinished_tasks - self._ends, 0)
 
     def put(self, line: bytes) -> None:
         """Queue a line with its end."""
@@ -65,6 +65,7 @@ class NeverWaiting:
         self._closed = True
         with contextlib.suppress(queue.Full):  # the thread waits for the file
             self._lines.put_nowait(b"")
+            self._ends = 1  # which is no line
         return done
 
     def _go_on(self) -> None:

@@ -370,6 +370,7 @@ def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
         code, said = server.ends(signal.SIGTERM)
     assert code == 0
     assert "warning right 127.0.0.1:" in said, "the log names the robot"
+    assert "lost" not in said
     assert "> wrong" in (tmp_path / "said-right.txt").read_text()
     assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
     done = ended([*IIWA_SIM, str(file), "--port", "5"])
