@@ -91,7 +91,7 @@ def described_moves(controller: Controller, at_most: int) -> DescribedMoves:
     """Describe what runs and what waits, `at_most` the first ones."""
     planned = controller.motions.planned
     moves = [
-        DescribedMove(each.number, each.joints, controller.tcp_frame_at(each.joints), 1e3 * each.blending_m)
+        DescribedMove(each.number, each.joints, controller.tool_frame(each.joints), 1e3 * each.blending_m)
         for each in planned[:at_most]
     ]
     return DescribedMoves(len(planned), tuple(moves))

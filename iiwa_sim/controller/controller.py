@@ -46,7 +46,7 @@ from iiwa_sim.wrench import Wrench
 LEAST_OVERRIDE = 1e-6
 """The least override other than 0: less is no motion that anybody could see, and no number to divide by."""
 AUTOMATIC = 2
-"""Of industrial_msgs/RobotMode: the mode in which a controller takes moves from a driver."""
+"""The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
 """Moves that wait; one more is refused."""
 LARGEST_N_PER_M = 5000.0
@@ -182,7 +182,13 @@ class Controller:
         """Make the first half of a tick: the robot moves."""
         # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
         if self._servo_timeout_s is not None:
-            self._watch_servo(self._servo_timeout_s)
+            timeout_s, mode = self._servo_timeout_s, self.mode
+            if mode in SERVO_MODES and (self.tick - self.servo_heard) * self.tick_s >= timeout_s:
+                self.fail(
+                    COMMUNICATION_FAILURE,
+                    f"no {mode.value} command for {timeout_s:g} s: the robot stops",
+                    Event.SERVO_TIMEOUT,
+                )
         self.tick += 1
         motions, load, pending = self.motions, self.load, self.endings.pending
         self.joints_before = motions.joints
@@ -263,15 +269,6 @@ class Controller:
             why = protection.trespass(before, now, self.tick_s, standing) or why
         return why
 
-    def _watch_servo(self, timeout_s: float) -> None:
-        if self.mode in SERVO_MODES and (self.tick - self.servo_heard) * self.tick_s >= timeout_s:
-            self._end_servo(f"no {self.mode.value} command for {timeout_s:g} s: the robot stops")
-
-    def _end_servo(self, reason: str) -> None:
-        self.stop_for(Event.SERVO_TIMEOUT, COMMUNICATION_FAILURE, reason)
-        self.errors.fail(COMMUNICATION_FAILURE, reason)
-        self.tell(COMMUNICATION_FAILURE, reason)
-
     def _fail_in_tick(self, fault: Exception) -> None:
         """Stop after an internal error in a tick."""
         reason = f"internal error: {type(fault).__name__}, see the log"
@@ -312,10 +309,10 @@ class Controller:
             self.motions.stop()
         self.mode = TRANSITIONS[self.mode, event].mode
 
-    def fail(self, code: int, reason: str) -> None:
-        """Stop the robot, and take no moves until the error is reset."""
+    def fail(self, code: int, reason: str, event: Event = Event.STOP) -> None:
+        """Stop the robot for an event, and take no moves until the error is reset."""
         self.errors.fail(code, reason)
-        self.stop_for(Event.STOP, code, reason)
+        self.stop_for(event, code, reason)
         self.tell(code, reason)
 
     def emergency_stop(self) -> None:
@@ -403,13 +400,9 @@ class Controller:
         """Return the pose of the TCP in the base at joint positions (rad), None for the present ones."""
         return compose(self.model.flange(self.joints if joints is None else joints), self.tool_in_flange)
 
-    def tcp_frame_at(self, joints: Joints) -> Frame:
-        """Return the TCP in the base at joint positions (rad)."""
+    def tool_frame(self, joints: Joints | None = None) -> Frame:
+        """Return the TCP in the base at joint positions (rad), None for the present ones."""
         return Frame.from_transform(self.tcp(joints))
-
-    def tool_frame(self) -> Frame:
-        """Return the TCP in the base."""
-        return self.tcp_frame_at(self.joints)
 
     def flange_frame(self) -> Frame:
         """Return the flange in the base."""
@@ -423,7 +416,7 @@ class Controller:
 
     def goal_frame(self) -> Frame:
         """Return the TCP in the base at `goal_joints`."""
-        return self.tcp_frame_at(self.goal_joints)
+        return self.tool_frame(self.goal_joints)
 
     def distance_to_goal_mm(self) -> float:
         """Return how far the TCP is from its goal, in a straight line (mm)."""
@@ -605,7 +598,8 @@ class Controller:
         if self.mode not in SERVO_MODES:
             modes = " or ".join(mode.value for mode in SERVO_MODES)
             raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
-        self._end_servo(f"no {self.mode.value} command in time: the robot stops")
+        reason = f"no {self.mode.value} command in time: the robot stops"
+        self.fail(COMMUNICATION_FAILURE, reason, Event.SERVO_TIMEOUT)
 
     def check_place(self, joints: Sequence[float]) -> Joints:
         """Return the checked joint positions; raises `Refused` where `place` would; changes nothing."""

@@ -120,7 +120,7 @@ def snapshot(controller: Controller) -> Snapshot:
         cartesian_force=force,
         joint_torque=torques,
         goal_joint_position=goal,
-        goal_frame=tcp if goal == joints else controller.tcp_frame_at(goal),
+        goal_frame=tcp if goal == joints else controller.tool_frame(goal),
         override=controller.override,
         tool_load=controller.tool_load.told(),
         gripper=None if handling is None else handling.state,

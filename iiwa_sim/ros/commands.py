@@ -135,8 +135,8 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
         (share,) = _shares("blending", word, [value])
         if joint_line:
             return share
-        there = target if isinstance(target, Frame) else robot.tcp_frame_at(tuple(target))
-        return share * dist(robot.tcp_frame_at(robot.end_of_queue)[:3], there[:3])
+        there = target if isinstance(target, Frame) else robot.tool_frame(tuple(target))
+        return share * dist(robot.tool_frame(robot.end_of_queue)[:3], there[:3])
     if word == "M":
         if joint_line:
             raise _bad(f"blending_type M of PTP to {JOINTS}: expected RAD, % or PERCENT")

@@ -104,7 +104,7 @@ def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
 def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
     robot = Robot(wall(), start=(0.45, *STRETCHED[1:]), unbreakable=True)
     c = robot.controller
-    target = c.tcp_frame_at(INTO_THE_WALL)
+    target = c.tool_frame(INTO_THE_WALL)
     c.move(lin_stiff_move(target, 0.5, 500.0, (0.0,) * 6))
     for _ in range(1500):
         c.step()

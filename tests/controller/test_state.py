@@ -74,7 +74,7 @@ def numbers(robot: SteppedRobot) -> list[int]:
 
 def aside(robot: SteppedRobot, y_mm: float) -> Frame:
     """Beside where the queue ends."""
-    there = robot.controller.tcp_frame_at(robot.controller.end_of_queue)
+    there = robot.controller.tool_frame(robot.controller.end_of_queue)
     return there._replace(y_mm=there.y_mm + y_mm)
 
 
@@ -90,7 +90,7 @@ def test_targets_and_spheres_of_planned_moves_are_those_that_were_asked_for() ->
     assert (first.number, first.joints) == (1, READY)
     assert [each.blending_m for each in (first, second, third)] == pytest.approx([0.0, 0.03, 0.0])
     for planned, wanted in ((second, corner), (third, end)):
-        assert controller.tcp_frame_at(planned.joints)[:3] == pytest.approx(wanted[:3], abs=1e-3)
+        assert controller.tool_frame(planned.joints)[:3] == pytest.approx(wanted[:3], abs=1e-3)
     while robot.controller.moving:
         before = numbers(robot)
         assert before == sorted(before)

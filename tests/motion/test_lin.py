@@ -262,7 +262,7 @@ def test_where_ptp_is_named_as_the_way_out_it_is_one(name: str, parts: tuple[flo
     robot = SteppedRobot(name)
     controller, d = robot.controller, robot.description
     ranges = zip(d.position_min, d.position_max, parts, strict=False)
-    target = controller.tcp_frame_at(tuple(low + part * (high - low) for low, high, part in ranges))
+    target = controller.tool_frame(tuple(low + part * (high - low) for low, high, part in ranges))
     try:
         controller.check(lin_move(target, 0.5, 0.0))
     except Refused as refused:
