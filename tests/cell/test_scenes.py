@@ -138,6 +138,8 @@ def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) 
                 controller.io.set_output(output, on=at < 1200)
         before = controller.io.inputs
         robot.step()
+        if tick >= 100:
+            assert controller.under_way == (tick >= 1200), "with `fast`, a belt runs in real time"
         for number, (was, on) in enumerate(zip(before, controller.io.inputs, strict=True), start=1):
             if was != on:
                 changes[number, on] = tick, snapshot(controller)
