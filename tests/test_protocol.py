@@ -67,27 +67,6 @@ def test_commands_take_and_answer_what_appendix_b_says():
         assert not command.phrase, name
 
 
-@pytest.mark.parametrize(
-    ("parameter", "written"),
-    [
-        ("speed", "1e-06 <= speed <= 1"),
-        ("v6", "0 <= v6 <= 1"),
-        ("blending", "0 <= blending"),
-        ("thresholdX", "0 < thresholdX"),
-        ("stiffness", "0 <= stiffness <= 5000"),
-        ("x", ""),
-    ],
-)
-def test_ranges(parameter, written):
-    found = {
-        each.range
-        for command in TABLE.commands.values()
-        for each in command.parameters
-        if each.name == parameter
-    }
-    assert found == {written}
-
-
 def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> str:
     """A move to where the robot is, with one parameter at a given value."""
     servo = TABLE.commands[name].mode in ("smart", "direct")

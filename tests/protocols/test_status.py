@@ -51,9 +51,7 @@ def test_stops_among_anything_else_cut_anywhere_are_counted(lines, data):
     "line",
     [
         b"get status",
-        b"joint move :" + b" 0.5" * 14,
         b"bye",
-        b"GET / HTTP/1.1",
         b"\x1b[2J\xff\xffstop",
         b"stop now",
     ],
