@@ -106,7 +106,7 @@ def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
     c = robot.controller
     target = c.tool_frame(INTO_THE_WALL)
     c.move(lin_stiff_move(target, 0.5, 500.0, (0.0,) * 6))
-    for _ in range(1500):
+    for _ in range(900):
         c.step()
     assert c.load.link_contacts
     assert robot.told
