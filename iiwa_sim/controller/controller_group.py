@@ -15,7 +15,10 @@ class ControllerGroup:
 
     def __init__(self, bases: Mapping[Controller, Transform], world: "World | None" = None) -> None:
         """Controllers come with the poses of their bases in the `world`, which several robots share."""
-        self.controllers, self._bases, self._world = list(bases), bases, world
+        self.controllers, self._bases = list(bases), bases
+        self._calls = [controller.move_on for controller in self.controllers]
+        self._calls += [] if world is None else [world.step]
+        self._calls += [controller.feel for controller in self.controllers]
 
     def step(self) -> None:
         """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
@@ -23,17 +26,11 @@ class ControllerGroup:
         A fault in one of them is raised at the end of the tick.
         """
         faults = []
-        halves = [
-            [controller.move_on for controller in self.controllers],
-            [] if self._world is None else [self._world.step],
-            [controller.feel for controller in self.controllers],
-        ]
-        for calls in halves:
-            for call in calls:
-                try:
-                    call()
-                except Exception as fault:  # noqa: BLE001 - raised below
-                    faults.append(fault)
+        for call in self._calls:
+            try:
+                call()
+            except Exception as fault:  # noqa: BLE001 - raised below
+                faults.append(fault)
         if faults:
             raise faults[0]
 

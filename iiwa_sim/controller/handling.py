@@ -219,7 +219,8 @@ class Handling:
         assert self.arm is not None
         if self._changes != self._load.world.changes:
             self._share_surfaces()
-        self._drive_scene()
+        if self._outputs:
+            self._drive_scene()
         self.arm.go(joints, coming, tcp, coming_tcp, self._driven(), compliance)
 
     def feel(self) -> None:
@@ -232,7 +233,8 @@ class Handling:
                 self._place_jaws()
                 self._tell()
             return
-        self._read_scene()
+        if self._inputs:
+            self._read_scene()
         load.hand(arm.wrench, arm.push, arm.torques)
         if gripper is None:
             return

@@ -125,15 +125,9 @@ class Arm:
         driven: int,
         compliance: int,
     ) -> None:
-        """Have the next step bring the arm to `joints` (rad), and the one after that to `coming`.
+        """Have the next step bring the arm to `joints` (rad), and the one after that to `coming`, if known.
 
-        Args:
-            joints: Joint positions (rad).
-            coming: The same a tick later; None where the plan does not tell them.
-            tcp: Pose of the TCP in the base.
-            coming_tcp: The same a tick later.
-            driven: How outputs drive the jaws.
-            compliance: How the robot gives way.
+        Poses of the TCP are in the base; outputs drive the jaws as `driven` says.
         """
         if self.base is not None:
             tcp = compose(self.base, tcp)
@@ -366,7 +360,7 @@ class Arm:
         bit = self.bit if gripper.opening_m < 2.0 * self.setup.shape.radius_m else 0
         if model.geom_contype[tip] != bit:
             model.geom_contype[tip], model.geom_conaffinity[tip] = bit, PARTS + ARMS - bit if bit else 0
-            self.world.forget_distances()
+            self.world.wake_up()
 
     def _between_pads(self) -> int:
         """Return the number of a part that both pads press on along their axis; -1 for none."""
@@ -524,7 +518,7 @@ class Arm:
         if changed or compliance == COMPLIANT_JOINTS:
             self.weigh_imposed()
         if changed:
-            self.world.thaw()
+            self.world.stir()
 
     def weigh_imposed(self) -> None:
         """Set the inertia of all that is imposed, and the contact law of the held part."""

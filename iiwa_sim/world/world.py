@@ -374,16 +374,8 @@ class World:
 
     def stir(self) -> None:
         """Compute the next tick."""
-        self._quiet = False
-        self.thaw()
-
-    def thaw(self) -> None:
-        """Have nothing stand still for sure."""
-        self._still, self._frozen = 0, False
-
-    def forget_distances(self) -> None:
-        """Measure distances anew, since other geoms may meet."""
-        self._distances = None
+        self._quiet = self._frozen = False
+        self._still = 0
 
     def catch_up(self, *, now: bool) -> None:
         """Put the arms where they are, or where they were a tick ago, after ticks that were not computed."""
