@@ -163,11 +163,14 @@ def worst_loads(robot: SteppedRobot) -> dict[str, float]:
     stopping, direct = (
         np.array([False] * 3 + flags + [flags[-1]] * 3) for flags in (robot.stopping, robot.direct)
     )
+    direct_limits = replace(limits, acceleration=limits.direct_acceleration, jerk=limits.direct_jerk)
     worst = {}
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         # Of velocity there is one limit, in each mode and for stops, too.
-        modes, parts = (("", "direct_"), ("", "stop_")) if order > 1 else (("", ""), ("", ""))
-        bounds = np.array([[getattr(limits, mode + part + name) for mode in modes] for part in parts])
+        parts = ("", "stop_") if order > 1 else ("", "")
+        bounds = np.array(
+            [[getattr(each, part + name) for each in (limits, direct_limits)] for part in parts]
+        )
         stopped, stiff = (
             np.lib.stride_tricks.sliding_window_view(flags, order + 1).any(axis=1)
             for flags in (stopping, direct)

@@ -395,7 +395,8 @@ class Backdoor:
         """Restart the random numbers of noise and garbled replies, from a seed of 0 to 2**32 - 1."""
         if not 0 <= seed < 2**32:
             raise Refused(EXECUTION, f"seed {seed}: expected 0 to {2**32 - 1}")
-        self._controller.load.seed(seed)
+        if self._controller.load.noise is not None:
+            self._controller.load.noise.seed(seed)
         self._wire.seed(seed)
 
     # Robot faults

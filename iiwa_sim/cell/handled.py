@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from itertools import product
-from math import cos, dist, pi, sin
+from math import cos, pi, sin
 from pathlib import Path
 
 import msgspec
@@ -221,9 +221,6 @@ def _within(part: Part, pose: Transform, solid: Sequence[Surface]) -> str:
     own = None if isinstance(shape, Mesh) else Surface(part.name, shape, pose, part.stiffness, 0.0, 0.0)
     marks = [apply(pose, place) for place in _marks(part)]
     for each in solid:
-        middle = each.pose.translation
-        if dist(middle, pose.translation) > each.shape.extent + part.shape.extent:
-            continue
         if any(each.nearest(*mark)[0] < -CLOSE_M for mark in marks):
             return each.name
         if own is not None and isinstance(each.shape, Box | Cylinder | Sphere):

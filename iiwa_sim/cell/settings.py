@@ -121,7 +121,7 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
 
     def tool(self) -> Tool:
         """Return the tool for the controller, in SI units."""
-        capsules = tuple(map(Capsule.of_tool, self.capsules_mm))
+        capsules = tuple(map(Capsule.of_mm, self.capsules_mm))
         return Tool(ToolLoad(self.mass_kg, metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 

@@ -7,12 +7,12 @@ In free space there are none, and all readings are exactly 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import isfinite
 from operator import add as add_numbers
 from typing import Any, NamedTuple
 
-from iiwa_sim.contact.links import LinkContact, Links, Worn
+from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
 from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
@@ -38,32 +38,6 @@ class ContactState(NamedTuple):
     """The same on the joints."""
 
 
-class Pushes:
-    """The forces that a compliant robot gives way to, besides surfaces at the TCP; found when it asks."""
-
-    def __init__(self, find: Callable[[], tuple[Wrench, Torques]]) -> None:
-        self._find = find
-        self._found: tuple[Wrench, Torques] | None = None
-
-    def forget(self) -> None:
-        """Find them anew, since a contribution has changed."""
-        self._found = None
-
-    @property
-    def tcp_push(self) -> Wrench:
-        """Push at the TCP, along its axes: applied wrench, parts, and weight of an unknown payload."""
-        if self._found is None:
-            self._found = self._find()
-        return self._found[0]
-
-    @property
-    def joint_push(self) -> Torques:
-        """Torques (Nm) on the joints: the applied ones, surfaces and parts on links, and links on links."""
-        if self._found is None:
-            self._found = self._find()
-        return self._found[1]
-
-
 class ExternalWrench:
     """Contributions to the external wrench at the TCP, and to the external torques on the joints."""
 
@@ -86,37 +60,35 @@ class ExternalWrench:
             noise: Noise of the readings; none by default.
             tool: Capsules of the tool, in the flange.
         """
-        self._model, self._noise = model, noise
+        self._model, self.noise = model, noise
         self.world = TcpContact((), 0.0) if surfaces is None else surfaces
         """The surfaces; changes act from the next tick on."""
-        self._links = Links(model, [Worn(capsule) for capsule in tool])
-        self._is_free = self._links.gaps.is_free
+        self._links = Links(model, tool)
+        self._gaps = self._links.gaps
         self.arm_links = frozenset(capsule.link for capsule in capsules_of(model.description))
         """The names of the links of the arm, without tool and jaws."""
         self.bodies: Any = None
         """Reports the contacts of links with parts; None without parts."""
         self.judged = False
         """True if limits have been compared with it since something was set."""
-        self.pushes = Pushes(self._find_pushes)
         self.wrenches: dict[str, Wrench] = {}
         """The contributions at the TCP, along its axes, but for zeros."""
         self.torques: dict[str, Torques] = {}
         """The contributions on the joints (Nm), but for zeros."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: Torques = (0.0,) * model.joint_count
+        self._pushes: tuple[Wrench, Torques] | None = None
         self._parts_push: Wrench = NO_WRENCH
         self._handed: Torques | None = None
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
         self._motion: TcpMotion | None = None
         self._surrounded = self._settled = NEVER
-        self._joints: Sequence[float] = joints
         self._put(joints, tool_in_flange)
 
     def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
-        self._coming: Sequence[float] | None = None
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
         self._joints = joints
@@ -132,23 +104,30 @@ class ExternalWrench:
             self._motion.rest(self._tcp.pose(joints))
             self.carry(self._moments, joints)
 
-    @staticmethod
-    def _set(contributions: dict[str, Any], name: str, value: tuple[float, ...] | None) -> None:
+    def _set(self, contributions: dict[str, Any], name: str, value: tuple[float, ...] | None) -> None:
         """Have a contribution; None or zeros are none."""
+        self._pushes = None
         if value is None or value is NO_WRENCH or not any(value):
             contributions.pop(name, None)
         else:
             contributions[name] = value
 
-    def _find_pushes(self) -> tuple[Wrench, Torques]:
-        tcp = self._wrench if self._parts_push is NO_WRENCH else add(self._wrench, self._parts_push)
-        if self._motion is not None:
-            tcp = add(tcp, self._motion.weight(self._at_tcp))
-        joints = self._joint_push
-        for more in (self._links.yielding, self._links.folded, self.torques.get("parts")):
-            if more is not None:
-                joints = tuple(map(add_numbers, joints, more))
-        return tcp, joints
+    def pushes(self) -> tuple[Wrench, Torques]:
+        """Return what a compliant robot gives way to, besides surfaces at the TCP.
+
+        At the TCP, along its axes: applied wrench, parts, and weight of an unknown payload. On the joints
+        (Nm): applied torques, surfaces and parts on links, and links on links.
+        """
+        if self._pushes is None:
+            tcp = self._wrench if self._parts_push is NO_WRENCH else add(self._wrench, self._parts_push)
+            if self._motion is not None:
+                tcp = add(tcp, self._motion.weight(self._at_tcp))
+            joints, found = self._joint_push, self._links.forces
+            for more in (found.yielding, found.folded, self.torques.get("parts")):
+                if more is not None:
+                    joints = tuple(map(add_numbers, joints, more))
+            self._pushes = tcp, joints
+        return self._pushes
 
     # What is set from outside
 
@@ -165,7 +144,6 @@ class ExternalWrench:
         _check("wrench", wrench, len(NO_WRENCH))
         self._wrench, self.judged = wrench, False
         self._set(self.wrenches, "applied", wrench)
-        self.pushes.forget()
 
     @property
     def joint_push(self) -> Torques:
@@ -180,7 +158,6 @@ class ExternalWrench:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push, self.judged = torques, False
         self._set(self.torques, "applied", torques)
-        self.pushes.forget()
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """Carry a payload besides the one that the controller knows, with the arm at joint positions (rad).
@@ -190,13 +167,12 @@ class ExternalWrench:
         self._moments, self.judged = unknown, False
         if unknown is None:
             self._motion = None
-            self.wrenches.pop("payload", None)
-        else:
-            if self._motion is None:
-                self._motion = TcpMotion(self._tcp.pose(joints))
-            self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
-            self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
-        self.pushes.forget()
+            self._set(self.wrenches, "payload", None)
+            return
+        if self._motion is None:
+            self._motion = TcpMotion(self._tcp.pose(joints))
+        self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
+        self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
         """Take what parts do to the TCP, along its axes, and to the joints (Nm).
@@ -209,9 +185,8 @@ class ExternalWrench:
         self._set(self.wrenches, "parts", wrench)
         self._set(self.torques, "parts", torques)
         self._parts_push, self.judged = push, False
-        self.pushes.forget()
 
-    def jaws_are(self, jaws: Sequence[Worn]) -> None:
+    def jaws_are(self, jaws: Sequence[Capsule]) -> None:
         """Have the jaws of a gripper there, in the flange."""
         self._links.jaws_are(jaws)
         self._settled = NEVER
@@ -226,13 +201,10 @@ class ExternalWrench:
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base, at joint positions (rad)."""
-        if joints == self._coming:  # known from the tick before
-            self._tcp, self._coming_tcp, self._coming = self._coming_tcp, self._tcp, None
         return self._tcp.pose(joints)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
-        self._coming = joints
         return self._coming_tcp.pose(joints)
 
     # Ticks
@@ -244,10 +216,9 @@ class ExternalWrench:
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
-        if self.wrenches or self.torques or self._noise is not None or self._motion is not None:
+        if self.wrenches or self.torques or self.noise is not None or self._motion is not None:
             return False
-        world = self.world
-        return world.empty and not world.is_known and bool(self._is_free(joints, tick, tick_s))
+        return self.world.empty and not self.world.is_known and self._gaps.is_free(joints, tick, tick_s)
 
     @property
     def settled(self) -> bool:
@@ -269,13 +240,12 @@ class ExternalWrench:
         A compliant motion has found the `contact` of this tick already; so it is evaluated once. The next
         tick will bring the TCP to `coming`, if that is known.
         """
-        if self._noise is not None:
-            self._noise.next()
+        if self.noise is not None:
+            self.noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._joints):
             self._motion.step(self.tcp(joints), tick_s, coming)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
-            self.pushes.forget()
-        before, self._joints, world, links = self._joints, joints, self.world, self._links
+        before, self._joints, world = self._joints, joints, self.world
         changes: int = world.changes
         if world.empty:
             if world.is_known:
@@ -286,10 +256,10 @@ class ExternalWrench:
             return
         elif self._surrounded != changes:
             self._surrounded = changes
-            links.surround(world.surfaces, joints)
-        if not self._is_free(joints, tick, tick_s):
-            links.step(joints, before, tick, tick_s)
-            self._take_links(joints)
+            self._links.surround(world.surfaces, joints)
+        if tick >= self._gaps.next and not self._gaps.is_free(joints, tick, tick_s):
+            self._links.step(joints, before, tick, tick_s)
+            self._take_links()
         if not world.empty:
             wrench = world.step(self._tcp, joints, tick_s, contact)
             if wrench is NO_WRENCH:
@@ -298,25 +268,24 @@ class ExternalWrench:
                 self.wrenches["surfaces"] = wrench
             self._settled = changes if world.settled and contact is None and joints == before else NEVER
 
-    def _take_links(self, joints: Sequence[float]) -> None:
-        links = self._links
-        self._set(self.torques, "surfaces", links.torques)
-        self._set(self.torques, "links", links.folded)
-        wrench = NO_WRENCH
-        if links.worn is not None:
-            rotation, (x, y, z) = self._tcp.pose(joints)
-            fx, fy, fz, tx, ty, tz = links.worn
+    def _take_links(self) -> None:
+        """Have the contributions of links, tool and jaws."""
+        found, wrench = self._links.forces, NO_WRENCH
+        if found.worn is not None:
+            rotation, (x, y, z) = self._tcp.pose(self._joints)
+            fx, fy, fz, tx, ty, tz = found.worn
             about_tcp = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
             back = transpose(rotation)
             wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))
+        self._set(self.torques, "surfaces", found.torques)
+        self._set(self.torques, "links", found.folded)
         self._set(self.wrenches, "tool", wrench)
-        self.pushes.forget()
 
     def _part_links(self) -> None:
         """Have no contact of links; surfaces that they are in push them only after they have been out."""
         self._links.forget()
         self._surrounded = NEVER
-        self._take_links(self._joints)
+        self._take_links()
 
     def felt(self) -> ContactState:
         """Return the memory of all contacts."""
@@ -335,15 +304,14 @@ class ExternalWrench:
             self._links.restore(felt.links)
         self.wrenches.update(felt.wrenches)
         self.torques.update(felt.torques)
-        self._settled, self.judged = NEVER, False
-        self.pushes.forget()
+        self._settled, self.judged, self._pushes = NEVER, False, None
 
     # Readings
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
         """Links, tool and jaws that have touched surfaces or parts in the last tick."""
-        contacts = self._links.contacts
+        contacts = self._links.forces.contacts
         return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
 
     def kind_of(self, name: str) -> str:
@@ -362,22 +330,12 @@ class ExternalWrench:
     @property
     def colliding(self) -> tuple[str, str] | None:
         """The names of two links that are in each other."""
-        return self._links.colliding
-
-    @property
-    def folded(self) -> bool:
-        """True if links are in each other."""
-        return "links" in self.torques
+        return self._links.forces.colliding
 
     @property
     def touching(self) -> bool:
         """True if surfaces have acted on the TCP in the last tick."""
         return "surfaces" in self.wrenches
-
-    @property
-    def acts(self) -> bool:
-        """True if anything acts on the robot."""
-        return bool(self.wrenches or self.torques)
 
     @property
     def acting(self) -> Wrench:
@@ -398,27 +356,12 @@ class ExternalWrench:
 
     def cartesian_force(self) -> Wrench:
         """Return the reading of the wrench at the TCP, along its axes."""
-        wrench = self.acting
-        return wrench if self._noise is None else add(wrench, self._noise.wrench)
+        return self.acting if self.noise is None else add(self.acting, self.noise.wrench)
 
     def joint_torques(self, joints: Sequence[float]) -> Torques:
         """Return the reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
         torques = self.exact_torques(joints)
-        return torques if self._noise is None else tuple(map(add_numbers, torques, self._noise.joint_torques))
-
-    def readings(self, joints: Sequence[float]) -> tuple[Wrench, Torques]:
-        """Return both readings, with the robot at joint positions (rad)."""
-        return self.cartesian_force(), self.joint_torques(joints)
-
-    def skip(self, ticks: int) -> None:
-        """Count ticks that change only the noise."""
-        if self._noise is not None:
-            self._noise.next(ticks)
-
-    def seed(self, seed: int) -> None:
-        """Restart the noise with this seed, if there is noise."""
-        if self._noise is not None:
-            self._noise.seed(seed)
+        return torques if self.noise is None else tuple(map(add_numbers, torques, self.noise.joint_torques))
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:

@@ -26,25 +26,20 @@ class NoiseLevels(NamedTuple):
 
 
 class Noise:
-    """The noise on the readings in a tick. The same seed gives the same noise in every run.
+    """Noise on the readings in a tick: it depends only on the seed and on the number of ticks since then.
 
-    The noise depends only on the seed and on the number of ticks since the seed was set. So a robot at rest
-    can skip ticks and still gets the noise of the right tick: the generator, Philox, gives any part of its
-    stream without the parts before it.
+    So a robot at rest can skip ticks: the generator, Philox, gives any part of its stream by a counter.
     """
 
     def __init__(self, levels: NoiseLevels, joint_count: int) -> None:
-        self._levels = np.repeat(
-            [levels.force_n, levels.torque_nm, levels.joint_torque_nm], [3, 3, joint_count]
-        )
+        each = levels.force_n, levels.torque_nm, levels.joint_torque_nm
+        self._levels = np.repeat(each, [3, 3, joint_count])
         self.seed(levels.seed)
 
     def seed(self, seed: int) -> None:
         """Restart with this seed (0 to 2**32 - 1)."""
-        self._seed = seed
-        self._tick = 0  # since the seed was set
-        self._block = -1  # number of the block of ticks that the rows belong to
-        self._rows: list[list[float]] = []
+        self._seed, self._tick, self._block = seed, 0, -1
+        self._rows: list[list[float]] = []  # of the present block of ticks
 
     def next(self, ticks: int = 1) -> None:
         """Advance by this number of ticks."""
@@ -64,11 +59,8 @@ class Noise:
     def _row(self) -> list[float]:
         block, place = divmod(self._tick, AHEAD)
         if block != self._block:
-            self._block, self._rows = block, self._drawn(block)
+            # The stream of RandomState is frozen: it is the same with every numpy.
+            random = np.random.RandomState(np.random.Philox(key=self._seed, counter=block << BLOCK_BITS))
+            drawn = random.standard_normal((AHEAD, len(self._levels))) * self._levels
+            self._block, self._rows = block, drawn.tolist()
         return self._rows[place]
-
-    def _drawn(self, block: int) -> list[list[float]]:
-        # The stream of RandomState is frozen: it is the same with every numpy.
-        random = np.random.RandomState(np.random.Philox(key=self._seed, counter=block << BLOCK_BITS))
-        rows: list[list[float]] = (random.standard_normal((AHEAD, len(self._levels))) * self._levels).tolist()
-        return rows

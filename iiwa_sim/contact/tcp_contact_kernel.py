@@ -125,7 +125,8 @@ class Contact:
                 r[1] * x + r[4] * y + r[7] * z,
                 r[2] * x + r[5] * y + r[8] * z,
             )
-            found, entry = self.surface.shape.follow(self._entry, self._start, end, self._radius)
+            shape: Any = self.surface.shape
+            found, entry = shape.follow(self._entry, self._start, end, self._radius)
             distance, x, y, z = found
             n[0] = r[0] * x + r[1] * y + r[2] * z
             n[1] = r[3] * x + r[4] * y + r[5] * z
@@ -398,88 +399,6 @@ class TcpContact:
         )
 
 
-@cython.cclass
-class Gaps:
-    """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
-
-    def __init__(self, velocity: Any) -> None:
-        """Take the greatest velocities (rad/s) of joints."""
-        self._velocity = np.array(velocity)
-        self._looked, self._rates = np.zeros((2, len(velocity)))
-        self.take([])
-
-    def take(self, levers: Any) -> None:
-        """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
-        self._levers = np.array(levers, dtype=float).reshape(len(levers), self._rates.shape[0])
-        self.free = np.zeros(len(levers))
-        self._free, self._known = self.free, np.zeros(len(levers))
-        self.forget()
-
-    def forget(self) -> None:
-        """Know of no distance."""
-        self._is_looked, self._fastest, self.next = False, 0.0, 0
-
-    @cython.ccall
-    @cython.exceptval(-1, check=True)
-    def is_free(self, joints: Any, tick: cython.long, tick_s: cython.double) -> cython.bint:
-        """Return whether no distance can be 0 in the tick of this number, at joint positions (rad)."""
-        if tick < self.next:
-            return True
-        left: cython.double = 1.0
-        q: cython.double
-        for k in range(self._rates.shape[0]):
-            q = joints[k]
-            left -= self._rates[k] * fabs(q - self._looked[k])
-        if self._fastest == 0.0 or left <= 0.0:
-            return False
-        self.next = tick + max(1, int(left / (self._fastest * tick_s)))
-        return True
-
-    def go_to(self, joints: Any) -> list[int]:
-        """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        due = []
-        turned: cython.double
-        q: cython.double
-        for k in range(self._rates.shape[0]):
-            q = joints[k]
-            turned = fabs(q - self._looked[k])
-            self._looked[k] = q
-            for row in range(self._free.shape[0]):
-                self._free[row] -= self._levers[row, k] * turned
-        for row in range(self._free.shape[0]):
-            if not self._is_looked or self._free[row] <= 0.5 * self._known[row]:
-                due.append(row)
-                if not self._is_looked:
-                    self._free[row] = 0.0
-        self._is_looked = True
-        return due
-
-    def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
-        """Note a measured distance (m)."""
-        self._free[row] = self._known[row] = distance
-
-    def approach(self, moved_m: cython.double) -> None:
-        """Have all bodies come nearer by so much."""
-        for row in range(self._free.shape[0]):
-            self._free[row] -= moved_m
-        self._fastest, self.next = 0.0, 0
-
-    def begin(self, tick: cython.long, tick_s: cython.double) -> None:
-        """Begin to count from the present bounds, in the tick of this number."""
-        self._fastest = 0.0
-        for row in range(self._free.shape[0]):
-            if self._free[row] <= 0.0:
-                self.next = tick + 1
-                return
-        for k in range(self._rates.shape[0]):
-            self._rates[k] = 0.0
-            for row in range(self._free.shape[0]):
-                self._rates[k] = max(self._rates[k], self._levers[row, k] / self._free[row])
-            self._fastest += self._rates[k] * self._velocity[k]
-        self._fastest = max(self._fastest, 1e-9)
-        self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
-
-
 def surely_within(
     wrenches: Any,
     torques: Any,
@@ -498,24 +417,17 @@ def surely_within(
         most_n: Limit of the force at the TCP.
         most_nm: Limit of the torque at the TCP.
     """
-    x: cython.double = 0.0
-    y: cython.double = 0.0
-    z: cython.double = 0.0
-    a: cython.double = 0.0
-    b: cython.double = 0.0
-    c: cython.double = 0.0
-    fx: cython.double
-    fy: cython.double
-    fz: cython.double
-    tx: cython.double
-    ty: cython.double
-    tz: cython.double
-    greatest: cython.double
+    total = cython.declare(cython.double[6])
     each: cython.double
-    for fx, fy, fz, tx, ty, tz in wrenches.values():
-        x, y, z, a, b, c = x + fx, y + fy, z + fz, a + tx, b + ty, c + tz
-    force: cython.double = sqrt(x * x + y * y + z * z)
-    torque: cython.double = sqrt(a * a + b * b + c * c)
+    greatest: cython.double
+    for k in range(6):
+        total[k] = 0.0
+    for wrench in wrenches.values():
+        for k in range(6):
+            each = wrench[k]
+            total[k] += each
+    force: cython.double = sqrt(total[0] * total[0] + total[1] * total[1] + total[2] * total[2])
+    torque: cython.double = sqrt(total[3] * total[3] + total[4] * total[4] + total[5] * total[5])
     if force >= _NEARLY * most_n or torque >= _NEARLY * most_nm:
         return False
     for row in torques.values():

@@ -295,7 +295,8 @@ class Controller:
     def skip(self, ticks: int) -> None:
         """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""
         self.tick += ticks
-        self.load.skip(ticks)
+        if self.load.noise is not None:
+            self.load.noise.next(ticks)
 
     # Stops and errors
 

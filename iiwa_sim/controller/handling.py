@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
-from iiwa_sim.contact.links import Worn
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
@@ -114,7 +113,7 @@ class Fingers:
         self._ends = [[apply(tool_in_flange, (x, y, z)) for z in (top, tip)] for x, y in places]
         self._across = tool_in_flange.rotation[1::3]
 
-    def at(self, opening_m: float) -> tuple[Worn, ...]:
+    def at(self, opening_m: float) -> tuple[Capsule, ...]:
         """Return the capsules with the jaws so far apart."""
         middle = 0.5 * (opening_m + self._thick)
         found = []
@@ -122,7 +121,7 @@ class Fingers:
             dx, dy, dz = (side * each for each in self._across)
             for (ax, ay, az), (bx, by, bz) in self._ends:
                 ends = (ax + dx, ay + dy, az + dz), (bx + dx, by + dy, bz + dz)
-                found.append(Worn(Capsule(name, 0, *ends, self._radius), self._share))
+                found.append(Capsule(name, 0, *ends, self._radius, self._share))
         return tuple(found)
 
 

@@ -94,7 +94,7 @@ class Protection:
 
     def knows(self, load: ExternalWrench) -> bool:
         """Return True if another look at the present load would change nothing."""
-        return (self._judged and load.judged) or not (load.acts or self._allowed)
+        return (self._judged and load.judged) or not (load.wrenches or load.torques or self._allowed)
 
     def overload(self, load: ExternalWrench, joints: Sequence[float], standing: bool) -> str | None:
         """Return why the load at joint positions (rad) stops the robot; None if it does not.

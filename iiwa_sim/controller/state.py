@@ -107,7 +107,7 @@ def snapshot(controller: Controller) -> Snapshot:
     flange = controller.model.flange(joints)
     tcp = Frame.from_transform(compose(flange, tool))
     goal = motions.goal if moving else joints
-    force, torques = load.readings(joints)
+    force, torques = load.cartesian_force(), load.joint_torques(joints)
     return Snapshot(
         time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,

@@ -1,7 +1,7 @@
 """The impedance of one robot: how it gives way around the nominal motion or where it is held, and brakes."""
 
+from collections.abc import Callable
 from operator import sub
-from typing import Protocol
 
 import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
@@ -27,16 +27,8 @@ NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
 """Impedance before the first move, whose own replaces it when that begins."""
 
 
-class Pushes(Protocol):
-    """Pushes on the robot besides surfaces at its TCP."""
-
-    @property
-    def tcp_push(self) -> Wrench:
-        """Push at the TCP, along its axes."""
-
-    @property
-    def joint_push(self) -> tuple[float, ...]:
-        """Torque (Nm) on each joint."""
+Pushes = Callable[[], tuple[Wrench, tuple[float, ...]]]
+"""Returns the push at the TCP, along its axes, and torques (Nm) on the joints, besides surfaces there."""
 
 
 class Impedance:

@@ -356,7 +356,7 @@ class TcpSprings:
             self._at[k] = arm.turned[k]
         for k in range(3):
             self._at[9 + k] = arm.place[k]
-        self._redundancy = self._kinematics.redundancy_where_it_is()
+        self._redundancy = arm._q[2] if self._kinematics.coordinates == 7 else 0.0
         return None
 
     @cython.cfunc
@@ -388,13 +388,13 @@ class TcpSprings:
         bx: cython.double
         by: cython.double
         bz: cython.double
-        ax, ay, az, bx, by, bz = self._pushes.tcp_push
+        push, joint_push = self._pushes()
+        ax, ay, az, bx, by, bz = push
         ax, ay, az, bx, by, bz = ax + c[0], ay + c[1], az + c[2], bx + c[3], by + c[4], bz + c[5]
         for k in range(3):
             f[k] = r[3 * k] * ax + r[3 * k + 1] * ay + r[3 * k + 2] * az
             f[3 + k] = r[3 * k] * bx + r[3 * k + 1] * by + r[3 * k + 2] * bz
         f[6] = 0.0
-        joint_push = self._pushes.joint_push
         if any(joint_push):
             # The force that does the same work as the torques on the joints: J^T f = torque.
             _, jacobian = self._kinematics.tcp_and_jacobian(self._joints)
@@ -532,7 +532,7 @@ class JointSprings:
     def step(self) -> Joints:
         """Return the joint positions (rad) after a tick."""
         springs, tcp, joints = self._springs, self._tcp, self._joints
-        wrench, push = self._pushes.tcp_push, self._pushes.joint_push
+        wrench, push = self._pushes()
         tcp.find_torques(joints, wrench)
         torque: cython.double
         for k in range(springs.count):

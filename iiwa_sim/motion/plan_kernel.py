@@ -26,17 +26,14 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import cbrt, fabs, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 
-# A joint that goes less than this per unit of x (rad) bounds nothing; lowest dx/dt; shortest time; range of a
-# cube root.
-CREEP = cython.declare(cython.double, 1e-12)
+# A joint that goes less than this per unit of x (rad) bounds nothing; lowest dx/dt.
 STILL, SLOWEST = cython.declare(cython.double, 1e-9), cython.declare(cython.double, 1e-9)
-LEAST_CUBE, LARGEST_CUBE = cython.declare(cython.double, 1e-300), cython.declare(cython.double, 1e300)
 # Newton's method in a blend ends with a step as small as this.
 PLACES = cython.declare(cython.double, 1e-15)
 # Samples of a blended path outside of blends, for each OWN of x (some milliseconds at full speed) or fewer,
@@ -73,27 +70,6 @@ WARM_GAP, WARM_SLACK = cython.declare(cython.double, 0.004), cython.declare(cyth
 TIE = cython.declare(cython.double, 20.0)  # pulls the outermost coefficients to those beside them
 HELD = cython.declare(cython.double, 1e30)  # of coefficients that stay
 SAMPLE_COST = cython.declare(cython.Py_ssize_t, 2)  # in interior-point steps of a segment, some 0.2 us
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def root(x: cython.double) -> cython.double:
-    """The cube root of x > 0, by operations that give the same bits on all machines."""
-    scale: cython.double = 1.0
-    y: cython.double = 1.0
-    if x > LARGEST_CUBE:
-        x = LARGEST_CUBE
-    if x < LEAST_CUBE:
-        x = LEAST_CUBE
-    while x > 8.0:
-        x *= 0.125
-        scale *= 2.0
-    while x < 1.0:
-        x *= 8.0
-        scale *= 0.5
-    for _ in range(7):
-        y = (2.0 * y + x / (y * y)) / 3.0
-    return scale * y
 
 
 @cython.cfunc
@@ -336,14 +312,6 @@ class Polynomial:
                 if orders > 2:
                     values[3, row, j + i] = y3[i] * (scale * scale * scale)
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def place(
-        self, s: cython.double, values: cython.double[:, :, ::1], row: cython.Py_ssize_t
-    ) -> cython.void:
-        """Joint positions at s into `values[0, row]`."""
-        self.evaluate(s, 0, values, row)
-
     def joints(self, s: cython.double) -> Joints:
         """Joint positions (rad) at s; before 0 that is the start, beyond 1 the end."""
         place: Joints
@@ -352,7 +320,7 @@ class Polynomial:
         elif s >= self._borders[self.piece_count]:
             place = self.end
         else:
-            self.place(s, self._room, 0)
+            self.evaluate(s, 0, self._room, 0)
             place = tuple([self._room[0, 0, j] for j in range(self.joint_count)])
         return place
 
@@ -421,7 +389,7 @@ class BlendedPath:
         for k in range(count):
             self.targets[k + 1] = self.targets[k] + moves[k].length_s
             path: Polynomial = self.paths[k]
-            path.place(0.0, self.here, 0)
+            path.evaluate(0.0, 0, self.here, 0)
             for i in range(n):
                 self.starts[k, i] = self.here[0, 0, i]
             if k > 0:
@@ -644,7 +612,7 @@ def _cap(
         cap = min(cap, y * y, limits[k, 1, i] / max(fabs(derivatives[k, 2, i]), STILL))
         most = max(most, fabs(derivatives[k, 3, i]) / limits[k, 2, i])
     if most * most * cap * cap * cap > 1.0:
-        y = root(1.0 / most)
+        y = cbrt(1.0 / most)
         cap = y * y
     return cap
 
@@ -731,40 +699,24 @@ def run(
             times[k] = times[k - 1] + 2.0 * (x[k] - x[k - 1]) / y
 
 
-def moving_average(
-    x: cython.double[::1],
-    speeds: cython.double[::1],
-    times: cython.double[::1],
-    window: cython.double,
-    at: cython.double[::1],
-) -> Array:
+def moving_average(x: Array, speeds: Array, times: Array, window: float, at: Array) -> Array:
     """Return the mean of a run over the window before each time, with two derivatives (3, p).
 
     No window begins before the first sample; behind the last one the run rests.
     """
-    mean_array: Array = np.zeros((3, at.shape[0]))
-    mean: cython.double[:, ::1] = mean_array
-    for e in range(2):
-        k: cython.Py_ssize_t = 0
-        area: cython.double = 0.0  # integral of x up to the sample k
-        sign = (1.0 - 2.0 * e) / window
-        for p in range(at.shape[0]):
-            t = at[p] - e * window
-            while True:
-                bend = 0.0
-                if k < times.shape[0] - 1 and times[k + 1] - times[k] > CREEP:
-                    bend = (speeds[k + 1] - speeds[k]) / (times[k + 1] - times[k])
-                if k == times.shape[0] - 1 or times[k + 1] > t:
-                    break
-                left = times[k + 1] - times[k]
-                area += left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0))
-                k += 1
-            left = t - times[k]
-            speed = speeds[k] + left * bend
-            mean[0, p] += sign * (area + left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0)))
-            mean[1, p] += sign * (x[k] + left * (speeds[k] + 0.5 * left * bend))
-            mean[2, p] += sign * speed
-    return mean_array
+    widths = np.maximum(np.diff(times), 1e-12)
+    bends = np.append(np.diff(speeds) / widths, 0.0)
+    last = len(x) - 1
+    areas = widths * (x[:last] + widths * (0.5 * speeds[:last] + widths * bends[:last] / 6.0))
+    areas = np.append(0.0, np.cumsum(areas))
+    mean: Array = np.zeros((3, len(at)))
+    for sign, there in ((1.0, at), (-1.0, at - window)):
+        k = np.clip(np.searchsorted(times, there, side="right") - 1, 0, last)
+        left = there - times[k]
+        speed = speeds[k] + left * bends[k]
+        area = areas[k] + left * (x[k] + left * (0.5 * speeds[k] + left * bends[k] / 6.0))
+        mean += sign / window * np.stack([area, x[k] + 0.5 * left * (speeds[k] + speed), speed])
+    return mean
 
 
 @cython.cclass
@@ -965,7 +917,7 @@ class SpeedProfile:
             for i in range(self.joints):
                 square = max(square, f[o, 0, i] * f[o, 0, i], fabs(f[o, 1, i]))
                 cube = max(cube, fabs(f[o, 3, i]))
-        cube = root(cube)
+        cube = cbrt(cube)
         self.even[k] = 1.0 / max(square, cube * cube)
         self._open(k, -1.0)
         if k > 0 or self.fixed == 0:
@@ -1025,36 +977,28 @@ class SpeedProfile:
         self.g[r, 2] = b * 0.5 * u * u + b1 * u + b2
         self.joint[r], self.group[self.groups, 1] = i, r + 1
 
-    @cython.locals(y=cython.double, first=cython.double, second=cython.double, fade=cython.double)
-    def guess(self, durations: cython.double[::1]) -> None:
+    def guess(self, durations: Array) -> None:
         """Write a first guess over the last segments, of nominal durations (M,) in UNIT_S.
 
         It is the least even pace near each segment, averaged, and goes on from the rate before it.
         """
-        m: cython.Py_ssize_t = durations.shape[0]
-        n: cython.Py_ssize_t = self.count - m
-        pace: cython.double[:, ::1] = np.empty((2, m))
-        for k in range(m):
-            pace[0, k] = FASTEST
-            for i in range(max(k - SPAN, 0), min(k + SPAN + 1, m)):
-                pace[0, k] = min(pace[0, k], PACE * self.even[n + i] * durations[i] * durations[i])
-        for e in range(2):
-            for k in range(m):
-                y = 0.0
-                for i in range(k - SPAN // 2, k + SPAN // 2 + 1):
-                    y += pace[e, min(max(i, 0), m - 1)]
-                pace[1 - e, k] = y / (SPAN // 2 * 2 + 1)
-        first, second, fade = 0.0, 0.0, 1.0
+        count = len(durations)
+        first: cython.Py_ssize_t = self.count - count
+        pace = np.minimum(FASTEST, PACE * np.asarray(self.even)[first:] * durations**2)
+        wide = np.pad(pace, SPAN, mode="constant", constant_values=FASTEST)
+        pace = np.lib.stride_tricks.sliding_window_view(wide, 2 * SPAN + 1).min(axis=1)
+        for _ in range(2):
+            wide = np.pad(pace, SPAN // 2, mode="edge")
+            pace = np.convolve(wide, np.full(SPAN // 2 * 2 + 1, 1.0 / (SPAN // 2 * 2 + 1)), mode="valid")
+        c, more = np.asarray(self.c)[first:], np.ones(count + 2)
         if self.fixed > 0:
-            y = 2.0 * durations[0] - durations[min(1, m - 1)]
-            first = self.c[n] * y * y / pace[0, 0] - 1.0
-            second = (self.c[n + 1] * durations[0] * durations[0] / pace[0, 0] - 1.0) / FADE
-            fade = FADE * FADE
-        for k in range(self.fixed, m + 2):
-            i = min(max(k - 1, 0), m - 1)
-            y = max(1.0 + (first + (second - first) * k) * fade, LEAST)
-            self.c[n + k] = pace[0, i] / (durations[i] * durations[i]) * y
-            fade *= FADE
+            y = 2.0 * durations[0] - durations[min(1, count - 1)]
+            start = c[0] * y * y / pace[0] - 1.0
+            second = (c[1] * durations[0] ** 2 / pace[0] - 1.0) / FADE
+            steps = np.arange(count + 2)
+            more = np.maximum(1.0 + (start + (second - start) * steps) * FADE**steps, LEAST)
+        near = np.clip(np.arange(count + 2) - 1, 0, count - 1)
+        c[self.fixed :] = (pace[near] / durations[near] ** 2 * more)[self.fixed :]
 
     def begin(self, enough: cython.double) -> None:
         """Begin to solve from c, within limits or not. `enough` is the duality gap that ends a round, as a
@@ -1106,7 +1050,7 @@ class SpeedProfile:
                         worst, place, joint = y, p, i
             y = worst / (VELOCITY if o == 0 else TOLERANCE)
             if y > 1.0:
-                self.excess = max(self.excess, y if o == 1 else y * y if o == 0 else root(y * y))
+                self.excess = max(self.excess, y if o == 1 else y * y if o == 0 else cbrt(y * y))
                 self._open(k, self.u[place] if o == 2 else -1.0)
                 self._add(place, o, joint, STRICTER * (STRICTER if o == 0 else 1.0))
         return (self.first[k + 1] - self.first[k]) // 2

@@ -39,7 +39,6 @@ cdef class Kinematics:
     cdef double[::1] _distances
     cdef object _last
     cdef int _status
-    cdef double redundancy_where_it_is(self) noexcept
     cdef object joints_for(
         self, double[::1] turned, double x, double y, double z, double redundancy, object present
     )

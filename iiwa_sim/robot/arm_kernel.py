@@ -13,11 +13,10 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import atan2, ceil, cos, fabs, floor, remainder, sin, sqrt
+from cython.cimports.libc.math import atan2, cos, floor, remainder, sin, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, compose, inverse
-from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 SRS = 0
 """Seven joints with spherical shoulder and wrist; the redundancy is the position of A3."""
@@ -28,7 +27,6 @@ NEAR = 1
 """Near a singular pose, where rounding shows in the joint positions."""
 OUT_OF_REACH = 2
 _new: Any = tuple.__new__  # makes a named tuple in a third of the time that its class takes
-_GRAVITY = cython.declare(cython.double, 9.81)
 _A3 = cython.declare(cython.Py_ssize_t, 2)
 _OPW = cython.declare(cython.int, 1)
 _REGULAR = cython.declare(cython.int, 0)
@@ -48,9 +46,6 @@ _NEAR_STRAIGHT = cython.declare(cython.double, 2.5e-10)
 _STRAIGHT = cython.declare(cython.double, 2.5e-15)
 # Farther than this out of reach (m, or in that square) is out of reach; closer is rounding.
 _REACH = cython.declare(cython.double, 1e-10)
-# Joint positions (rad) that exceed a limit by rounding are set to it. Turns, and the look at many rows, allow
-# for half of that: so `clip` agrees with all that these take to be within limits.
-_ROUNDING = cython.declare(cython.double, 1e-10)
 
 
 @cython.cclass
@@ -512,77 +507,12 @@ def _half_open(angle: cython.double) -> cython.double:
     return angle + _TAU if angle <= -_PI else angle
 
 
-@cython.ccall
-@cython.exceptval(check=False)
-def turn(
-    joints: cython.double[:, ::1],
-    row: cython.Py_ssize_t,
-    present: cython.double[::1],
-    lowest: cython.double[::1],
-    highest: cython.double[::1],
-) -> cython.void:
-    """Move each joint position of a row by whole turns to the one within its limits nearest to the present.
-
-    Positions a turn apart give the same pose. A position that is outside for any number of turns is
-    unchanged.
-    """
-    for j in range(joints.shape[1]):
-        if lowest[j] >= -_PI and highest[j] <= _PI:
-            continue
-        position = joints[row, j]
-        fewest = ceil((lowest[j] - 0.5 * _ROUNDING - position) / _TAU)
-        most = floor((highest[j] + 0.5 * _ROUNDING - position) / _TAU)
-        if fewest <= most:
-            turns = floor((present[j] - position) / _TAU + 0.5)
-            joints[row, j] = position + _TAU * min(max(turns, fewest), most)
-
-
-@cython.ccall
-@cython.exceptval(check=False)
-def clip(
-    joints: cython.double[:, ::1],
-    row: cython.Py_ssize_t,
-    lowest: cython.double[::1],
-    highest: cython.double[::1],
-) -> cython.bint:
-    """Return whether the joint positions of a row are within their limits; remove rounding beyond."""
-    for j in range(joints.shape[1]):
-        position = joints[row, j]
-        within = min(max(position, lowest[j]), highest[j])
-        if fabs(position - within) > _ROUNDING:
-            return False
-        joints[row, j] = within
-    return True
-
-
-def turn_rows(
-    joints: cython.double[:, ::1],
-    present: cython.double[::1],
-    lowest: cython.double[::1],
-    highest: cython.double[::1],
-    within: cython.uchar[::1],
-) -> None:
-    """Do `turn` for all rows (m, n); `within` (m,) becomes whether each is within the limits, False with
-    NaN."""
-    inside: cython.bint
-    for row in range(joints.shape[0]):
-        turn(joints, row, present, lowest, highest)
-        inside = True
-        for j in range(joints.shape[1]):
-            position = joints[row, j]
-            if not lowest[j] - 0.5 * _ROUNDING <= position <= highest[j] + 0.5 * _ROUNDING:
-                inside = False
-        within[row] = inside
-
-
 def continued(joints: Sequence[float], before: Sequence[float]) -> tuple[float, ...]:
-    """Return the joint positions, each moved by whole turns to be nearest to the one before, regardless of
-    limits."""
-    turned = []
+    """Return joint positions, moved by whole turns to be nearest to those before, beyond any limits."""
     position: cython.double
     there: cython.double
-    for j in range(len(joints)):
-        position, there = joints[j], before[j]
+    turned = []
+    for position, there in zip(joints, before, strict=True):
         turned.append(position + _TAU * floor((there - position) / _TAU + 0.5))
     return tuple(turned)
 
@@ -619,12 +549,6 @@ class Kinematics:
         if self.coordinates == 7:
             jacobian = np.concatenate([jacobian, np.eye(self.joint_count)[[_A3]]])
         return self.arm.pose(q), jacobian
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def redundancy_where_it_is(self) -> cython.double:
-        """The redundancy of the joint positions for which the pose was found last."""
-        return self.arm._q[_A3] if self.coordinates == 7 else 0.0
 
     @cython.cfunc
     def joints_for(
@@ -667,61 +591,3 @@ class Kinematics:
             joints = continued(joints, present)
         self._last = joints if result == _REGULAR else None  # this position is on the branch as well
         return joints
-
-
-@cython.ccall
-def carried_wrench(
-    now: Transform,
-    motion: tuple[Transform, Transform, Transform] | None,
-    tick_s: float,
-    moments: cython.double[:, :],
-) -> Wrench:
-    """Return the wrench of weight and inertia of a body that is fixed to the TCP, along the axes of the TCP.
-
-    Args:
-        now: Present pose of the TCP.
-        motion: Three consecutive poses; the second derivatives are those at the middle one. None for rest.
-        tick_s: Time between poses.
-        moments: Pseudo-inertia of the body in the TCP.
-    """
-    r: tuple[float, ...] = now[0]
-    gx: cython.double = r[6]
-    gy: cython.double = r[7]
-    gz: cython.double = r[8]
-    gx, gy, gz = -_GRAVITY * gx, -_GRAVITY * gy, -_GRAVITY * gz
-    x: cython.double = moments[3, 0]
-    y: cython.double = moments[3, 1]
-    z: cython.double = moments[3, 2]
-    fx, fy, fz = moments[3, 3] * gx, moments[3, 3] * gy, moments[3, 3] * gz
-    tx, ty, tz = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
-    if motion is None:
-        weighs: cython.bint = fx != 0.0 or fy != 0.0 or fz != 0.0 or tx != 0.0 or ty != 0.0 or tz != 0.0
-        return (fx, fy, fz, tx, ty, tz) if weighs else NO_WRENCH
-    m = cython.declare(cython.double[9])
-    d = cython.declare(cython.double[12])  # second differences of the rows of [R p]
-    p = cython.declare(cython.double[12])  # R^T [R'' p''] times the moments
-    a: cython.double
-    b: cython.double
-    c: cython.double
-    first: tuple[float, ...] = motion[0][0]
-    middle: tuple[float, ...] = motion[1][0]
-    last: tuple[float, ...] = motion[2][0]
-    for k in range(9):
-        a, b, c = first[k], middle[k], last[k]
-        m[k] = b
-        d[4 * (k // 3) + k % 3] = (c - b) - (b - a)
-    first, middle, last = motion[0][1], motion[1][1], motion[2][1]
-    for k in range(3):
-        a, b, c = first[k], middle[k], last[k]
-        d[4 * k + 3] = (c - b) - (b - a)
-    dt: cython.double = tick_s
-    for i in range(3):
-        for j in range(4):
-            a = 0.0
-            for k in range(4):
-                b = m[i] * d[k] + m[3 + i] * d[4 + k] + m[6 + i] * d[8 + k]
-                a += b * moments[k, j]
-            p[4 * i + j] = a / (dt * dt)
-    return (
-        fx - p[3], fy - p[7], fz - p[11], tx - (p[9] - p[6]), ty - (p[2] - p[8]), tz - (p[4] - p[1])
-    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The links of an arm as capsules: balls, and cylinders with round ends, within the shapes of its URDF."""
+"""The links of an arm as capsules: balls, and cylinders with round ends."""
 
 from __future__ import annotations
 
@@ -29,12 +29,20 @@ class Capsule(NamedTuple):
     end: Vector
     """The other end; the same as `start` for a ball."""
     radius_m: float
+    share: float = 1.0
+    """Share of the stiffness, for capsules side by side."""
 
     @classmethod
-    def of_tool(cls, ends_and_radius_mm: Sequence[float]) -> Capsule:
-        """One of a tool, in the flange, as a cell.toml tells it: x y z of one end, of the other, radius."""
+    def of_mm(
+        cls,
+        ends_and_radius_mm: Sequence[float],
+        link: str = TOOL,
+        joints: int = 0,
+        pose: Transform = IDENTITY,
+    ) -> Capsule:
+        """Return the capsule of a settings file: x y z of one end, of the other, radius, in a frame."""
         ax, ay, az, bx, by, bz, radius = (1e-3 * each for each in ends_and_radius_mm)
-        return cls(TOOL, 0, (ax, ay, az), (bx, by, bz), radius)
+        return cls(link, joints, apply(pose, (ax, ay, az)), apply(pose, (bx, by, bz)), radius)
 
     @property
     def length_m(self) -> float:
@@ -54,17 +62,18 @@ class Capsule(NamedTuple):
 
 @lru_cache(maxsize=8)
 def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
-    """The capsules of all links, base first.
+    """The capsules of all links, base first: those of robot.toml.
 
-    Of each `collision` shape of the URDF that is a sphere, a cylinder or a box there are capsules within it,
-    so that nothing is touched that its shape does not reach: the longest of the thickest, and three across of
-    a cylinder that is thicker than long. Meshes get none.
+    A link without any there has capsules within each `collision` shape of the URDF that is a sphere, a
+    cylinder or a box: the longest of the thickest, and three across of a cylinder that is thicker than long.
     """
     poses: list[Transform] = []
     found: list[Capsule] = []
     for link in arm_model(description).links:
         poses.append(link.pose if link.parent is None else compose(poses[link.parent], link.pose))
-        for shape in link.collision:
+        given = [each for name, each in description.capsules_mm if name == link.name]
+        found += [Capsule.of_mm(each, link.name, link.moved_by, poses[-1]) for each in given]
+        for shape in () if given else link.collision:
             place = compose(poses[-1], shape.pose)
             for (start, end), radius in _capsules_in(shape):
                 found.append(

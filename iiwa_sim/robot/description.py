@@ -23,6 +23,7 @@ LONGEST_STOP_S = 0.1
 _POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
 _ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
 LENGTH, ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
+_RADIUS = (0.1, 10_000.0, " mm")
 _RANGES = {
     "home_deg": _POSITION,
     "limits.position_min_deg": _POSITION,
@@ -100,6 +101,7 @@ class _Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limits: _LimitSettings
     direct: _DirectSettings
     stop: _StopSettings
+    capsules_mm: dict[str, list[tuple[float, float, float, float, float, float, float]]] = {}
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,8 @@ class RobotDescription:
     """Path of the URDF, for messages."""
     urdf: str
     """Text of the URDF."""
+    capsules_mm: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    """Links by name, and the ends and radius of a capsule in the frame of the link."""
 
     @property
     def stop_acceleration(self) -> tuple[float, ...]:
@@ -145,30 +149,16 @@ class RobotDescription:
 
         On the path q(t) at the rate r of its time, q'' = r^2 a + r' v, with r <= 1.
         """
-        return self._stop_acceleration(self.acceleration)
+        return tuple(
+            a + self.stop_rate_per_s * v for a, v in zip(self.acceleration, self.velocity, strict=True)
+        )
 
     @property
     def stop_jerk(self) -> tuple[float, ...]:
         """Jerk limit (rad/s^3) in a stop: q''' = r^3 j + 3 r r' a + r'' v, with r <= 1."""
-        return self._stop_jerk(self.acceleration, self.jerk)
-
-    @property
-    def direct_stop_acceleration(self) -> tuple[float, ...]:
-        """`stop_acceleration` in direct mode."""
-        return self._stop_acceleration(self.direct_acceleration)
-
-    @property
-    def direct_stop_jerk(self) -> tuple[float, ...]:
-        """`stop_jerk` in direct mode."""
-        return self._stop_jerk(self.direct_acceleration, self.direct_jerk)
-
-    def _stop_acceleration(self, acceleration: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(a + self.stop_rate_per_s * v for a, v in zip(acceleration, self.velocity, strict=True))
-
-    def _stop_jerk(self, acceleration: tuple[float, ...], jerk: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(
             j + 3.0 * self.stop_rate_per_s * a + self.stop_rate_change_per_s2 * v
-            for j, a, v in zip(jerk, acceleration, self.velocity, strict=True)
+            for j, a, v in zip(self.jerk, self.acceleration, self.velocity, strict=True)
         )
 
 
@@ -180,7 +170,7 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     kinematics when the inverse is.
     """
     name = str(name_or_folder)
-    return _built_in(name) if name in _names() else _read(_folder(name_or_folder), name_or_folder)
+    return _built_in(name) if name in built_in_robots() else _read(_folder(name_or_folder), name_or_folder)
 
 
 @cache
@@ -218,6 +208,7 @@ def _read(folder: Path, name_or_folder: str | Path) -> RobotDescription:
         settings_path=settings_path,
         urdf_path=str(folder / URDF_FILE),
         urdf=_text(folder, URDF_FILE, name_or_folder),
+        capsules_mm=tuple((link, each) for link, found in settings.capsules_mm.items() for each in found),
     )
 
 
@@ -256,6 +247,11 @@ def _check_values(reader: Reader, settings: _Settings) -> None:
         check(
             f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
         )
+    for link, capsules in settings.capsules_mm.items():
+        for number, capsule in enumerate(capsules):
+            for column, value in enumerate(capsule):
+                allowed = LENGTH if column < 6 else _RADIUS
+                reader.check_range(f"capsules_mm.{link}[{number}][{column}]", value, allowed)
     planned, stiff = _ratios(settings)
     for axis, (ratio, gentlest) in enumerate(zip(stiff, planned, strict=True)):
         place = f"[{axis}]" if isinstance(direct.acceleration_per_velocity_per_s, list) else ""
@@ -283,13 +279,9 @@ def _check_values(reader: Reader, settings: _Settings) -> None:
     )
 
 
-def built_in_robots() -> list[str]:
-    """Names of the built-in robots."""
-    return list(_names())
-
-
 @cache
-def _names() -> tuple[str, ...]:
+def built_in_robots() -> tuple[str, ...]:
+    """Names of the built-in robots."""
     folders = data_folder("iiwa_sim.robots").iterdir()
     return tuple(sorted(folder.name for folder in folders if (folder / SETTINGS_FILE).is_file()))
 
@@ -303,7 +295,7 @@ def _folder(name_or_folder: str | Path) -> Path:
     except OSError as fault:  # a name that is too long, or a parent folder without permission
         why = f" ({fault.strerror})"
     given = str(name_or_folder) or "''"
-    raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(_names())}{why}")
+    raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(built_in_robots())}{why}")
 
 
 def _text(folder: Path, file: str, name_or_folder: str | Path) -> str:

@@ -10,23 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import atan2, cos, hypot, pi, remainder, sin, tau
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iiwa_sim.frames import Transform, Vector, apply, transpose, turn_between
-from iiwa_sim.robot.arm_kernel import (
-    NEAR,
-    OPW,
-    OUT_OF_REACH,
-    SRS,
-    branch,
-    clip,
-    solve,
-    solve_rows,
-    turn,
-)
+from iiwa_sim.robot.arm_kernel import NEAR, OPW, OUT_OF_REACH, SRS, branch, solve, solve_rows
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.model import Model
 
@@ -42,6 +32,8 @@ _CLOSED = 1e-10
 _STEPS = 8
 _LARGEST_STEP = 0.05
 
+# Joint positions (rad) that exceed a limit by rounding are set to it.
+_ROUNDING = 1e-10
 # Error of a URDF written with seven decimals; a larger error would show in the poses.
 _TOLERANCE = 1e-7
 # Joint axes at zero pose, in the base; those of a six-joint arm up to their sense.
@@ -143,9 +135,23 @@ class Inverse:
         joints = self.joints(flange, redundancy, status, present)
         if joints is None:
             return None
-        row = np.array([joints])
-        turn(row, 0, np.array(present, float), self._lowest, self._highest)
-        return tuple(row[0].tolist()) if clip(row, 0, self._lowest, self._highest) else None
+        turned, within = self.turned(np.array(joints), present)
+        return tuple(turned.tolist()) if within else None
+
+    def turned(
+        self, joints: NDArray[np.float64], present: Sequence[float]
+    ) -> tuple[NDArray[np.float64], Any]:
+        """Move joint positions (..., n) by whole turns, within limits, to be nearest to the present ones.
+
+        Return them, and whether each row is within the limits, which NaN is not.
+        """
+        low, high = self._lowest, self._highest
+        fewest, most = np.ceil((low - _ROUNDING - joints) / tau), np.floor((high + _ROUNDING - joints) / tau)
+        turns = np.clip(np.floor((present - joints) / tau + 0.5), fewest, most)
+        turned = joints + tau * np.where(fewest <= most, turns, 0.0)
+        clipped = np.clip(turned, low, high)
+        within = np.all(np.abs(turned - clipped) <= 2.0 * _ROUNDING, axis=-1)
+        return np.where(within[..., None], clipped, turned), within
 
     def nearest(
         self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]

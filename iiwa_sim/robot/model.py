@@ -215,6 +215,10 @@ class Model:
         """Raises `RobotFault` if the URDF is unreadable or does not match the description."""
         self.description = description
         self.arm = arm_model(description)
+        for link, _ in description.capsules_mm:
+            if not self.arm.pin_model.existBodyName(link):
+                expected = f"a link of {description.urdf_path}"
+                raise RobotFault(description.settings_path, "capsules_mm", repr(link), expected)
         self.joint_count = self.arm.joint_count
         self.fixed_poses = self.arm.fixed_poses
         self.tcp_of_flange = Tcp(self.fixed_poses, IDENTITY)

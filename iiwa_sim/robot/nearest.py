@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
-from iiwa_sim.robot.arm_kernel import clip, turn_rows
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.wording import distinct
@@ -104,12 +103,7 @@ class Nearest:
             raise self._reason(flange, redundancy, candidates, elsewhere, present)
         distances = ((elsewhere.joints - present) ** 2).sum(axis=1)
         row = int(np.where(elsewhere.feasible, distances, np.inf).argmin())
-        return Found(self._joints(elsewhere, row), int(elsewhere.statuses[row]), changed=True)
-
-    def _joints(self, candidates: _Candidates, row: int) -> tuple[float, ...]:
-        """Feasible joint positions of one row, with rounding beyond a limit removed."""
-        clip(candidates.joints, row, self._low, self._high)
-        return tuple(candidates.joints[row].tolist())
+        return Found(tuple(elsewhere.joints[row].tolist()), int(elsewhere.statuses[row]), changed=True)
 
     def _candidates(
         self,
@@ -122,8 +116,7 @@ class Nearest:
         every_redundancy = np.tile(redundancies, len(statuses))
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
         joints = self._inverse.joints_batch(flange, every_redundancy, every_status, present)
-        feasible = np.empty(len(joints), dtype=np.bool_)
-        turn_rows(joints, np.array(present, float), self._low, self._high, feasible.view(np.uint8))
+        joints, feasible = self._inverse.turned(joints, present)
         return _Candidates(joints, every_status, every_redundancy, feasible)
 
     def _refined(
@@ -140,7 +133,7 @@ class Nearest:
             if serves - _GRID_RAD >= nearest or serves == float("inf"):
                 continue
             status = int(candidates.statuses[row])
-            joints = self._joints(candidates, row)
+            joints = tuple(candidates.joints[row].tolist())
             fails = max(serves - _GRID_RAD, 0.0)
             for _ in range(_HALVINGS):
                 middle = 0.5 * (fails + serves)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -19,11 +18,6 @@ class Mesh(NamedTuple):
     """The convex hull of triangles."""
 
     corners: tuple[Vector, ...]  # three for each triangle (m, in the frame of the part)
-
-    @property
-    def extent(self) -> float:
-        """Radius of the bounding sphere around the origin (m)."""
-        return max(hypot(*corner) for corner in self.corners)
 
     @property
     def is_solid(self) -> bool:

@@ -103,7 +103,7 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     assert cell_from(tmp_path, "").tool is None
     touching = cell_from(tmp_path, text + "capsules_mm = [[0, 0, 0, 0, 10, 80, 20]]\n").tool
     assert touching is not None
-    assert touching.capsules == (("tool", 0, (0.0, 0.0, 0.0), (0.0, 0.01, 0.08), 0.02),)
+    assert touching.capsules == (("tool", 0, (0.0, 0.0, 0.0), (0.0, 0.01, 0.08), 0.02, 1.0),)
 
 
 def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:

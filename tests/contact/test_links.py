@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.links import Links, Worn
+from iiwa_sim.contact.links import Links
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
@@ -34,7 +34,7 @@ poses = st.builds(transform_from_euler, metres, metres, metres, angles, angles, 
 class Arm(Links):
     """The links of an arm, tick by tick."""
 
-    def __init__(self, name: str, tool: Sequence[Worn] = ()) -> None:
+    def __init__(self, name: str, tool: Sequence[Capsule] = ()) -> None:
         super().__init__(MODELS[name], tool)
         self._tick = 0
         self._was: tuple[float, ...] = ()
@@ -115,10 +115,10 @@ def test_a_link_feels_stiffness_times_its_greatest_depth(
         depth = depth_in(placed, ends_of(name, capsule, joints), capsule.radius_m)
         if capsule.joints > 0 and depth > 1e-6:
             expected[capsule.link] = max(expected.get(capsule.link, 0.0), STIFFNESS * depth)
-    forces = {contact.link: float(np.linalg.norm(contact.force)) for contact in links.contacts}
+    forces = {contact.link: float(np.linalg.norm(contact.force)) for contact in links.forces.contacts}
     forces = {link: force for link, force in forces.items() if force > STIFFNESS * 1e-6 or link in expected}
     assert forces == pytest.approx(expected, rel=1e-3, abs=STIFFNESS * 1e-5)
-    assert (links.torques is None) == (not links.contacts)
+    assert (links.forces.torques is None) == (not links.forces.contacts)
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, parts, parts)
@@ -131,9 +131,9 @@ def test_torques_do_the_work_of_the_forces(
     if not is_apart(name, placed, start):
         return
     links = felt_at(name, placed, start, joints)
-    if links.torques is None:
+    if links.forces.torques is None:
         return
-    model, contacts = MODELS[name], links.contacts
+    model, contacts = MODELS[name], links.forces.contacts
     by_name = {capsule.link: capsule.joints for capsule in capsules_of(model.description)}
     expected = np.zeros(len(joints))
     for contact in contacts:
@@ -144,7 +144,7 @@ def test_torques_do_the_work_of_the_forces(
             lever = np.cross(axis, np.subtract(contact.point, fixed.translation))
             expected[joint] += float(np.dot(lever, contact.force))
             frame = compose(fixed, transform_from_euler(0.0, 0.0, 0.0, joints[joint], 0.0, 0.0))
-    assert links.torques == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-6)
+    assert links.forces.torques == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-6)
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, st.integers(0, 10**6))
@@ -167,9 +167,9 @@ def test_nothing_is_missed_while_nothing_is_looked_at(
         thrifty.goes_to(joints)
         anew.gaps.forget()
         anew.goes_to(joints)
-        assert thrifty.contacts == anew.contacts
-        assert thrifty.torques == anew.torques
-        assert thrifty.folded == anew.folded
+        assert thrifty.forces.contacts == anew.forces.contacts
+        assert thrifty.forces.torques == anew.forces.torques
+        assert thrifty.forces.folded == anew.forces.folded
 
 
 def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> None:
@@ -183,19 +183,19 @@ def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> N
         links.forget()
         links.surround(here, home)
         links.goes_to(home)
-        assert links.contacts == ()
+        assert links.forces.contacts == ()
         links.goes_to(tilted)
-        assert sorted({contact.surface for contact in links.contacts}) == feels
+        assert sorted({contact.surface for contact in links.forces.contacts}) == feels
     ball = surface(Sphere(0.1), at(0.0, 0.0, 0.9), name="ball", stiffness=STIFFNESS)
     upright, away = (0.0,) * 7, (0.0, 1.5, 0.0, 0.0, 0.0, 0.0, 0.0)
     links.forget()
     links.surround({"ball": ball}, upright)
     for joints, feels in ((upright, []), (away, []), (upright, ["ball"])):
         links.goes_to(joints)
-        assert sorted({contact.surface for contact in links.contacts}) == feels
+        assert sorted({contact.surface for contact in links.forces.contacts}) == feels
 
 
-FOLDED = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
+FOLDED = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -203,21 +203,21 @@ def test_an_arm_at_home_and_stretched_does_not_meet_itself(name: str) -> None:
     arm, description = links_of(name), MODELS[name].description
     for joints in (description.home, (0.0,) * len(description.joints)):
         arm.look_at(joints)
-        assert arm.folded is None
-        assert arm.colliding is None
+        assert arm.forces.folded is None
+        assert arm.forces.colliding is None
 
 
 def test_an_arm_that_folds_onto_its_base_pushes_joints_between_both_links() -> None:
     arm = links_of(ARMS[0])
     arm.look_at(FOLDED)
-    assert arm.colliding == ("iiwa_link_0", "iiwa_link_5")
-    assert arm.folded is not None
-    assert arm.folded[5:] == (0.0, 0.0), "link 5 meets it, so joints beyond are not pushed"
+    assert arm.forces.colliding == ("iiwa_link_0", "iiwa_link_5")
+    assert arm.forces.folded is not None
+    assert arm.forces.folded[5:] == (0.0, 0.0), "link 5 meets it, so joints beyond are not pushed"
 
 
 def test_a_tool_that_is_turned_back_meets_the_arm() -> None:
-    rod = Worn(Capsule("tool", 0, (0.0, 0.0, 0.05), (0.0, 0.0, 0.4), 0.02))
+    rod = Capsule("tool", 0, (0.0, 0.0, 0.05), (0.0, 0.0, 0.4), 0.02)
     for tool, names in (((rod,), "tool"), ((), None)):
         arm = Arm(ARMS[0], tool)
         arm.look_at((0.0, 0.6, 0.0, -2.0, 0.0, 1.9, 0.0))
-        assert (arm.colliding and arm.colliding[1]) == names
+        assert (arm.forces.colliding and arm.forces.colliding[1]) == names

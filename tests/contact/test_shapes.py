@@ -6,7 +6,7 @@ from math import hypot, isclose
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -59,26 +59,3 @@ def test_in_the_middle_it_is_one_unit_to_the_surface(shape: Shape) -> None:
     distance, *direction = shape.nearest(0.0, 0.0, 0.0)
     assert distance == -1.0
     assert hypot(*direction) == 1.0
-
-
-@given(st.builds(Box, lengths, lengths, lengths) | st.builds(Cylinder, lengths, lengths), points, points)
-def test_the_face_that_was_entered_is_the_one_where_the_way_comes_in(
-    solid: Box | Cylinder, start: tuple[float, float, float], end: tuple[float, float, float]
-) -> None:
-    assume(not within(solid, start))
-    way = np.linspace(start, end, 300)
-    inside = [point for point in way.tolist() if within(solid, (point[0], point[1], point[2]))]
-    face = solid.entered(start, end)
-    if face is None:
-        # Nothing, or a corner that is smaller than the grid; a cylinder's mantle is no flat face.
-        assert len(inside) < 3 or isinstance(solid, Cylinder)
-        return
-    axis, side = face
-    half = solid.half_z if isinstance(solid, Cylinder) else solid[axis]
-    assert side * start[axis] >= half >= side * end[axis], "from before the face to behind it"
-    share = (side * half - start[axis]) / (end[axis] - start[axis])
-    x, y, z = np.add(start, share * np.subtract(end, start)).tolist()
-    found = solid.behind(face, *(0.999999 * np.array([x, y, z])).tolist())
-    assert found is not None, "it comes in within the outline"
-    assert found[0] == pytest.approx(0.0, abs=1e-5)
-    assert found[1:] == tuple(side * (k == axis) for k in range(3))

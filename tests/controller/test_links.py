@@ -120,7 +120,7 @@ def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
     assert np.abs(np.subtract(c.joints, before)).max() < 1e-4, "it is at rest there"
 
 
-FOLDED: Joints = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
+FOLDED: Joints = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 
 def test_an_arm_that_folds_onto_itself_is_told_of_once_and_stopped() -> None:

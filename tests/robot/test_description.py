@@ -56,8 +56,6 @@ def test_limits_that_follow_from_others(arm: Arm) -> None:
     assert stiffer_jerk == pytest.approx(50.0 * stiffer)
     assert d.stop_acceleration == pytest.approx(acceleration + 15.0 * velocity)
     assert d.stop_jerk == pytest.approx(jerk + 45.0 * acceleration + 600.0 * velocity)
-    assert d.direct_stop_acceleration == pytest.approx(stiffer + 15.0 * velocity)
-    assert d.direct_stop_jerk == pytest.approx(stiffer_jerk + 45.0 * stiffer + 600.0 * velocity)
 
 
 @pytest.mark.parametrize("robot", IIWAS)

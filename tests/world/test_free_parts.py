@@ -87,7 +87,7 @@ def test_a_block_that_is_pushed_above_its_middle_tips(high_mm: float, tips: bool
 
 
 def test_a_tower_of_ten_falls_over() -> None:
-    tower = [part(f"{k}", (550, 50, 315 + 30 * k), "[40, 40, 30]", 0.2) for k in range(10)]
+    tower = [part(f"{k}", (550, 90, 315 + 30 * k), "[40, 40, 30]", 0.2) for k in range(10)]
     scene = Scene(*tower, table())
     scene.rests()
     assert scene.place_mm("9")[2] == pytest.approx(585.0, abs=3.0)
@@ -148,10 +148,10 @@ def test_a_block_between_jaws_and_a_wall_presses_as_springs_in_series(speed: flo
     wall = """
 [[box]]
 name = "wall"
-size_mm = [400, 20, 200]
+size_mm = [400, 20, 60]
 x_mm = 550
 y_mm = 60
-z_mm = 400
+z_mm = 330
 stiffness_n_per_m = 50000
 friction = 0.3
 """
