@@ -218,7 +218,9 @@ class ExternalWrench:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
         if self.wrenches or self.torques or self.noise is not None or self._motion is not None:
             return False
-        return self.world.empty and not self.world.is_known and self._gaps.is_free(joints, tick, tick_s)
+        if not self.world.empty or self.world.is_known:
+            return False
+        return tick < self._gaps.next or self._gaps.is_free(joints, tick, tick_s)
 
     @property
     def settled(self) -> bool:
