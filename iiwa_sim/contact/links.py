@@ -15,7 +15,6 @@ import copy
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from math import dist
-from operator import mul, sub
 from typing import Any, NamedTuple
 
 import coal
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.tcp_contact_kernel import Gaps
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
@@ -120,67 +120,6 @@ class _Scene(NamedTuple):
     """Moving capsules with each surface, links with links, then capsules of the base with surfaces."""
     levers: Array
     """Greatest way (m) of each moving pair per turn (rad) of each joint."""
-
-
-class Gaps:
-    """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
-
-    def __init__(self, velocity: Sequence[float]) -> None:
-        """Take the greatest velocities (rad/s) of joints."""
-        self._velocity = np.array(velocity)
-        self.take(np.zeros((0, len(velocity))))
-
-    def take(self, levers: Array) -> None:
-        """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
-        self._levers = levers
-        self.free, self._known = np.zeros((2, len(levers)))
-        self.forget()
-
-    def forget(self) -> None:
-        """Know of no distance."""
-        self._looked: tuple[float, ...] = ()
-        self._fastest, self.next = 0.0, 0
-
-    def is_free(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
-        """Return whether no distance can be 0 in the tick of this number, at joint positions (rad)."""
-        if tick < self.next:
-            return True
-        if self._fastest == 0.0:
-            return False
-        left = 1.0 - sum(map(mul, self._rates, map(abs, map(sub, joints, self._looked))))
-        if left <= 0.0:
-            return False
-        self.next = tick + max(1, int(left / (self._fastest * tick_s)))
-        return True
-
-    def go_to(self, joints: Sequence[float]) -> list[int]:
-        """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        if not self._looked:
-            self.free[:] = self._known[:] = 0.0
-        else:
-            self.free -= self._levers @ np.abs(np.subtract(joints, self._looked))
-        self._looked = tuple(joints)
-        due: list[int] = np.flatnonzero(self.free <= 0.5 * self._known).tolist()
-        return due
-
-    def set(self, row: int, distance: float) -> None:
-        """Note a measured distance (m)."""
-        self.free[row] = self._known[row] = distance
-
-    def approach(self, moved_m: float) -> None:
-        """Have all bodies come nearer by so much."""
-        self.free -= moved_m
-        self._fastest, self.next = 0.0, 0
-
-    def begin(self, tick: int, tick_s: float) -> None:
-        """Begin to count from the present bounds, in the tick of this number."""
-        if self.free.min(initial=FAR_M) <= 0.0:
-            self._fastest, self.next = 0.0, tick + 1
-            return
-        rates = (self._levers / self.free[:, None]).max(axis=0, initial=0.0)
-        self._fastest = max(float(rates @ self._velocity), 1e-9)
-        self._rates: list[float] = rates.tolist()
-        self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
 
 
 class Links:

@@ -399,6 +399,83 @@ class TcpContact:
         )
 
 
+@cython.cclass
+class Gaps:
+    """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
+
+    def __init__(self, velocity: Any) -> None:
+        """Take the greatest velocities (rad/s) of joints."""
+        self._velocity = np.array(velocity)
+        self._looked, self._rates = np.zeros((2, len(velocity)))
+        self.take(np.zeros((0, len(velocity))))
+
+    def take(self, levers: Any) -> None:
+        """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
+        self._levers = levers
+        self.free, self._known = np.zeros((2, len(levers)))
+        self.forget()
+
+    def forget(self) -> None:
+        """Know of no distance."""
+        self._is_looked, self._fastest, self.next = False, 0.0, 0
+
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def is_free(self, joints: Any, tick: cython.long, tick_s: cython.double) -> cython.bint:
+        """Return whether no distance can be 0 in the tick of this number, at joint positions (rad)."""
+        if tick < self.next:
+            return True
+        left: cython.double = 1.0
+        q: cython.double
+        for k in range(self._rates.shape[0]):
+            q = joints[k]
+            left -= self._rates[k] * fabs(q - self._looked[k])
+        if self._fastest == 0.0 or left <= 0.0:
+            return False
+        self.next = tick + max(1, int(left / (self._fastest * tick_s)))
+        return True
+
+    def go_to(self, joints: Any) -> list[int]:
+        """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
+        turned: cython.double
+        q: cython.double
+        for k in range(self._rates.shape[0]):
+            q = joints[k]
+            turned = fabs(q - self._looked[k])
+            self._looked[k] = q
+            for row in range(self.free.shape[0]):
+                self.free[row] -= self._levers[row, k] * turned
+        known = self._is_looked
+        self._is_looked = True
+        rows = range(self.free.shape[0])
+        return [row for row in rows if not known or self.free[row] <= 0.5 * self._known[row]]
+
+    def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
+        """Note a measured distance (m)."""
+        self.free[row] = self._known[row] = distance
+
+    def approach(self, moved_m: cython.double) -> None:
+        """Have all bodies come nearer by so much."""
+        for row in range(self.free.shape[0]):
+            self.free[row] -= moved_m
+        self._fastest, self.next = 0.0, 0
+
+    def begin(self, tick: cython.long, tick_s: cython.double) -> None:
+        """Begin to count from the present bounds, in the tick of this number."""
+        self._fastest, self.next = 0.0, tick + 1
+        for k in range(self._rates.shape[0]):
+            self._rates[k] = 0.0
+        for row in range(self.free.shape[0]):
+            if self.free[row] <= 0.0:
+                return
+            for k in range(self._rates.shape[0]):
+                self._rates[k] = max(self._rates[k], self._levers[row, k] / self.free[row])
+        for k in range(self._rates.shape[0]):
+            self._fastest += self._rates[k] * self._velocity[k]
+        self._fastest = max(self._fastest, 1e-9)
+        self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
+
+
 def surely_within(
     wrenches: Any,
     torques: Any,

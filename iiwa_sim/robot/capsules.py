@@ -12,7 +12,6 @@ from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Shape, arm_model
 
 _SINE = 0.5 * sqrt(3.0)  # of 60 degrees
-
 TOOL = "tool"
 """The name of a tool's capsules, in place of the name of a link."""
 
@@ -23,7 +22,7 @@ class Capsule(NamedTuple):
     link: str
     """Name of the link in the URDF that it is part of."""
     joints: int
-    """How many joints move it: 0 for the base, which none does."""
+    """Number of joints that move it: 0 for the base."""
     start: Vector
     """One end of the line (m, in the base), with all joints at 0."""
     end: Vector
