@@ -27,6 +27,8 @@ MANY_SEGMENTS = 200
 SHORTEST_SEGMENT_S = 1e-4
 """With a shorter segment hardly more is left than what is kept: it is too late to plan."""
 SEGMENT_S = 0.01
+EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.0125, 1.6
+"""Segments of one move alone that takes no longer are even: the robot sets out in the tick that plans it."""
 LEAST_SEGMENTS, LEAST_LEFT = 24, 16
 """Least number of segments from rest, and behind segments that are kept."""
 BLEND_SEGMENTS, SHORTEST_S = 12, 0.0025
@@ -91,8 +93,8 @@ def nominal(
     if many:
         yield
     half_s, end_s = 0.5 * window_s, float(times[-1]) + window_s
-    if end_s < 4.0 * NEAR_S and len(path.moves) == 1 and not len(first_s):
-        lengths_s = np.full(max(4 * round(0.25 * end_s / SEGMENT_S), LEAST_SEGMENTS), 1.0)
+    if end_s < EVEN_UP_TO_S and len(path.moves) == 1 and not len(first_s):
+        lengths_s = np.full(max(4 * round(0.25 * end_s / EVEN_SEGMENT_S), LEAST_SEGMENTS), 1.0)
         lengths_s *= end_s / len(lengths_s)
     else:
         begins, ends = (np.interp(span, samples, times[1:]) + half_s for span in blend_spans(path))
