@@ -163,7 +163,7 @@ class Arm:
             if force[0] > 0.0:
                 acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if own == a else 1.0)
                 names, here = (
-                    (touching[own], self.world.name_of(other)),
+                    (touching[own], self.world.touchable[other]),
                     (data.contact.dist[k], data.contact.pos[k]),
                 )
                 *nearest, total = found.get(names, (*here, 0.0))

@@ -18,7 +18,6 @@ OF_PART, STANDS, OF_ARM, OF_SCENE = 0, 1, 2, 3
 """Kinds of geoms: of a part, fixed to the world, of an arm, or of a scene's body that moves."""
 _STANDS = cython.declare(cython.int, 1)
 _OF_SCENE = cython.declare(cython.int, 3)
-_BOTH_ARMS = cython.declare(cython.int, 4)
 _BASE = cython.declare(cython.double, 2.0)
 ROOM_M = 1e-3
 """Contacts are computed where an arm is closer than this to something."""
@@ -64,7 +63,7 @@ def correct(
         if max(kinds[a], kinds[b]) == _OF_SCENE and both > _OF_SCENE:
             c = end  # a body of the scene on another, or on an arm, as the scene has it
             continue
-        still: cython.bint = kinds[a] == _STANDS or kinds[b] == _STANDS or both == _BOTH_ARMS
+        still: cython.bint = kinds[a] == _STANDS or kinds[b] == _STANDS or both > _OF_SCENE
         least: cython.int = min(points[a], points[b])
         share: cython.double = _BASE / max(end - c, least)
         root: cython.double = sqrt(share)
@@ -201,10 +200,8 @@ def place(
 def lie(
     q: cython.double[:, ::1], v: cython.double[:, ::1], was: cython.double[:, ::1], near_m: cython.double
 ) -> tuple[bool, float, float]:
-    """Return whether free bodies are near where they were, their greatest speed and coordinate (m).
-
-    Numbers of quaternions may differ by ten times as much as places (m).
-    """
+    """Return whether free bodies are near where they were (in turns ten times as far), and their greatest
+    speed and coordinate (m)."""
     off: cython.double = 0.0
     speed: cython.double = 0.0
     far: cython.double = 0.0

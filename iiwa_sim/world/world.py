@@ -144,10 +144,6 @@ class World:
         others = [other for other in self._names if other != geom]
         return [self._names[other] for other in others if self.apart(geom, other) <= within_m]
 
-    def name_of(self, geom: int) -> str:
-        """Return the name of what an arm touches: a surface, a part, a body of the scene, or another arm."""
-        return self._touchable[geom]
-
     def apart(self, one: int, two: int) -> float:
         """Return the distance (m) of two geoms."""
         return float(mj.mj_geomDistance(self.model, self.data, one, two, 1.0, None))
@@ -459,7 +455,8 @@ class World:
             for arm, numbers in zip(self.arms, built.arms, strict=True)
             for geom, name in numbers.touching.items()
         }
-        self._touchable = self._names | robots
+        self.touchable = self._names | robots
+        """Names of geoms that an arm touches: of surfaces, parts, the scene and other arms."""
         self.of_robots = frozenset(robots.values())
         """Names of what arms touch other arms with."""
         for arm in self.arms:
