@@ -70,7 +70,11 @@ class Camera:
         if self._rendering is None or self._rendering[0] is not model or self._size != (width, height):
             self._size = width, height
             model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-            self._rendering = None  # a context ends before another begins
+            if self._rendering is not None:
+                _, gl, context, _ = self._rendering
+                self._rendering = None
+                context.free()
+                gl.free()
             gl = _context(width, height)
             context = mj.MjrContext(model, mj.mjtFontScale.mjFONTSCALE_100.value)
             mj.mjr_setBuffer(mj.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
