@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, Vector
-from iiwa_sim.wrench import NO_WRENCH, Wrench
+from iiwa_sim.robot.arm_kernel import carried_wrench
+from iiwa_sim.wrench import Wrench
 
 GRAVITY_M_S2 = 9.81
 """Down is against z of the base: the robot stands upright."""
@@ -52,14 +54,15 @@ class TcpMotion:
     def __init__(self, pose: Transform) -> None:
         """Begin at a pose; the velocity there is not known."""
         self._poses: tuple[Transform | None, Transform | None, Transform] = (None, None, pose)
-        self._acceleration: NDArray[np.float64] | None = None  # R^T [R'' p''] (3, 4); None for rest
+        self._motion: Any = None  # three poses, the middle one with the acceleration; None for rest
+        self._tick_s = 0.0
         self.still = False
         """True if all three poses are the same."""
 
     def rest(self, pose: Transform) -> None:
         """Rest at a pose."""
         self._poses = (pose, pose, pose)
-        self._acceleration, self.still = None, True
+        self._motion, self.still = None, True
 
     def copy(self) -> TcpMotion:
         """Return an independent copy."""
@@ -69,31 +72,19 @@ class TcpMotion:
         """Make a tick that ends at `pose`; the next one ends at `coming`, if that is known."""
         _, earlier, before = self._poses
         self._poses = (earlier, before, pose)
-        first, middle, last = self._poses if coming is None else (before, pose, coming)
-        self._acceleration, self.still = None, first == middle == last
-        if first is None or self.still:
-            return
-        a, b, c = _matrix(first)[:3], _matrix(middle)[:3], _matrix(last)[:3]
-        self._acceleration = b[:, :3].T @ ((c - b) - (b - a)) / (tick_s * tick_s)
+        poses = self._poses if coming is None else (before, pose, coming)
+        self.still = poses[0] == poses[1] == poses[2]
+        self._motion, self._tick_s = None if self.still or None in poses else poses, tick_s
 
     def weight(self, moments: Moments) -> Wrench:
         """Return the wrench of a body at rest, along the axes of the TCP, from its moments in the TCP."""
-        down = -GRAVITY_M_S2 * np.array(self._poses[2].rotation[6:])
-        return _integral(down[:, None] * moments[3])
+        wrench: Wrench = carried_wrench(self._poses[2], None, self._tick_s, moments)
+        return wrench
 
     def wrench(self, moments: Moments) -> Wrench:
         """Return the wrench of weight and inertia, as `weight` does."""
-        if self._acceleration is None:
-            return self.weight(moments)
-        down = -GRAVITY_M_S2 * np.array(self._poses[2].rotation[6:])
-        return _integral(down[:, None] * moments[3] - self._acceleration @ moments)
-
-
-def _integral(forces: NDArray[np.float64]) -> Wrench:
-    """Return force and torque from the integral (3, 4) of f [r; 1]^T over a body."""
-    (_, xy, xz, x), (yx, _, yz, y), (zx, zy, _, z) = forces.tolist()
-    wrench = (x, y, z, zy - yz, xz - zx, yx - xy)
-    return wrench if any(wrench) else NO_WRENCH
+        wrench: Wrench = carried_wrench(self._poses[2], self._motion, self._tick_s, moments)
+        return wrench
 
 
 def _matrix(pose: Transform) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from cython.cimports.libc.math import atan2, cos, floor, remainder, sin, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, compose, inverse
+from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 SRS = 0
 """Seven joints with spherical shoulder and wrist; the redundancy is the position of A3."""
@@ -591,3 +592,58 @@ class Kinematics:
             joints = continued(joints, present)
         self._last = joints if result == _REGULAR else None  # this position is on the branch as well
         return joints
+
+
+@cython.ccall
+def carried_wrench(
+    now: Transform,
+    motion: tuple[Transform, Transform, Transform] | None,
+    tick_s: float,
+    moments: cython.double[:, :],
+) -> Wrench:
+    """Return the wrench of weight and inertia of a body that is fixed to the TCP, along the axes of the TCP.
+
+    `motion` are three consecutive poses, with the second derivatives at the middle one, None for rest;
+    `moments` are in the TCP.
+    """
+    r: tuple[float, ...] = now[0]
+    gx: cython.double = r[6]
+    gy: cython.double = r[7]
+    gz: cython.double = r[8]
+    gx, gy, gz = -9.81 * gx, -9.81 * gy, -9.81 * gz
+    x: cython.double = moments[3, 0]
+    y: cython.double = moments[3, 1]
+    z: cython.double = moments[3, 2]
+    fx, fy, fz = moments[3, 3] * gx, moments[3, 3] * gy, moments[3, 3] * gz
+    tx, ty, tz = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
+    if motion is None:
+        weighs: cython.bint = fx != 0.0 or fy != 0.0 or fz != 0.0 or tx != 0.0 or ty != 0.0 or tz != 0.0
+        return (fx, fy, fz, tx, ty, tz) if weighs else NO_WRENCH
+    m = cython.declare(cython.double[9])
+    d = cython.declare(cython.double[12])  # second differences of the rows of [R p]
+    p = cython.declare(cython.double[12])  # R^T [R'' p''] times the moments
+    a: cython.double
+    b: cython.double
+    c: cython.double
+    first: tuple[float, ...] = motion[0][0]
+    middle: tuple[float, ...] = motion[1][0]
+    last: tuple[float, ...] = motion[2][0]
+    for k in range(9):
+        a, b, c = first[k], middle[k], last[k]
+        m[k] = b
+        d[4 * (k // 3) + k % 3] = (c - b) - (b - a)
+    first, middle, last = motion[0][1], motion[1][1], motion[2][1]
+    for k in range(3):
+        a, b, c = first[k], middle[k], last[k]
+        d[4 * k + 3] = (c - b) - (b - a)
+    dt: cython.double = tick_s
+    for i in range(3):
+        for j in range(4):
+            a = 0.0
+            for k in range(4):
+                b = m[i] * d[k] + m[3 + i] * d[4 + k] + m[6 + i] * d[8 + k]
+                a += b * moments[k, j]
+            p[4 * i + j] = a / (dt * dt)
+    return (
+        fx - p[3], fy - p[7], fz - p[11], tx - (p[9] - p[6]), ty - (p[2] - p[8]), tz - (p[4] - p[1])
+    )  # fmt: skip
