@@ -36,7 +36,7 @@ in an asyncio loop inherit the present value."""
 @contextmanager
 def named(name: str) -> Iterator[None]:
     """Have log lines, and those of tasks that begin meanwhile, carry the name of a robot; empty for none."""
-    before = robot.set(" ".join(filter(None, (robot.get(), name))))
+    before = robot.set(name)
     try:
         yield
     finally:

@@ -55,7 +55,8 @@ class SimulatedRobot:
         self.cell = cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
-        with log.named(self.name):
+        self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
+        with log.named(self.log_name):
             for line in differing_limits(cell.description):
                 logger.warning("%s", line)
         self._clock, self._call, self._strict = clock, call, settings.strict
@@ -191,7 +192,7 @@ class SimulatedRobot:
         """Return a function that logs with the robot's name."""
 
         def called(*values: object) -> None:
-            with log.named(self.name):
+            with log.named(self.log_name):
                 function(*values)
 
         return called if self.name else function

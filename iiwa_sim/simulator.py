@@ -164,7 +164,7 @@ class Simulator:
                 await server.start()
                 listening.push_async_callback(server.close)
             for robot in self.robots.values():
-                with log.named(robot.name):
+                with log.named(robot.log_name):
                     for port in robot.servers.values():
                         await port.start()
                         listening.push_async_callback(port.close)

@@ -8,6 +8,7 @@ import signal
 import socket
 from pathlib import Path
 
+from iiwa_sim import Simulator
 from iiwa_sim.client import Iiwa
 from tests.processes import running
 from tests.talking import DEADLINE_S
@@ -68,6 +69,13 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
     assert log.count("(rosbridge) refused: ") == 3, "in words of websockets for the page, and as follows:"
     assert log.count("https://evil.example") == 2
     assert log.count("the host 'evil.example'") == 2
+
+
+def test_a_line_of_many_megabytes_is_refused_and_the_next_one_answered() -> None:
+    with Simulator() as robot, socket.create_connection((robot.host, robot.port), DEADLINE_S) as client:
+        client.sendall(b"x" * 8_000_000)  # letters, with which an HTTP request may begin
+        client.sendall(b"\nbye\n")
+        assert client.makefile().read() == "error\nbye\n"
 
 
 def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost_is_counted(

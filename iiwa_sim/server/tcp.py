@@ -245,7 +245,8 @@ class Connection(asyncio.BufferedProtocol):
                 raise FromBrowserFault("a greeting of TLS")
             if _REQUEST.match(self._received):
                 raise FromBrowserFault("an HTTP request")
-            self._passed = self._sent_end or not _UNDECIDED.fullmatch(self._received)
+            decided = len(self._received) > 2 * MOST_HELD or not _UNDECIDED.fullmatch(self._received)
+            self._passed = decided or self._sent_end
         if self._received and self._passed:
             self._session.receive(self._received)
             self._received = b""
