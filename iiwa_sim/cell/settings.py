@@ -229,7 +229,7 @@ def _check_robots(reader: Reader, settings: CellSettings, robots: list[RobotSett
     for key in OneRobotSettings.__struct_fields__:
         given = getattr(settings, key)
         alone = given == getattr(OneRobotSettings(), key)
-        expected = "this key in a [[robot]], where there are such"
+        expected = f"none beside [[robot]]: each robot has its own, robot.{key}"
         reader.check(key, msgspec.to_builtins(given), alone, expected)
     reader.check("robot", "none", 1 <= len(robots) <= MOST_ROBOTS, f"1 to {MOST_ROBOTS} robots")
     names: dict[str, str] = {}

@@ -31,7 +31,7 @@ class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
         file = folder / self.file
         there = self.file != "" and file.is_file()
-        reader.check("scene.file", self.file, there, f"the path of an MJCF file in {folder}")
+        reader.check("scene.file", self.file, there, f"the path of an MJCF file in {folder.resolve()}")
         try:
             scene = Scene(file)
         except SceneFault as why:
