@@ -1,8 +1,7 @@
 """Events of the robot between commands, for the log, recordings and the dialogue."""
 
 import logging
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
 
 from iiwa_sim.controller.endings import Contact
 from iiwa_sim.dialogue import Dialogue
@@ -13,56 +12,41 @@ ROBOT = "robot"
 logger = logging.getLogger(__name__)
 
 
-class EventListener(Protocol):
-    """Is told of each event, such as a recorder."""
-
-    def fault(self, code: int, reason: str) -> None:
-        """Something has gone wrong between commands."""
-
-    def contact(self, move: int, text: str) -> None:
-        """A force has ended a move."""
-
-    def touch(self, text: str) -> None:
-        """A link begins to touch a surface or another link."""
-
-    def part(self, text: str, slips: bool) -> None:
-        """A part is gripped, let go, slips out of the jaws, or is made to go."""
-
-
 class RobotEvents:
     """The events of one robot, as its controller tells them."""
 
     def __init__(self, dialogue: Dialogue) -> None:
-        self.listeners: list[EventListener] = []
+        self.listeners: list[Callable[[str, str, int, int], None]] = []
+        """Called with the kind and the text of an event, its move and its error code, 0 for none."""
         self._dialogue = dialogue
 
     def fault(self, code: int, reason: str) -> None:
         """Tell of an error that the controller meets between commands."""
         logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
-        for listener in self.listeners:
-            listener.fault(code, reason)
+        self._tell("fault", reason, code=code)
         self._dialogue.event(ROBOT, f"{code} {reason}")
 
     def contact(self, contact: Contact) -> None:
         """Tell of the force that has ended a move."""
         logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
-        for listener in self.listeners:
-            listener.contact(contact.move, str(contact))
+        self._tell("contact", str(contact), contact.move)
         self._dialogue.event(ROBOT, str(contact))
 
     def touch(self, told: str) -> None:
         """Tell which link begins to touch a surface or another link."""
         logger.warning("%s", told)
-        for listener in self.listeners:
-            listener.touch(told)
+        self._tell("touch", told)
         self._dialogue.event(ROBOT, told)
 
     def part(self, told: str, slips: bool) -> None:
         """Tell that a part is gripped or let go, or is gone; `slips` for one that is lost by itself."""
         logger.log(logging.WARNING if slips else logging.INFO, "%s", told)
-        for listener in self.listeners:
-            listener.part(told, slips)
+        self._tell("part slips" if slips else "part", told)
         self._dialogue.event(ROBOT, told)
+
+    def _tell(self, kind: str, text: str, move: int = 0, code: int = 0) -> None:
+        for listener in self.listeners:
+            listener(kind, text, move, code)
 
 
 def log_discarded(moves: Sequence[int], reason: str) -> None:

@@ -47,10 +47,11 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     for key in given if is_recorded else ():
         raise SettingError(f"--{key}: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cells_of, single
-    from iiwa_sim.recordings.fault import needs_mcap
+    from iiwa_sim.recordings.recordings import check_mcap
 
-    with needs_mcap():
-        from iiwa_sim.plot.motion import PlotFault, motion_in, run
+    check_mcap()
+    from iiwa_sim.plot.motion import PlotFault, motion_in, run
+
     try:
         from iiwa_sim.plot.draw import picture
     except ModuleNotFoundError as fault:
@@ -282,10 +283,11 @@ def _is_recording(file: Path) -> bool:
 @contextmanager
 def _opened(file: Path) -> "Iterator[Recorded]":
     """Open a recording; a warning on stderr says at the end if it is cut off. Raises RecordingFault."""
-    from iiwa_sim.recordings.fault import needs_mcap
+    from iiwa_sim.recordings.recordings import check_mcap
 
-    with needs_mcap():
-        from iiwa_sim.recordings.read import Recorded
+    check_mcap()
+    from iiwa_sim.recordings.read import Recorded
+
     recorded = Recorded(file)
     yield recorded
     _warn_if_cut(recorded)

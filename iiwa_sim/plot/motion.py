@@ -26,8 +26,8 @@ from iiwa_sim.protocols.krc4_xml import from_short, is_short, load_krc4_table, t
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, IIWA, KRC4
 from iiwa_sim.protocols.table import Request, load_table
 from iiwa_sim.recordings import watch
-from iiwa_sim.recordings.read import Happened, Recorded, Spoken
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
+from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE, Event, Spoken
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable, harmless, shortened
@@ -134,7 +134,7 @@ def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple
     A move has the name of the line that asked for it. Its acceptance is recorded between that line and the
     reply; before the line, in the same tick, if it ends another move.
     """
-    line, unnamed = "", list[Happened]()
+    line, unnamed = "", list[Event]()
     names: dict[int, tuple[str, float]] = {}
     moves: dict[int, Move] = {}
     faults: list[tuple[float, int]] = []

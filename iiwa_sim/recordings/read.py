@@ -5,7 +5,7 @@ import tempfile
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 from mcap.exceptions import McapError
@@ -15,9 +15,8 @@ from zstandard import ZstdError
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import DialogueLine, Direction
-from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
-from iiwa_sim.recordings.writer import METADATA
+from iiwa_sim.recordings.recordings import RecordingFault
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE, Event, Spoken
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 from iiwa_sim.transcript.lines import Transcript, read
 from iiwa_sim.transcript.record import Lines
@@ -40,33 +39,7 @@ Content = dict[str, Any]
 T = TypeVar("T")
 
 
-class Spoken(msgspec.Struct):
-    """A line of the dialogue, as `iiwa_sim.dialogue` tells it."""
-
-    time_s: float
-    tick: int
-    real_s: float
-    session: str
-    direction: Literal[">", "<", "#", "~"]
-    text: str
-    reason: str
-    protocol: str
-
-
-class Happened(msgspec.Struct):
-    """An event, as `iiwa_sim.recordings.watch` tells it."""
-
-    time_s: float
-    tick: int
-    real_s: float
-    kind: str
-    move: int
-    code: int
-    text: str
-    goal_frame: tuple[float, ...]
-
-
-KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Happened}
+KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Event}
 
 
 class Recorded:
@@ -120,7 +93,7 @@ class Recorded:
                 return
 
     def contents(self, *topics: str) -> Iterator[Any]:
-        """Yield states, dialogue or events, as Snapshot, Spoken and Happened. Raises RecordingFault."""
+        """Yield states, dialogue or events, as Snapshot, Spoken and Event. Raises RecordingFault."""
         for topic, message in self.messages(topics):
             content = self.content(topic, message, KINDS[topic])
             if isinstance(content, Snapshot) and len(content.joint_position) != len(self.joints):
@@ -240,30 +213,19 @@ def transcript_of(recorded: Recorded) -> Transcript:
     text = [lines.header(f"from {recorded.path.name}")]
     start = next(recorded.contents(STATE), None)
     start_s = 0.0 if start is None else start.time_s
-    for spoken in _answered(recorded):
-        told = DialogueLine(
-            spoken.session,
-            Direction(spoken.direction),
-            spoken.text,
-            spoken.tick,
-            round(spoken.real_s * 1e9),
-            spoken.reason,
-            spoken.protocol,
+    spoken = list(recorded.contents(DIALOGUE))
+    if spoken and spoken[-1].direction == Direction.FROM_CLIENT.value:
+        spoken.pop()
+    for each in spoken:
+        real_ns = round(each.real_s * 1e9)
+        told = (
+            each.session,
+            Direction(each.direction),
+            each.text,
+            each.tick,
+            real_ns,
+            each.reason,
+            each.protocol,
         )
-        text.append(lines.line(told, max(0.0, spoken.time_s - start_s)) + "\n")
+        text.append(lines.line(DialogueLine(*told), max(0.0, each.time_s - start_s)) + "\n")
     return read(str(recorded.path), "".join(text))
-
-
-def _answered(recorded: Recorded) -> Iterator[Spoken]:
-    """Yield the dialogue without lines and replies that have lost each other."""
-    unanswered: dict[str, Spoken] = {}
-    for spoken in recorded.contents(DIALOGUE):
-        if spoken.direction == Direction.FROM_CLIENT.value:
-            unanswered[spoken.session] = spoken
-        elif spoken.direction == Direction.TO_CLIENT.value:
-            line = unanswered.pop(spoken.session, None)
-            if line is not None:
-                yield line
-                yield spoken
-        else:
-            yield spoken

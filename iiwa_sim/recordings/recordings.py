@@ -1,5 +1,6 @@
-"""The recordings of one simulator: which there are, and what each is told of."""
+"""The recordings of one simulator, and the reason that one cannot be written, read or used."""
 
+import importlib.util
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -11,11 +12,27 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.faults import WireFaults
-from iiwa_sim.recordings.fault import needs_mcap
 from iiwa_sim.robot_events import RobotEvents
+from iiwa_sim.wording import Unusable, harmless, shortened
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.recorder import Recorder
+
+LONGEST_MESSAGE = 400
+"""Characters of a message, which may cite paths."""
+
+
+class RecordingFault(Unusable):
+    """The message is one line that names the file and the reason."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
+
+
+def check_mcap() -> None:
+    """Raise RecordingFault if the extra is not installed."""
+    if importlib.util.find_spec("mcap") is None:
+        raise RecordingFault("a recording needs the library mcap: pip install -e '.[record]'")
 
 
 class Recording:
@@ -55,20 +72,15 @@ class Recordings:
         self._on_change = on_change
 
     def new(self, path: Path, rate_hz: int | None, sources: Sequence[Source]) -> "list[Recorder]":
-        """Recorders into a file that have not begun; it reads and writes files, so in any thread.
+        """Return recorders of a new file that have not begun; any thread may call it.
 
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
         """
-        with needs_mcap():
-            from iiwa_sim.recordings.recorder import Recorder
-        several = len(sources) > 1
-        first, *others = recorders = [
-            Recorder(each, self._clock, rate_hz, each.cell.name if several else "", each is sources[0])
-            for each in sources
-        ]
-        first.open(path, others)
-        return recorders
+        check_mcap()
+        from iiwa_sim.recordings.recorder import recorders_into
+
+        return recorders_into(path, sources, self._clock, rate_hz)
 
     def start(self, recorders: "Sequence[Recorder]") -> None:
         """Have recorders see all from here on."""
@@ -99,7 +111,7 @@ class Recordings:
 
         def close() -> None:
             call(lambda: self.stop(recorders))
-            recorders[0].finish()
+            recorders[0].out.close()
 
         return Recording(close)
 
@@ -107,5 +119,5 @@ class Recordings:
         """End those that have not been ended."""
         recorders = list(self.recorders)
         self.stop(recorders)
-        for recorder in {each.out: each for each in recorders}.values():
-            recorder.finish()
+        for out in {each.out for each in recorders}:
+            out.close()

@@ -1,4 +1,4 @@
-"""The channels of a recording, and their JSON schemas in protocol/recording.schemas.json.
+"""The channels of a recording: their contents, and their JSON schemas in protocol/recording.schemas.json.
 
 Schemas with the prefix `foxglove.` have the names, properties and types that Foxglove publishes. All are for
 the strictest reader known, Lichtblick: each property has one `type`, and nothing is a `$ref`.
@@ -34,7 +34,40 @@ CHANNELS = {
     CELL: "iiwa_sim.Cell",
 }
 """Names of schemas by topics."""
+METADATA = "iiwa_sim"
+"""Name of the metadata record by which a recording of ours is known."""
 _NULL = "null"
+
+
+class Spoken(msgspec.Struct):
+    """A line of the dialogue, as `iiwa_sim.dialogue` tells it."""
+
+    time_s: float
+    tick: int
+    real_s: float
+    session: str
+    direction: str
+    """One of those of `iiwa_sim.dialogue.Direction`."""
+    text: str
+    reason: str
+    protocol: str
+
+
+class Event(msgspec.Struct):
+    """Something that has happened to the robot by a tick."""
+
+    time_s: float
+    tick: int
+    real_s: float
+    kind: str
+    """One of those of docs/recordings.md."""
+    move: int
+    """Number of the move it is about; 0 for none."""
+    code: int
+    """Error code of robot_movement_interface; 0 for none."""
+    text: str
+    goal_frame: tuple[float, ...]
+    """Goal of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
 
 
 def schemas() -> dict[str, Schema]:

@@ -18,11 +18,9 @@ import msgspec
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.schemas import CHANNELS, schemas
+from iiwa_sim.recordings.recordings import RecordingFault
+from iiwa_sim.recordings.schemas import CHANNELS, METADATA, schemas
 
-METADATA = "iiwa_sim"
-"""Name of the metadata record by which a recording of ours is known."""
 MOST_BLOCKS = 600
 """Blocks that wait for the file, 30 s of a robot in real time; later ones are dropped."""
 PATIENCE_S = 5.0
@@ -45,18 +43,8 @@ class Message(NamedTuple):
     """Real time since 1970."""
 
 
-class Head(NamedTuple):
-    """The beginning of a recording."""
-
-    metadata: Mapping[str, str]
-    attachments: Mapping[str, tuple[str, bytes]]
-    """Attachments by their names: media type and content."""
-    began_ns: int
-    """Real time since 1970."""
-
-
 Block = Sequence[Any]
-Made = Callable[[Block], Iterable[Message]]
+Made = Callable[[Any], Iterable[Message]]
 
 
 class Writer:
@@ -66,31 +54,47 @@ class Writer:
     messages. A full disk ends the recording with one line in the log.
     """
 
-    def __init__(self, path: Path, head: Head, namespaces: Sequence[str] = ("",)) -> None:
-        """Open the file, with topics in all namespaces, such as `/left`.
+    def __init__(
+        self,
+        path: Path,
+        metadata: Mapping[str, str],
+        attachments: Mapping[str, tuple[str, bytes]],
+        namespaces: Sequence[str] = ("",),
+    ) -> None:
+        """Open the file. Raises RecordingFault.
 
-        Raises RecordingFault.
+        Args:
+            path: The file, which is overwritten.
+            metadata: Description of the run, with the `version`.
+            attachments: Attachments by their names: media type and content.
+            namespaces: Prefixes of topics, such as `/left`.
         """
         self.dropped = 0
         """Messages that found no room."""
         self._path = path
-        self._namespaces = namespaces
         self._blocks: queue.Queue[tuple[Block, Made] | None] = queue.Queue(MOST_BLOCKS)
         self._whole = False
         self._over = False  # nothing is written any more
-        existed = path.exists()
         try:
-            if existed and not (path.is_file() or path.is_char_device()):
+            if path.exists() and not (path.is_file() or path.is_char_device()):
                 raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
             self._stream = path.open("wb")
-            self._file = McapWriter(self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
-            self._begin(head)
+            self._file = file = McapWriter(
+                self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD
+            )
+            file.start(library=f"iiwa-sim {metadata['version']}")
+            file.add_metadata(METADATA, dict(metadata))
+            now_ns = time.time_ns()
+            for name, (media_type, content) in attachments.items():
+                file.add_attachment(now_ns, now_ns, name, media_type, content)
+            known = {
+                name: file.register_schema(name, "jsonschema", msgspec.json.encode(schema))
+                for name, schema in schemas().items()
+            }
+            topics = [(f"{space}{topic}", CHANNELS[topic]) for space in namespaces for topic in CHANNELS]
+            self._ids = {topic: file.register_channel(topic, "json", known[name]) for topic, name in topics}
+            self._stream.flush()
         except (OSError, ValueError) as fault:  # ValueError for a name with a NUL
-            with suppress(OSError, AttributeError):  # the buffer finds no room either
-                self._stream.close()
-            with suppress(OSError, ValueError):
-                if not existed:
-                    path.unlink()
             why = getattr(fault, "strerror", None) or fault
             raise RecordingFault(f"{path}: cannot be written: {why}") from None
         context = contextvars.copy_context()  # the log knows by it whose recording this is
@@ -125,31 +129,14 @@ class Writer:
             logger.warning("%s: the recording has lost %d messages", self._path, self.dropped)
         return self._whole
 
-    def _begin(self, head: Head) -> None:
-        self._file.start(library=f"iiwa-sim {head.metadata['version']}")
-        self._file.add_metadata(METADATA, dict(head.metadata))
-        for name, (media_type, content) in head.attachments.items():
-            self._file.add_attachment(head.began_ns, head.began_ns, name, media_type, content)
-        known = {
-            name: self._file.register_schema(name, "jsonschema", msgspec.json.encode(schema))
-            for name, schema in schemas().items()
-        }
-        self._ids = {
-            f"{space}{topic}": self._file.register_channel(f"{space}{topic}", "json", known[name])
-            for space in self._namespaces
-            for topic, name in CHANNELS.items()
-        }
-        self._stream.flush()
-
     def _write(self) -> None:
-        number, flushed_s = 0, time.monotonic()
+        flushed_s = time.monotonic()
         try:
             with self._stream:
                 while (item := self._blocks.get()) is not None:
                     block, made = item
-                    for message in made(block):
-                        number, (topic, data, *times) = (number + 1) & 0xFFFF_FFFF, message
-                        self._file.add_message(self._ids[topic], times[0], data, times[1], number)
+                    for topic, data, log_ns, publish_ns in made(block):
+                        self._file.add_message(self._ids[topic], log_ns, data, publish_ns)
                     if self._blocks.empty() and time.monotonic() - flushed_s > FLUSH_S:
                         self._file.flush()  # type: ignore[no-untyped-call]
                         flushed_s = time.monotonic()

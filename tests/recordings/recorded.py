@@ -14,10 +14,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import Dialogue
-from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.recorder import Recorder
-from iiwa_sim.recordings.recordings import Source
+from iiwa_sim.recordings.recorder import recorders_into
+from iiwa_sim.recordings.recordings import RecordingFault, Source
 from iiwa_sim.robot_events import RobotEvents
 
 RATE_HZ = 500
@@ -72,8 +71,7 @@ class Robot:
         events = RobotEvents(dialogue)
         source = Source(self.cell, self.controller, dialogue, silent, silent, silent, events, ["iiwa"])
         clock: Any = SimpleNamespace(rate_hz=RATE_HZ, told="stepped", in_haste=True, paused=False)
-        self.recorder = Recorder(source, clock, rate_hz)
-        self.recorder.open(path)
+        (self.recorder,) = recorders_into(path, [source], clock, rate_hz)
         self.recorder.start()
         self.joints = {self.controller.tick: self.controller.joints}
 
@@ -95,4 +93,4 @@ class Robot:
 
     def end(self) -> None:
         self.recorder.stop()
-        assert self.recorder.finish()
+        assert self.recorder.out.close()

@@ -14,11 +14,11 @@ from mcap.reader import make_reader
 
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import LOG
-from iiwa_sim.recordings.writer import Head, Message, Writer
+from iiwa_sim.recordings.writer import Message, Writer
 from tests.recordings.recorded import FAR, Robot, contents, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
-HEAD = Head({"version": "1", "rate_hz": "500"}, {}, 0)
+HEAD = {"version": "1", "rate_hz": "500"}
 
 
 def block(count: int) -> list[Message]:
@@ -49,7 +49,7 @@ def test_blocks_without_room_are_dropped_and_counted(
         goes_on.wait(DEADLINE_S)
         return messages
 
-    writer = Writer(path, HEAD)
+    writer = Writer(path, HEAD, {})
     writer.put(block(1), slowly)
     wait_until(writer._blocks.empty)
     for _ in range(4):
