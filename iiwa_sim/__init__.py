@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.client import BackdoorClient
+    from iiwa_sim.cell.bodies import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
     from iiwa_sim.cell.settings import CellFault
-    from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
     from iiwa_sim.client import (
         CommandError,
         Iiwa,
@@ -96,7 +96,7 @@ __all__ = [
 _HOMES = {
     "backdoor.client": ("BackdoorClient",),
     "cell.settings": ("CellFault",),
-    "cell.surfaces": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
+    "cell.bodies": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
     "client": ("CommandError", "Iiwa", "Krc4", "Krc4Error", "ReplyError", "UnknownCommandError"),
     "clock.clock": ("StillMoving",),
     "controller.errors": ("Refused",),

@@ -1,6 +1,7 @@
 """Settings in TOML files: reading, checking and error messages.
 
-An error is one line that names the file, the key, its value and what was expected.
+An error is one line that names the file, the key, its value and what was expected. The types of settings
+say what is allowed: `between` for numbers, `Name` for texts, `require` in `__post_init__` for the rest.
 """
 
 from __future__ import annotations
@@ -8,12 +9,14 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
+from msgspec import inspect
 
 from iiwa_sim.wording import Unusable, harmless, shortened
 
@@ -22,14 +25,12 @@ LONGEST_VALUE = 60
 """Most characters of a key or a value that a message shows."""
 LONGEST_EXPECTED = 400
 """Most characters of the expectation in a message, which may quote paths and names."""
-
-Range = tuple[float, float, str]
-"""Least and greatest value, and the unit with a leading blank."""
+MISSING = "(missing)"
+"""Shown in place of a value."""
 Settings = TypeVar("Settings")
 
 _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
-MISSING = "(missing)"
-"""Shown in place of a value."""
+_PART = re.compile(r"(\w+)|\[(\d+)\]")
 _IN_TOML = {
     "str": "a string",
     "int": "an integer",
@@ -40,7 +41,34 @@ _IN_TOML = {
 }
 """Names of types in msgspec's messages, in the words of TOML."""
 _TYPE = re.compile(rf"\b({'|'.join(_IN_TOML)})\b")
-_PART = re.compile(r"(\w+)|\[(\d+)\]")
+
+
+def between(least: float, greatest: float, unit: str = "") -> msgspec.Meta:
+    """Return the range of a number; `unit` is that of messages, with a leading blank."""
+    kind = "an integer" if isinstance(least, int) else "a number"
+    return expecting(f"{kind} from {least:.9g} to {greatest:.9g}{unit}", ge=least, le=greatest)
+
+
+def expecting(expected: str, **limits: Any) -> msgspec.Meta:
+    """Return limits as `msgspec.Meta` has them, with the words for them in messages."""
+    return msgspec.Meta(**limits, extra={"expected": expected})
+
+
+_CHARACTER = r"[^\s\x00-\x1f\x7f-\x9f]"
+Name = Annotated[
+    str,
+    expecting(
+        f"a name of up to {LONGEST_NAME} characters that print, with single blanks",
+        pattern=rf"^{_CHARACTER}+( {_CHARACTER}+)*\Z",
+        max_length=LONGEST_NAME,
+    ),
+]
+
+
+def require(holds: bool, key: str, expected: str) -> None:
+    """Reject a value in `__post_init__` of settings; `key` begins there."""
+    if not holds:
+        raise ValueError(key, expected)
 
 
 def data_folder(package: str) -> Path:
@@ -75,6 +103,11 @@ class Reader:
         key = f"{self._prefix}{key}" if key else ""
         return self._fault(self.path, key, MISSING if value is None else quoted(value), expected)
 
+    def check(self, key: str, value: object, holds: bool, expected: str) -> None:
+        """Raises the fault if a condition does not hold for a value."""
+        if not holds:
+            raise self.fault(key, value, expected)
+
     def text(self, file: Path, missing: str) -> str:
         """The text of a file; `missing` tells what was expected if there is none."""
         try:
@@ -89,7 +122,7 @@ class Reader:
             raise self.fault("", "", f"a readable text file ({fault})") from None
 
     def settings(self, text: str, kind: type[Settings]) -> Settings:
-        """The settings in a TOML text, checked against the keys and types of a `msgspec.Struct`."""
+        """The settings in a TOML text, as the type of a `msgspec.Struct` allows them."""
         try:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as fault:
@@ -99,65 +132,21 @@ class Reader:
             raise self.fault("", "", f"whole numbers of at most {longest} digits") from None
         except RecursionError:
             raise self.fault("", "", "fewer lists and tables within each other") from None
+        return self.converted(table, kind)
+
+    def converted(self, value: Any, kind: type[Settings]) -> Settings:
+        """The settings in tables and lists."""
         try:
-            return msgspec.convert(table, kind)
+            return msgspec.convert(value, kind)
         except msgspec.ValidationError as fault:
-            raise self._type_fault(table, kind, str(fault)) from None
-
-    def check(self, key: str, value: object, holds: bool, expected: str) -> None:
-        """Raises the fault if a condition does not hold for a value."""
-        if not holds:
-            raise self.fault(key, value, expected)
-
-    def check_range(self, key: str, value: float, allowed: Range) -> None:
-        """Raises the fault if a number is out of its range."""
-        least, greatest, unit = allowed
-        expected = f"a number from {least:.9g} to {greatest:.9g}{unit}"
-        self.check(key, value, least <= value <= greatest, expected)
-
-    def check_name(self, key: str, name: str) -> None:
-        """Raises the fault if a text is not usable as a name."""
-        self.check(key, name, name.strip() != "", "a name")
-        self.check(key, name, name == " ".join(name.split()), "single blanks, and none at the ends")
-        self.check(key, name, name.isprintable(), "characters that print")
-        self.check(key, name, len(name) <= LONGEST_NAME, f"at most {LONGEST_NAME} characters")
-
-    def check_name_in_lines(self, key: str, name: str) -> None:
-        """Raises the fault if a text is not usable as the name of what lines of commands speak of."""
-        self.check_name(key, name)
-        self.check(key, name, ":" not in name, "no colon, which ends the command in a line of the backdoor")
-
-    def _type_fault(self, table: dict[str, Any], kind: type, message: str) -> SettingsFault:
-        """The fault for an error of msgspec, with the value concerned.
-
-        Its message reads `what it wants - at $.key[1]`.
-        """
-        place = _PLACE.search(message)
-        key = place[1].removeprefix(".") if place else ""
-        expected = message[: place.start()] if place else message
-        if "unknown field" in expected or "missing required field" in expected:
-            field = expected[expected.index("`") + 1 : expected.rindex("`")]
-            wanted = "this key"
-            if "unknown field" in expected:
-                known = _keys(
-                    msgspec.inspect.type_info(kind), [name for name, _ in _PART.findall(key) if name]
-                )
-                near = get_close_matches(field, known - {field}, 1)
-                wanted = "no key of this name" + (f", did you mean {near[0]!r}?" if near else "")
-            holder = _value(table, key)
-            value = quoted(holder[field]) if field in holder else MISSING
-            return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
-        if expected.startswith("Invalid value"):  # of the key by which msgspec tells types apart
-            expected = " or ".join(_tags(msgspec.inspect.type_info(kind), key.rpartition(".")[2]))
-        if expected == "Number out of range":
-            expected = "a number of less than 309 digits"
-        expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
-        expected = expected.replace(" | null", "")  # TOML has none: a key is left out
-        expected = _TYPE.sub(lambda word: _IN_TOML[word[0]], expected.replace(" | ", " or "))
-        expected = expected.replace(", not a number", ", not a float")
-        if expected == "an array, not a table":
-            expected += f"; [[{key}]] begins a table of an array"
-        return self.fault(key, _value(table, key), expected)
+            found = _PLACE.search(message := str(fault))
+            key, expected = (found[1].removeprefix("."), message[: found.start()]) if found else ("", message)
+            if isinstance(fault.__cause__, ValueError):  # of `require`
+                own, expected = fault.__cause__.args
+                key = f"{key}.{own}" if key else own
+            else:
+                key, expected = _in_words(inspect.type_info(kind), key, expected)
+            raise self.fault(key, _value(value, _path(key)), expected) from None
 
 
 def quoted(value: object) -> object:
@@ -165,35 +154,65 @@ def quoted(value: object) -> object:
     return repr(value) if isinstance(value, str) else value
 
 
-def _tags(kind: Any, field: str) -> list[str]:
-    """The texts by which a field of this name, within a type of msgspec's, tells types apart."""
-    if isinstance(kind, msgspec.inspect.UnionType):
-        return [tag for each in kind.types for tag in _tags(each, field)]
-    if isinstance(kind, msgspec.inspect.VarTupleType | msgspec.inspect.ListType):
-        return _tags(kind.item_type, field)
-    if not isinstance(kind, msgspec.inspect.StructType):
-        return []
-    own = [repr(kind.tag)] if kind.tag_field == field else []
-    return own + [tag for each in kind.fields for tag in _tags(each.type, field)]
+def _in_words(kind: inspect.Type, key: str, expected: str) -> tuple[str, str]:
+    """Return the key that an error of msgspec at `key` concerns, and what was expected."""
+    path = _path(key)
+    if expected == "Expected `array`, got `object`":
+        return key, f"an array, not a table; [[{key}]] begins a table of an array"
+    if words := [each.extra["expected"] for each in _types(kind, path) if getattr(each, "extra", None)]:
+        return key, " or ".join(words)
+    if "unknown field" in expected or "missing required field" in expected:
+        name, wanted = expected.split("`")[1], "this key"
+        if "unknown field" in expected:
+            known = {field.encode_name for each in _structs(kind, path) for field in each.fields}
+            near = get_close_matches(name, known, 1)
+            wanted = "no key of this name" + (f", did you mean {near[0]!r}?" if near else "")
+        return f"{key}.{name}" if key else name, wanted
+    if expected.startswith("Invalid value"):  # of the key by which msgspec tells types apart
+        return key, " or ".join(repr(each.tag) for each in _structs(kind, path[:-1]))
+    if expected == "Number out of range":
+        return key, "a number of less than 309 digits"
+    expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
+    expected = expected.replace(" | null", "")  # TOML has none: a key is left out
+    expected = _TYPE.sub(lambda word: _IN_TOML[word[0]], expected.replace(" | ", " or "))
+    return key, expected
 
 
-def _keys(kind: Any, path: list[str]) -> set[str]:
-    """Return the keys of the tables at a path within a type of msgspec's."""
-    if isinstance(kind, msgspec.inspect.UnionType):
-        return {key for each in kind.types for key in _keys(each, path)}
-    if isinstance(kind, msgspec.inspect.VarTupleType | msgspec.inspect.ListType):
-        return _keys(kind.item_type, path)
-    if not isinstance(kind, msgspec.inspect.StructType):
-        return set()
-    if not path:
-        return {each.encode_name for each in kind.fields}
-    return {key for each in kind.fields if each.encode_name == path[0] for key in _keys(each.type, path[1:])}
+def _path(key: str) -> list[str]:
+    """Return the names and indices in a key."""
+    return [name or index for name, index in _PART.findall(key)]
 
 
-def _value(table: dict[str, Any], key: str) -> Any:
-    value: Any = table
-    for name, index in _PART.findall(key):
-        value = value[name] if name else value[int(index)]
+def _types(kind: Any, path: Sequence[str]) -> Iterator[Any]:
+    """Yield the types that may stand at a path in settings of a type."""
+    if isinstance(kind, inspect.UnionType):
+        for each in kind.types:
+            yield from _types(each, path)
+    elif not path:
+        yield kind
+    elif isinstance(kind, inspect.Metadata):
+        yield from _types(kind.type, path)
+    elif isinstance(kind, inspect.StructType):
+        for field in kind.fields:
+            if field.encode_name == path[0]:
+                yield from _types(field.type, path[1:])
+    elif isinstance(kind, inspect.TupleType):
+        yield from _types(kind.item_types[int(path[0])], path[1:])
+    elif isinstance(kind, inspect.ListType | inspect.VarTupleType):
+        yield from _types(kind.item_type, path[1:])
+
+
+def _structs(kind: Any, path: Sequence[str]) -> list[inspect.StructType]:
+    return [each for each in _types(kind, path) if isinstance(each, inspect.StructType)]
+
+
+def _value(value: Any, path: Sequence[str]) -> Any:
+    """Return what stands at a path in tables and lists; None for nothing."""
+    try:
+        for each in path:
+            value = value[each] if isinstance(value, dict) else value[int(each)]
+    except (KeyError, IndexError):
+        return None
     return value
 
 

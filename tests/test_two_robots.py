@@ -16,7 +16,7 @@ import pytest
 
 from iiwa_sim import Simulator
 from iiwa_sim.backdoor.client import BackdoorClient
-from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.client.connection import Connection
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot

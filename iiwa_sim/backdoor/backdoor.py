@@ -24,8 +24,8 @@ from iiwa_sim.backdoor.described import (
 )
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH, Camera
-from iiwa_sim.cell.placed import POSE_RANGES
-from iiwa_sim.cell.surfaces import AnySurface
+from iiwa_sim.cell.bodies import AnySurface
+from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock.clock import Clock, StillMoving
 from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.controller import Controller
@@ -45,7 +45,9 @@ from iiwa_sim.protocols.faults import (
     Silence,
     WireFaults,
 )
+from iiwa_sim.robot.description import ToolSettings
 from iiwa_sim.server.listening import Acceptor
+from iiwa_sim.settings import Reader
 from iiwa_sim.wording import distinct, harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
@@ -545,10 +547,10 @@ def _check_finite(values: Sequence[float]) -> None:
 
 
 def _check_pose(pose: Frame) -> None:
-    for (key, (low, high, unit)), value in zip(POSE_RANGES.items(), pose, strict=True):
-        if not low <= value <= high:
-            shown, least, most = distinct(value, low, high)
-            raise Refused(EXECUTION, f"{key} {shown}: expected {least} to {most}{unit}")
+    try:
+        Reader("pose", CellFault).converted(pose._asdict(), ToolSettings)
+    except CellFault as fault:
+        raise Refused(EXECUTION, str(fault)) from None
 
 
 def _checked(code: int) -> int:

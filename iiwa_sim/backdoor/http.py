@@ -23,7 +23,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.cell.surfaces import AnySurface
+from iiwa_sim.cell.bodies import AnySurface
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.log import SessionLog

@@ -1,9 +1,9 @@
 """Adds, moves and removes surfaces while the simulator runs."""
 
-from iiwa_sim.cell.cell import surface_of
-from iiwa_sim.cell.placed import check_ranges
+import msgspec
+
+from iiwa_sim.cell.bodies import AnySurface, surface_of
 from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.cell.surfaces import SURFACE_RANGES, AnySurface
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
@@ -30,9 +30,8 @@ def add(group: ControllerGroup, controller: Controller, settings: AnySurface) ->
         raise Refused(EXECUTION, f"{MOST_SURFACES} surfaces are there already: remove one first")
     reader = Reader(SOURCE, CellFault)
     try:
-        reader.check_name_in_lines("name", settings.name)
+        reader.converted(msgspec.to_builtins(settings), type(settings))
         reader.check("name", settings.name, settings.name not in taken, "a name no surface and no part has")
-        check_ranges(reader, "", settings, SURFACE_RANGES)
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None
     seen = _seen_by(group, controller, surface_of(settings))

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from math import degrees, radians
+from difflib import get_close_matches
+from math import degrees, inf, radians
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from iiwa_sim.cell.handled import MeshPartSettings, check_places, part_of
-from iiwa_sim.cell.settings import HOME, CellFault, OneRobotSettings, RobotSettings, metres, read_settings
-from iiwa_sim.cell.surfaces import AnySurface, BoxSettings
-from iiwa_sim.cell.wired import wires_of
+from msgspec.structs import astuple
+
+from iiwa_sim.cell.bodies import check_places, part_of, pose_of, surface_of
+from iiwa_sim.cell.settings import (
+    HOME,
+    CellFault,
+    CellSettings,
+    InputSettings,
+    OneRobotSettings,
+    OutputSettings,
+    RobotSettings,
+)
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
@@ -21,6 +31,7 @@ from iiwa_sim.controller.endings import Contact
 from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
+from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
@@ -182,21 +193,22 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     if not is_there:
         raise CellFault("cell", "file", quoted(str(path)), f"an existing file{why}")
     reader = Reader(str(file), CellFault)
-    settings = read_settings(str(file), reader.text(file, "an existing file"))
+    text = reader.text(file, "an existing file")
+    alone = re.search(r"^\s*robot\s*=(.*)$", text, re.MULTILINE)
+    if alone and re.search(r"^\s*\[\[robot\]\]", text, re.MULTILINE):
+        expected = "none beside [[robot]]: each robot has its own, robot.model"
+        raise CellFault(str(file), "robot", alone[1].strip(), expected)
+    settings = reader.settings(text, CellSettings)
+    surfaces = tuple(map(surface_of, settings.surfaces().values()))
     parts = tuple(
-        (part_of(each, each.read(reader, file.parent, f"part[{index}]")), each.pose())
-        if isinstance(each, MeshPartSettings)
-        else (part_of(each, None), each.pose())
+        part_of(each, reader.under(f"part[{index}]."), file.parent)
         for index, each in enumerate(settings.part)
     )
-    noise, cells = settings.noise, []
-    surfaces = tuple(map(surface_of, settings.surfaces().values()))
-    scene = None
-    if settings.scene is not None:
-        names = [*(each.name for each in surfaces), *(part.name for part, _ in parts)]
-        scene = settings.scene.read(reader, file.parent, CellFault, names)
+    taken = [*(each.name for each in surfaces), *(part.name for part, _ in parts)]
+    scene = None if settings.scene is None else _scene(reader, file.parent, settings.scene.file, taken)
+    cells = []
     for number, (prefix, robot) in enumerate(settings.robots().items()):
-        its = reader.under(prefix)
+        its, noise, tool = reader.under(prefix), settings.noise, robot.tool_in_flange
         if isinstance(robot, RobotSettings):
             description = load_robot(_robot(its, "model", robot.model, file.parent))
         else:
@@ -204,27 +216,39 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
         cell = Cell(
             description=description,
             start=_start(its, robot.start_deg, description),
-            tool_in_flange=description.tool_in_flange
-            if robot.tool_in_flange is None
-            else robot.tool_in_flange.to_transform(),
+            tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
             contact_radius_m=1e-3 * robot.contact_radius_mm,
             tool=None if robot.tool is None else robot.tool.tool(),
             handled=_handled(its, robot, parts, scene),
             surfaces=surfaces,
-            noise_levels=None
-            if noise is None
-            else NoiseLevels(noise.seed + number, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
-            input_names=robot.io.input_names(),
-            output_names=robot.io.output_names(),
+            noise_levels=None if noise is None else NoiseLevels(noise.seed + number, *astuple(noise)[1:]),
+            input_names=robot.io.names("input"),
+            output_names=robot.io.names("output"),
             safety=robot.safety.safety(),
             path=file,
         )
         if isinstance(robot, RobotSettings):
-            cell = replace(cell, name=robot.name, base=robot.base(), ports=robot.ports())
+            cell = replace(cell, name=robot.name, base=pose_of(robot), ports=robot.ports())
         _check_start(its, robot, cell)
         cells.append(cell)
     check_places(reader, parts, surfaces)
     return tuple(cells)
+
+
+def _scene(reader: Reader, folder: Path, name: str, taken: Sequence[str]) -> Scene:
+    """Read a scene, relative to the folder of the cell; `taken` are names of surfaces and parts."""
+    from iiwa_sim.world.scene import Scene, SceneFault
+
+    file = folder / name
+    there = name != "" and file.is_file()
+    reader.check("scene.file", name, there, f"the path of an MJCF file in {folder.resolve()}")
+    try:
+        scene = Scene(file)
+    except SceneFault as why:
+        raise CellFault(str(file), "", "", f"a scene that MuJoCo takes: {why}") from None
+    both = next((each for each in taken if each in scene.body_names), None)
+    reader.check("scene.file", name, both is None, f"no body {both!r}: a surface or part has that name")
+    return scene
 
 
 def _handled(
@@ -239,7 +263,27 @@ def _handled(
     kind, wiring = (None, Wiring(NOTHING)) if robot.gripper is None else robot.gripper.gripper()
     if scene is None:
         return HandlingSetup(kind, wiring, parts)
-    return HandlingSetup(kind, wiring, parts, scene, *wires_of(reader, scene, robot.input, robot.output))
+    inputs = [_input(reader, scene, f"input[{k}].sensor", each) for k, each in enumerate(robot.input)]
+    outputs = [_output(reader, scene, f"output[{k}].actuator", each) for k, each in enumerate(robot.output)]
+    return HandlingSetup(kind, wiring, parts, scene, tuple(inputs), tuple(outputs))
+
+
+def _input(reader: Reader, scene: Scene, key: str, each: InputSettings) -> InputWire:
+    _check_named(reader, key, each.sensor, scene.sensors, "a sensor")
+    above, below = -inf if each.above is None else each.above, inf if each.below is None else each.below
+    return InputWire(each.number, *scene.sensor(each.sensor), above, below)
+
+
+def _output(reader: Reader, scene: Scene, key: str, each: OutputSettings) -> OutputWire:
+    kinds = "an actuator, an equality, or a geom with surfacevel,"
+    _check_named(reader, key, each.actuator, scene.drivable, kinds)
+    return OutputWire(each.number, *scene.driven(each.actuator), each.on, each.off)
+
+
+def _check_named(reader: Reader, key: str, name: str, names: Sequence[str], kinds: str) -> None:
+    near = get_close_matches(name, names, 1)
+    hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(names)}" if names else "it has none"
+    reader.check(key, name, name in names, f"{kinds} of the scene: {hint}")
 
 
 def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:
@@ -270,21 +314,6 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
         within = f"a position within {description.joints[axis]}'s {range_deg}"
         reader.check(f"start_deg[{axis}]", start_deg[axis], low <= value <= high, within)
     return start
-
-
-def surface_of(settings: AnySurface) -> Surface:
-    """The surface of checked settings."""
-    return Surface(
-        name=settings.name,
-        shape=settings.shape(),
-        pose=settings.pose(),
-        stiffness=settings.stiffness_n_per_m,
-        damping=settings.damping_s_per_m,
-        friction=settings.friction,
-        surface_velocity=metres(settings.surface_velocity_mm_per_s)
-        if isinstance(settings, BoxSettings)
-        else (0.0, 0.0, 0.0),
-    )
 
 
 def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None:

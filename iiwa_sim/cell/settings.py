@@ -2,63 +2,49 @@
 
 from __future__ import annotations
 
-import re
-from operator import attrgetter
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
 
-from iiwa_sim.cell.handled import (
-    GRIPPER_RANGES,
+from iiwa_sim.cell.bodies import (
     AnyPart,
-    GripperSettings,
-    check_gripper,
-    check_parts,
-)
-from iiwa_sim.cell.placed import POSE_RANGES, check_ranges
-from iiwa_sim.cell.surfaces import (
     AnySurface,
     BoxSettings,
     CylinderSettings,
     PlaneSettings,
     SphereSettings,
-    check_surfaces,
+    metres,
 )
-from iiwa_sim.cell.wired import InputSettings, OutputSettings, SceneSettings, check_wires
 from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
+from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.limits_watch import GREATEST, Safety
-from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, IIWA, MAX_PORT
 from iiwa_sim.robot.capsules import Capsule
-from iiwa_sim.robot.description import DEFAULT_ROBOT, LENGTH, ToolSettings
-from iiwa_sim.settings import Range, Reader, SettingsFault
+from iiwa_sim.robot.description import DEFAULT_ROBOT, Angle, CapsuleMm, Length, ToolSettings
+from iiwa_sim.settings import Name, SettingsFault, between, expecting, require
+from iiwa_sim.world.gripper import Cup, Jaws
 
 HOME = "home"
 DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
+MOST_ROBOTS, MOST_PARTS = 32, 256
+MOST_CAPSULES = 16
+"""Most capsules of a tool: all of them are looked at where the arm touches something."""
 
-MOST_ROBOTS = 32
-
-_INERTIA: Range = (-1000.0, 1000.0, " kg m^2")
-ROBOT_RANGES: dict[str, Range] = {
-    "contact_radius_mm": (0.0, 500.0, " mm"),
-    **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
-    "tool.mass_kg": (0.001, 1000.0, " kg"),
-    **GRIPPER_RANGES,
-    "safety.collision_force_n": (0.1, GREATEST, " N"),
-    "safety.collision_torque_nm": (0.1, GREATEST, " Nm"),
-    "safety.tcp_speed_mm_per_s": (1.0, 100_000.0, " mm/s"),
-}
-"""Least and greatest value, and the unit."""
-NOISE_RANGES: dict[str, Range] = {
-    "noise.seed": (0, 999_999_999, ""),
-    "noise.force_n": (0.0, 1000.0, " N"),
-    "noise.torque_nm": (0.0, 1000.0, " Nm"),
-    "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
-}
+_Size = Annotated[float, between(0.1, 1000.0, " mm")]
+_Noise = Annotated[float, between(0.0, 1000.0)]
+_Moment = Annotated[float, between(-1000.0, 1000.0, " kg m^2")]
+_Sensed = Annotated[float, between(-1e6, 1e6)]
+_Number = Annotated[int, between(1, LARGEST_IO_COUNT)]
+_Port = Annotated[int, between(0, MAX_PORT)]
+_Ios = (
+    Annotated[int, between(0, LARGEST_IO_COUNT)]
+    | Annotated[list[Name], expecting(f"at most {LARGEST_IO_COUNT} names", max_length=LARGEST_IO_COUNT)]
+)
 
 
 class CellFault(SettingsFault):
@@ -68,26 +54,28 @@ class CellFault(SettingsFault):
     """
 
 
-MOST_CAPSULES = 16
-"""Most capsules of a tool: all of them are looked at where the arm touches something."""
-_RADIUS = (0.1, 1000.0, " mm")
-
-
 class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    seed: int = 0
-    force_n: float = 0.0
-    torque_nm: float = 0.0
-    joint_torque_nm: float = 0.0
+    seed: Annotated[int, between(0, 999_999_999)] = 0
+    force_n: _Noise = 0.0
+    torque_nm: _Noise = 0.0
+    joint_torque_nm: _Noise = 0.0
 
 
 class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Limits of protective stops besides the joint torques."""
 
-    collision_force_n: float | None = None
-    collision_torque_nm: float | None = None
-    tcp_speed_mm_per_s: float | None = None
-    box_min_mm: tuple[float, float, float] | None = None
-    box_max_mm: tuple[float, float, float] | None = None
+    collision_force_n: Annotated[float, between(0.1, GREATEST, " N")] | None = None
+    collision_torque_nm: Annotated[float, between(0.1, GREATEST, " Nm")] | None = None
+    tcp_speed_mm_per_s: Annotated[float, between(1.0, 100_000.0, " mm/s")] | None = None
+    box_min_mm: tuple[Length, Length, Length] | None = None
+    box_max_mm: tuple[Length, Length, Length] | None = None
+
+    def __post_init__(self) -> None:
+        low, high = self.box_min_mm, self.box_max_mm
+        require((low is None) <= (high is None), "box_min_mm", "both corners of the box, or none")
+        require((low is None) >= (high is None), "box_max_mm", "both corners of the box, or none")
+        for axis, (least, most) in enumerate(zip(low or (), high or (), strict=True)):
+            require(least < most, f"box_max_mm[{axis}]", f"more than {least:g} mm, box_min_mm there")
 
     def safety(self) -> Safety:
         """Return the limits for the controller, in SI units."""
@@ -101,23 +89,38 @@ class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    inputs: int | list[str] = DEFAULT_COUNT
-    outputs: int | list[str] = DEFAULT_COUNT
+    inputs: _Ios = DEFAULT_COUNT
+    outputs: _Ios = DEFAULT_COUNT
 
-    def input_names(self) -> tuple[str, ...]:
-        return _names("input", self.inputs)
+    def __post_init__(self) -> None:
+        for kind in ("input", "output"):
+            names = self.names(kind)
+            for index, name in enumerate(names):
+                require(name not in names[:index], f"{kind}s[{index}]", "each name once")
 
-    def output_names(self) -> tuple[str, ...]:
-        return _names("output", self.outputs)
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Return the names of inputs or outputs; `kind` is input or output."""
+        given: int | list[str] = getattr(self, f"{kind}s")
+        numbered = range(1, given + 1) if isinstance(given, int) else ()
+        return tuple(f"{kind} {number}" for number in numbered) if isinstance(given, int) else tuple(given)
 
 
 class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Tool at the flange: mass, centre of mass, inertia and shape."""
 
-    mass_kg: float
-    centre_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    inertia_kgm2: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    capsules_mm: tuple[tuple[float, float, float, float, float, float, float], ...] = ()
+    mass_kg: Annotated[float, between(0.001, 1000.0, " kg")]
+    centre_mm: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    inertia_kgm2: tuple[_Moment, _Moment, _Moment, _Moment, _Moment, _Moment] = (0.0,) * 6
+    capsules_mm: Annotated[
+        tuple[CapsuleMm, ...], expecting(f"at most {MOST_CAPSULES} capsules", max_length=MOST_CAPSULES)
+    ] = ()
+
+    def __post_init__(self) -> None:
+        """Check the inertia: a principal one is at most as great as the others together."""
+        spread = body(1.0, (0.0, 0.0, 0.0), self.inertia_kgm2)
+        least = float(np.linalg.eigvalsh(spread[:3, :3])[0])
+        expected = "ixx, iyy, izz, ixy, ixz, iyz of a body: no principal one above the sum of the others"
+        require(least >= -1e-9 * max(map(abs, self.inertia_kgm2)), "inertia_kgm2", expected)
 
     def tool(self) -> Tool:
         """Return the tool for the controller, in SI units."""
@@ -125,11 +128,70 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
         return Tool(ToolLoad(self.mass_kg, metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 
+class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Two jaws or a suction cup, and what switches and tells of them."""
+
+    kind: Annotated[Literal["jaws", "suction"], expecting("'jaws' or 'suction'")] = "jaws"
+    stroke_mm: _Size | None = None
+    speed_mm_per_s: Annotated[float, between(0.1, 10_000.0, " mm/s")] | None = None
+    grip_force_n: Annotated[float, between(0.1, 100_000.0, " N")]
+    close_output: _Number
+    open_output: _Number = NOTHING
+    open_input: _Number = NOTHING
+    closed_input: _Number = NOTHING
+    holds_input: _Number = NOTHING
+    pad_mm: tuple[_Size, _Size] = (20.0, 20.0)
+    jaw_mm: tuple[_Size, _Size, _Size] = (20.0, 8.0, 50.0)
+    cup_radius_mm: _Size = 10.0
+
+    def __post_init__(self) -> None:
+        is_cup = self.kind == "suction"
+        expected = "nothing with suction" if is_cup else "a number"
+        require((self.stroke_mm is None) == is_cup, "stroke_mm", expected)
+        require((self.speed_mm_per_s is None) == is_cup, "speed_mm_per_s", expected)
+
+    def gripper(self) -> tuple[Jaws | Cup, Wiring]:
+        """Return the gripper for the controller, in SI units."""
+        wiring = Wiring(
+            self.close_output, self.open_output, self.open_input, self.closed_input, self.holds_input
+        )
+        if self.stroke_mm is None or self.speed_mm_per_s is None:
+            return Cup(self.grip_force_n, 1e-3 * self.cup_radius_mm), wiring
+        wide_m, long_m = (1e-3 * each for each in self.pad_mm)
+        stroke_m, speed_m = 1e-3 * self.stroke_mm, 1e-3 * self.speed_mm_per_s
+        return Jaws(stroke_m, speed_m, self.grip_force_n, wide_m, long_m, metres(self.jaw_mm)), wiring
+
+
+class SceneSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    file: str
+
+
+class InputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An input that is on while a sensor reads more, or less, than a number."""
+
+    number: _Number
+    sensor: str
+    above: _Sensed | None = None
+    below: _Sensed | None = None
+
+    def __post_init__(self) -> None:
+        require(self.above is not None or self.below is not None, "above", "this key, or below")
+
+
+class OutputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An output and the numbers by which it drives an actuator, a conveyor or an equality."""
+
+    number: _Number
+    actuator: str
+    on: _Sensed = 1.0
+    off: _Sensed = 0.0
+
+
 class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The keys of a robot in its cell: at the top level for the only one, else in its `[[robot]]`."""
 
     start_deg: str | list[float] = HOME
-    contact_radius_mm: float = DEFAULT_CONTACT_RADIUS_MM
+    contact_radius_mm: Annotated[float, between(0.0, 500.0, " mm")] = DEFAULT_CONTACT_RADIUS_MM
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None
     gripper: GripperSettings | None = None
@@ -138,24 +200,50 @@ class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     io: IoSettings = IoSettings()
     safety: SafetySettings = SafetySettings()
 
+    def __post_init__(self) -> None:
+        """Check that each wired input and output is there, and each input and actuator wired once."""
+        wires = [(f"input[{k}].number", "input", each.number) for k, each in enumerate(self.input)]
+        if self.gripper is not None:
+            keys = ("close_output", "open_output", *(f"{sensor}_input" for sensor in SENSORS))
+            numbers = ((key, getattr(self.gripper, key)) for key in keys)
+            wires[:0] = [(f"gripper.{key}", key.split("_")[1], n) for key, n in numbers if n != NOTHING]
+        taken: dict[object, str] = {}
+        for key, kind, number in wires:
+            other = taken.setdefault((kind, number), key)
+            require(other == key, key, f"another {kind} than that of {other}")
+        for k, wire in enumerate(self.output):
+            wires.append((f"output[{k}].number", "output", wire.number))
+            other = taken.setdefault(wire.actuator, f"output[{k}]")
+            is_new = other == f"output[{k}]"
+            require(is_new, f"output[{k}].actuator", f"another actuator than that of {other}")
+        for key, kind, number in wires:
+            count = len(self.io.names(kind))
+            there = f"one of the {kind}s 1 to {count}" if count else f"none: [io] has no {kind}s"
+            require(number <= count, key, there)
 
-class RobotSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+
+class RobotSettings(OneRobotSettings, frozen=True, kw_only=True):
     """A `[[robot]]`; the pose is that of its base in the world."""
 
-    name: str
+    name: Annotated[str, expecting("up to 40 letters, digits, - and _", pattern=r"^[A-Za-z0-9_-]{1,40}\Z")]
     model: str = DEFAULT_ROBOT
     protocol: str | list[str] = IIWA
-    port: int | list[int] = 0
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    alpha: float = 0.0
-    beta: float = 0.0
-    gamma: float = 0.0
+    port: _Port | list[_Port] = 0
+    x_mm: Length = 0.0
+    y_mm: Length = 0.0
+    z_mm: Length = 0.0
+    alpha: Angle = 0.0
+    beta: Angle = 0.0
+    gamma: Angle = 0.0
 
-    def base(self) -> Transform:
-        """The pose of the base in the world (m)."""
-        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        spoken = [self.protocol] if isinstance(self.protocol, str) else self.protocol
+        known = bool(spoken) and len({*spoken} & DEFAULT_PORTS.keys()) == len(spoken)
+        require(known, "protocol", "iiwa, krc4, or a list of both")
+        count = len(self.port) if isinstance(self.port, list) else 1
+        expected = "0, or a list of one for each protocol" if len(spoken) > 1 else "one port"
+        require(count == len(spoken) or self.port == 0, "port", expected)
 
     def ports(self) -> dict[str, int]:
         """Return the port of each protocol; 0 for a free one."""
@@ -164,15 +252,46 @@ class RobotSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, k
         return dict(zip(protocols, ports, strict=True))
 
 
-class CellSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    robot: str | list[RobotSettings] = DEFAULT_ROBOT
+class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
+    robot: (
+        str
+        | Annotated[
+            list[RobotSettings],
+            expecting(
+                f"a robot's name or folder, or 1 to {MOST_ROBOTS} robots",
+                min_length=1,
+                max_length=MOST_ROBOTS,
+            ),
+        ]
+    ) = DEFAULT_ROBOT
     scene: SceneSettings | None = None
-    part: list[AnyPart] = []
+    part: Annotated[list[AnyPart], expecting(f"at most {MOST_PARTS} parts", max_length=MOST_PARTS)] = []
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
     cylinder: list[CylinderSettings] = []
     noise: NoiseSettings | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        bodies = {**self.surfaces(), **{f"part[{index}]": part for index, part in enumerate(self.part)}}
+        _require_names({place: body.name for place, body in bodies.items()})
+        for prefix, robot in self.robots().items():
+            for kind in ("input", "output"):
+                fits = self.scene is not None or not getattr(robot, kind)
+                require(fits, f"{prefix}{kind}[0]", "a [scene], to which it is wired")
+        if isinstance(self.robot, str):
+            return
+        for key in OneRobotSettings.__struct_fields__:
+            alone = getattr(self, key) == getattr(OneRobotSettings(), key)
+            require(alone, key, f"none beside [[robot]]: each robot has its own, robot.{key}")
+        _require_names({f"robot[{index}]": robot.name for index, robot in enumerate(self.robot)})
+        taken: dict[int, tuple[str, str]] = {}
+        for index, robot in enumerate(self.robot):
+            for protocol, port in robot.ports().items():
+                other = taken.setdefault(port, own := (robot.name, protocol))
+                is_free = port == 0 or other == own
+                require(is_free, f"robot[{index}].port", f"another port than that of {other[0]!r}")
 
     def robots(self) -> dict[str, OneRobotSettings]:
         """Return the robots, each with the beginning of its keys in the file."""
@@ -189,127 +308,9 @@ class CellSettings(OneRobotSettings, frozen=True, forbid_unknown_fields=True, kw
         }
 
 
-def read_settings(path: str, text: str) -> CellSettings:
-    """The settings in the text of a cell.toml; raises `CellFault`."""
-    reader = Reader(path, CellFault)
-    settings = reader.settings(text, CellSettings)
-    _check_ranges(reader, settings, NOISE_RANGES)
-    check_surfaces(reader, settings.surfaces())
-    for prefix, robot in settings.robots().items():
-        _check_robot(reader.under(prefix), robot, settings.scene is not None)
-    if not isinstance(settings.robot, str):
-        _check_robots(reader, settings, settings.robot)
-    check_parts(reader, settings.part, [each.name for each in settings.surfaces().values()])
-    return settings
-
-
-def _check_ranges(reader: Reader, settings: msgspec.Struct, ranges: dict[str, Range]) -> None:
-    for key, allowed in ranges.items():
-        table = key.rpartition(".")[0]
-        if (not table or attrgetter(table)(settings) is not None) and (
-            value := attrgetter(key)(settings)
-        ) is not None:
-            reader.check_range(key, value, allowed)
-
-
-def _check_robot(reader: Reader, robot: OneRobotSettings, has_scene: bool) -> None:
-    _check_ranges(reader, robot, ROBOT_RANGES)
-    _check_tool(reader, robot.tool)
-    _check_box(reader, robot.safety)
-    _check_io(reader, "io.inputs", robot.io.inputs)
-    _check_io(reader, "io.outputs", robot.io.outputs)
-    inputs, outputs = len(robot.io.input_names()), len(robot.io.output_names())
-    check_gripper(reader, robot.gripper, inputs, outputs)
-    check_wires(reader, (robot.input, robot.output), robot.gripper, (inputs, outputs), has_scene)
-
-
-def _check_robots(reader: Reader, settings: CellSettings, robots: list[RobotSettings]) -> None:
-    """Raises an error for keys of a single robot beside `[[robot]]`, and for names and ports that are wrong
-    or taken."""
-    for key in OneRobotSettings.__struct_fields__:
-        given = getattr(settings, key)
-        alone = given == getattr(OneRobotSettings(), key)
-        expected = f"none beside [[robot]]: each robot has its own, robot.{key}"
-        reader.check(key, msgspec.to_builtins(given), alone, expected)
-    reader.check("robot", "none", 1 <= len(robots) <= MOST_ROBOTS, f"1 to {MOST_ROBOTS} robots")
-    names: dict[str, str] = {}
-    taken: dict[int, str] = {}
-    for index, robot in enumerate(robots):
-        place = f"robot[{index}]"
-        is_name = re.fullmatch(r"[A-Za-z0-9_-]{1,40}", robot.name) is not None
-        reader.check(f"{place}.name", robot.name, is_name, "up to 40 letters, digits, - and _")
-        other = names.setdefault(robot.name, place)
-        reader.check(f"{place}.name", robot.name, other == place, f"another name than that of {other}")
-        check_ranges(reader, f"{place}.", robot, POSE_RANGES)
-        spoken = [robot.protocol] if isinstance(robot.protocol, str) else robot.protocol
-        known = bool(spoken) and len({*spoken} & DEFAULT_PORTS.keys()) == len(spoken)
-        reader.check(f"{place}.protocol", robot.protocol, known, "iiwa, krc4, or a list of both")
-        ports = robot.port if isinstance(robot.port, list) else [robot.port]
-        one = "0, or a list of one for each protocol" if len(spoken) > 1 else "one port"
-        reader.check(f"{place}.port", robot.port, len(ports) == len(spoken) or ports == [0], one)
-        for port in ports:
-            reader.check_range(f"{place}.port", port, (0, MAX_PORT, ""))
-            other = taken.setdefault(port, robot.name) if port else robot.name
-            reader.check(
-                f"{place}.port",
-                port,
-                port == 0 or (other == robot.name and ports.count(port) == 1),
-                f"another port than that of {other!r}",
-            )
-
-
-def _check_tool(reader: Reader, tool: CarriedToolSettings | None) -> None:
-    """Raises an error for a centre out of range, and for an inertia that no body has: of each principal
-    axis it is at most as great as those of the other two together."""
-    if tool is None:
-        return
-    for axis, value in enumerate(tool.centre_mm):
-        reader.check_range(f"tool.centre_mm[{axis}]", value, LENGTH)
-    count = len(tool.capsules_mm)
-    reader.check("tool.capsules_mm", f"{count} of them", count <= MOST_CAPSULES, f"at most {MOST_CAPSULES}")
-    for number, capsule in enumerate(tool.capsules_mm):
-        for place, value in enumerate(capsule):
-            allowed = LENGTH if place < 6 else _RADIUS
-            reader.check_range(f"tool.capsules_mm[{number}][{place}]", value, allowed)
-    for place, value in enumerate(tool.inertia_kgm2):
-        reader.check_range(f"tool.inertia_kgm2[{place}]", value, _INERTIA)
-    spread = body(1.0, (0.0, 0.0, 0.0), tool.inertia_kgm2)
-    least = float(np.linalg.eigvalsh(spread[:3, :3])[0])
-    can_be = least >= -1e-9 * max(map(abs, tool.inertia_kgm2))
-    expected = "ixx, iyy, izz, ixy, ixz, iyz of a body: no principal one above the sum of the others"
-    reader.check("tool.inertia_kgm2", list(tool.inertia_kgm2), can_be, expected)
-
-
-def _check_box(reader: Reader, safety: SafetySettings) -> None:
-    low, high = safety.box_min_mm, safety.box_max_mm
-    for key, given, other in (("box_min_mm", low, high), ("box_max_mm", high, low)):
-        missing = given is None and other is not None
-        reader.check(f"safety.{key}", None, not missing, "both corners of the box, or none")
-        for axis, value in enumerate(given or ()):
-            reader.check_range(f"safety.{key}[{axis}]", value, LENGTH)
-    if low is not None and high is not None:
-        for axis in range(3):
-            above = f"more than {low[axis]:g} mm, box_min_mm there"
-            reader.check(f"safety.box_max_mm[{axis}]", high[axis], high[axis] > low[axis], above)
-
-
-def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:
-    if isinstance(given, int):
-        reader.check_range(key, given, (0, LARGEST_IO_COUNT, " of them"))
-        return
-    reader.check(key, given, len(given) <= LARGEST_IO_COUNT, f"at most {LARGEST_IO_COUNT} names")
-    for index, name in enumerate(given):
-        reader.check_name(f"{key}[{index}]", name)
-        reader.check(f"{key}[{index}]", name, name not in given[:index], "each name once")
-
-
-def metres(place_mm: Vector) -> Vector:
-    """Return a place told in mm (m)."""
-    x, y, z = place_mm
-    return 1e-3 * x, 1e-3 * y, 1e-3 * z
-
-
-def _names(kind: str, given: int | list[str]) -> tuple[str, ...]:
-    if isinstance(given, int):
-        return tuple(f"{kind} {number}" for number in range(1, given + 1))
-    return tuple(given)
+def _require_names(names: dict[str, str]) -> None:
+    """Reject a name that is used twice; the names come with the keys of their tables."""
+    taken: dict[str, str] = {}
+    for place, name in names.items():
+        other = taken.setdefault(name, place)
+        require(other == place, f"{place}.name", f"another name than that of {other}")

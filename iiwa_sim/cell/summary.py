@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from math import degrees
 
+from iiwa_sim.cell.bodies import CLOSE_M
 from iiwa_sim.cell.cell import Cell, shared_world
-from iiwa_sim.cell.handled import CLOSE_M
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.model import Model

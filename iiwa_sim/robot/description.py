@@ -7,11 +7,12 @@ from functools import cache
 from math import radians, sqrt
 from operator import attrgetter, truediv
 from pathlib import Path
+from typing import Annotated, Any
 
 import msgspec
 
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.settings import Reader, SettingsFault, data_folder
+from iiwa_sim.settings import Name, Reader, SettingsFault, between, data_folder
 
 DEFAULT_ROBOT = "lbr_iiwa_7_r800"
 SETTINGS_FILE = "robot.toml"
@@ -20,30 +21,16 @@ URDF_FILE = "robot.urdf"
 LONGEST_STOP_S = 0.1
 """Longest stop in s, as documented for the original controller."""
 
-_POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
-_ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
-LENGTH, ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
-_RADIUS = (0.1, 10_000.0, " mm")
-_RANGES = {
-    "home_deg": _POSITION,
-    "limits.position_min_deg": _POSITION,
-    "limits.position_max_deg": _POSITION,
-    "limits.velocity_deg_per_s": _VELOCITY,
-    "limits.torque_nm": _TORQUE,
-    "limits.acceleration_per_velocity_per_s": _ACCELERATION,
-    "limits.jerk_per_acceleration_per_s": _JERK,
-    "direct.acceleration_per_velocity_per_s": _ACCELERATION,
-    "direct.jerk_per_acceleration_per_s": _JERK,
-    "tool_in_flange.x_mm": LENGTH,
-    "tool_in_flange.y_mm": LENGTH,
-    "tool_in_flange.z_mm": LENGTH,
-    "tool_in_flange.alpha": ANGLE,
-    "tool_in_flange.beta": ANGLE,
-    "tool_in_flange.gamma": ANGLE,
-    "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
-    "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
-}
-"""Least and greatest value and the unit, with a wide margin for any arm: values beyond are mistakes."""
+_Position = Annotated[float, between(-720.0, 720.0, " deg")]
+_Velocity = Annotated[float, between(0.01, 10_000.0, " deg/s")]
+_Torque = Annotated[float, between(0.01, 100_000.0, " Nm")]
+_Acceleration = Annotated[float, between(0.1, 1_000.0, " 1/s")]
+_Jerk = Annotated[float, between(0.1, 10_000.0, " 1/s")]
+Length = Annotated[float, between(-10_000.0, 10_000.0, " mm")]
+Angle = Annotated[float, between(-10.0, 10.0, " rad")]
+_Radius = Annotated[float, between(0.1, 10_000.0, " mm")]
+CapsuleMm = tuple[Length, Length, Length, Length, Length, Length, _Radius]
+"""The ends of a capsule and its radius."""
 
 
 class RobotFault(SettingsFault):
@@ -54,34 +41,34 @@ class RobotFault(SettingsFault):
 
 
 class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    alpha: float
-    beta: float
-    gamma: float
+    x_mm: Length
+    y_mm: Length
+    z_mm: Length
+    alpha: Angle
+    beta: Angle
+    gamma: Angle
 
     def to_transform(self) -> Transform:
-        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+        return Frame(*msgspec.structs.astuple(self)).to_transform()
 
 
 class _LimitSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    position_min_deg: list[float]
-    position_max_deg: list[float]
-    velocity_deg_per_s: list[float]
-    torque_nm: list[float]
-    acceleration_per_velocity_per_s: float | list[float]
-    jerk_per_acceleration_per_s: float
+    position_min_deg: list[_Position]
+    position_max_deg: list[_Position]
+    velocity_deg_per_s: list[_Velocity]
+    torque_nm: list[_Torque]
+    acceleration_per_velocity_per_s: _Acceleration | list[_Acceleration]
+    jerk_per_acceleration_per_s: _Jerk
 
 
 class _DirectSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    acceleration_per_velocity_per_s: float | list[float]
-    jerk_per_acceleration_per_s: float
+    acceleration_per_velocity_per_s: _Acceleration | list[_Acceleration]
+    jerk_per_acceleration_per_s: _Jerk
 
 
 class _StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    rate_per_s: float
-    rate_change_per_s2: float
+    rate_per_s: Annotated[float, between(1.0, 1_000.0, " 1/s")]
+    rate_change_per_s2: Annotated[float, between(1.0, 1_000_000.0, " 1/s^2")]
 
     def duration_s(self) -> float:
         """Time (s) in which the rate falls from 1 to 0."""
@@ -92,16 +79,16 @@ class _StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class _Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    name: str
+    name: Name
     kinematics: str
     joints: list[str]
     flange: str
-    home_deg: list[float]
+    home_deg: list[_Position]
     tool_in_flange: ToolSettings
     limits: _LimitSettings
     direct: _DirectSettings
     stop: _StopSettings
-    capsules_mm: dict[str, list[tuple[float, float, float, float, float, float, float]]] = {}
+    capsules_mm: dict[str, Any] = {}  # lists of `CapsuleMm`
 
 
 @dataclass(frozen=True)
@@ -208,7 +195,11 @@ def _read(folder: Path, name_or_folder: str | Path) -> RobotDescription:
         settings_path=settings_path,
         urdf_path=str(folder / URDF_FILE),
         urdf=_text(folder, URDF_FILE, name_or_folder),
-        capsules_mm=tuple((link, each) for link, found in settings.capsules_mm.items() for each in found),
+        capsules_mm=tuple(
+            (link, each)
+            for link, found in settings.capsules_mm.items()
+            for each in reader.under(f"capsules_mm.{link}").converted(found, list[CapsuleMm])
+        ),
     )
 
 
@@ -228,17 +219,16 @@ def _check_values(reader: Reader, settings: _Settings) -> None:
     check = reader.check
     limits, direct, stop = settings.limits, settings.direct, settings.stop
     names = settings.joints
-    reader.check_name("name", settings.name)
     check("joints", names, len(names) > 0, "at least one joint")
     check("joints", names, len(set(names)) == len(names), "each joint once")
-    for key, allowed in _RANGES.items():
+    for key in (
+        "home_deg",
+        *(f"limits.{field}" for field in limits.__struct_fields__),
+        "direct.acceleration_per_velocity_per_s",
+    ):
         values = attrgetter(key)(settings)
-        if isinstance(values, float):
-            reader.check_range(key, values, allowed)
-            continue
-        check(key, values, len(values) == len(names), f"{len(names)} values, one per joint")
-        for axis, value in enumerate(values):
-            reader.check_range(f"{key}[{axis}]", value, allowed)
+        if isinstance(values, list):
+            check(key, values, len(values) == len(names), f"{len(names)} values, one per joint")
     for axis, (low, home, high) in enumerate(
         zip(limits.position_min_deg, settings.home_deg, limits.position_max_deg, strict=True)
     ):
@@ -247,11 +237,6 @@ def _check_values(reader: Reader, settings: _Settings) -> None:
         check(
             f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
         )
-    for link, capsules in settings.capsules_mm.items():
-        for number, capsule in enumerate(capsules):
-            for column, value in enumerate(capsule):
-                allowed = LENGTH if column < 6 else _RADIUS
-                reader.check_range(f"capsules_mm.{link}[{number}][{column}]", value, allowed)
     planned, stiff = _ratios(settings)
     for axis, (ratio, gentlest) in enumerate(zip(stiff, planned, strict=True)):
         place = f"[{axis}]" if isinstance(direct.acceleration_per_velocity_per_s, list) else ""

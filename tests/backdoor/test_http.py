@@ -14,8 +14,8 @@ import pytest
 
 from iiwa_sim.backdoor.client import BackdoorClient
 from iiwa_sim.backdoor.http import CALLS, MOST_CONNECTIONS
+from iiwa_sim.cell.bodies import BoxSettings, PlaneSettings, SphereSettings
 from iiwa_sim.cell.cell import robot_alone
-from iiwa_sim.cell.surfaces import BoxSettings, PlaneSettings, SphereSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame

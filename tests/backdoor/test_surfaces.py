@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.cell.surfaces import PlaneSettings
+from iiwa_sim.cell.bodies import PlaneSettings
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move

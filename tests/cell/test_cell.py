@@ -267,14 +267,14 @@ THIRD = '[[robot]]\nname = "third"\n'
         ("[[robot]]\nmodel = 'kr_6_r900_sixx'", "robot[2].name = (missing): expected this key"),
         (f'{THIRD}model = "r2d2"', "robot[2].model = 'r2d2': expected a folder, or one of kr_6"),
         (f"{THIRD}port = 30005", "robot[2].port = 30005: expected another port than that of 'right'"),
-        (f"{THIRD}port = 70000", "robot[2].port = 70000: expected a number from 0 to 65535"),
+        (f"{THIRD}port = 70000", "robot[2].port = 70000: expected an integer from 0 to 65535"),
         (f"{THIRD}port = [1, 2]", "robot[2].port = [1, 2]: expected one port"),
         (f'{THIRD}protocol = "smtp"', "robot[2].protocol = 'smtp': expected iiwa, krc4, or a list"),
         (f"{THIRD}y_mm = 1e9", "robot[2].y_mm = 1000000000.0: expected a number from -10000 to"),
         (f"{THIRD}speed = 1", "robot[2].speed = 1: expected no key of this name"),
-        (f"{THIRD}contact_radius_mm = -1", "robot[2].contact_radius_mm = -1.0: expected a number"),
+        (f"{THIRD}contact_radius_mm = -1", "robot[2].contact_radius_mm = -1: expected a number"),
         (f"{THIRD}z_mm = -1500", "robot[2].start_deg = 'home': expected a pose with the TCP outside"),
-        ("[tool]\nmass_kg = 1.0", "tool = {'mass_kg': 1.0, "),
+        ("[tool]\nmass_kg = 1.0", "tool = {'mass_kg': 1.0}: expected none beside [[robot]]"),
     ],
 )
 def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str, says: str) -> None:
@@ -284,7 +284,7 @@ def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str,
     assert str(fault.value).isprintable()
 
 
-@pytest.mark.parametrize("text", ["robot = []", "contact_radius_mm = 3" + TWO])
+@pytest.mark.parametrize("text", ["robot = []", "contact_radius_mm = 3" + TWO, 'robot = "it"' + TWO])
 def test_keys_that_do_not_go_with_several_robots(tmp_path: Path, text: str) -> None:
-    with pytest.raises(CellFault, match=r"(1 to 32 robots|= 3.0: expected none beside)"):
+    with pytest.raises(CellFault, match=r"(1 to 32 robots|(= 3|it.): expected none beside)"):
         cell_from(tmp_path, text)

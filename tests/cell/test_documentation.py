@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from iiwa_sim.cell import handled, wired
+from iiwa_sim.cell import bodies
 from iiwa_sim.cell import settings as cell_settings
 from iiwa_sim.cell.settings import CellSettings
 
@@ -20,7 +20,7 @@ def keys_of(kind: type[msgspec.Struct]) -> set[str]:
     for field in msgspec.structs.fields(kind):
         keys.add(field.name)
         for inner in re.findall(r"\w+Settings", str(field.type)):
-            keys |= keys_of((vars(cell_settings) | vars(handled) | vars(wired))[inner])
+            keys |= keys_of((vars(cell_settings) | vars(bodies))[inner])
     return keys
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim import Simulator
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
-from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
 from tests.asked import ptp_move

@@ -13,7 +13,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from mcap.reader import make_reader
 
-from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator

@@ -11,7 +11,7 @@ import pytest
 
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.backdoor.surfaces import add, remove
-from iiwa_sim.cell.surfaces import BoxSettings
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.frames import IDENTITY
 from tests.asked import lin_move_at

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from iiwa_sim.backdoor.surfaces import add, move, remove
+from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.cell.cell import load_cells, shared_world
-from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.frames import Frame

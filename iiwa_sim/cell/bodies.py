@@ -1,0 +1,246 @@
+"""Surfaces and parts of cell.toml. The reference for users is docs/cells.md."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from itertools import product
+from math import cos, pi, sin
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Frame, Transform, Vector, apply
+from iiwa_sim.robot.description import Angle, Length
+from iiwa_sim.settings import Name, Reader, between
+from iiwa_sim.world.part import Mesh, Part
+
+MOST_CORNERS = 5000
+"""Corners of a mesh."""
+CLOSE_M = 1e-3
+"""A part may be so deep in a surface or another part at the beginning."""
+Size = Annotated[float, between(0.01, 10_000.0, " mm")]
+_Speed = Annotated[float, between(-10_000.0, 10_000.0, " mm/s")]
+_Stiffness = Annotated[float, between(1.0, 1e7, " N/m")]
+_Friction = Annotated[float, between(0.0, 10.0)]
+
+
+class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A name and a pose in the world, the base of a single robot: mm, and rad about z, y and x."""
+
+    name: Name
+    x_mm: Length = 0.0
+    y_mm: Length = 0.0
+    z_mm: Length = 0.0
+    alpha: Angle = 0.0
+    beta: Angle = 0.0
+    gamma: Angle = 0.0
+
+
+class SurfaceSettings(Placed, frozen=True, kw_only=True, tag_field="shape"):
+    """The keys that all surfaces have."""
+
+    stiffness_n_per_m: _Stiffness
+    damping_s_per_m: Annotated[float, between(0.0, 100.0, " s/m")] = 0.0
+    friction: _Friction = 0.0
+
+
+class PlaneSettings(SurfaceSettings, frozen=True, kw_only=True, tag="plane"):
+    """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
+
+
+class BoxSettings(SurfaceSettings, frozen=True, kw_only=True, tag="box"):
+    """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
+
+    size_mm: tuple[Size, Size, Size]
+    surface_velocity_mm_per_s: tuple[_Speed, _Speed, _Speed] = (0.0, 0.0, 0.0)
+
+
+class SphereSettings(SurfaceSettings, frozen=True, kw_only=True, tag="sphere"):
+    """A sphere to touch, with its middle at its frame."""
+
+    radius_mm: Size
+
+
+class CylinderSettings(SurfaceSettings, frozen=True, kw_only=True, tag="cylinder"):
+    """A cylinder to touch, with its middle at its frame and its axis along z."""
+
+    radius_mm: Size
+    length_mm: Size
+
+
+AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
+
+
+class PartSettings(Placed, frozen=True, kw_only=True, tag_field="shape"):
+    """The keys that all parts have. The pose is that of the middle."""
+
+    mass_kg: Annotated[float, between(0.001, 1000.0, " kg")]
+    friction: _Friction = 0.5
+    stiffness_n_per_m: _Stiffness = 1e5
+
+
+class BoxPartSettings(PartSettings, frozen=True, kw_only=True, tag="box"):
+    """A part with edges of `size_mm` along x, y and z."""
+
+    size_mm: tuple[Size, Size, Size]
+
+
+class CylinderPartSettings(PartSettings, frozen=True, kw_only=True, tag="cylinder"):
+    """A part that is round about z."""
+
+    radius_mm: Size
+    length_mm: Size
+
+
+class SpherePartSettings(PartSettings, frozen=True, kw_only=True, tag="sphere"):
+    """A part that is a ball."""
+
+    radius_mm: Size
+
+
+class MeshPartSettings(PartSettings, frozen=True, kw_only=True, tag="mesh"):
+    """A part that is the convex hull of the triangles in an STL file (mm)."""
+
+    mesh: str
+
+
+AnyPart = BoxPartSettings | CylinderPartSettings | SpherePartSettings | MeshPartSettings
+
+
+def pose_of(placed: Any) -> Transform:
+    """Return the pose (m) of settings with the keys of a frame."""
+    return Frame(*(getattr(placed, key) for key in Frame._fields)).to_transform()
+
+
+def metres(place_mm: Vector) -> Vector:
+    """Return a place told in mm (m)."""
+    x, y, z = place_mm
+    return 1e-3 * x, 1e-3 * y, 1e-3 * z
+
+
+def surface_of(settings: AnySurface) -> Surface:
+    """Return the surface of checked settings."""
+    shape: Plane | Box | Sphere | Cylinder = Plane()
+    velocity = (0.0, 0.0, 0.0)
+    if isinstance(settings, BoxSettings):
+        velocity = metres(settings.surface_velocity_mm_per_s)
+    if not isinstance(settings, PlaneSettings):
+        shape = _solid(settings)
+    return Surface(
+        settings.name,
+        shape,
+        pose_of(settings),
+        settings.stiffness_n_per_m,
+        settings.damping_s_per_m,
+        settings.friction,
+        velocity,
+    )
+
+
+def part_of(settings: AnyPart, reader: Reader, folder: Path) -> tuple[Part, Transform]:
+    """Return the part of checked settings and its pose; raise a fault for a mesh that cannot be used."""
+    shape: Box | Sphere | Cylinder | Mesh
+    if isinstance(settings, MeshPartSettings):
+        shape = _mesh(settings.mesh, reader, folder)
+    else:
+        shape = _solid(settings)
+    part = Part(settings.name, shape, settings.mass_kg, settings.friction, settings.stiffness_n_per_m)
+    return part, pose_of(settings)
+
+
+def _solid(
+    settings: BoxSettings
+    | SphereSettings
+    | CylinderSettings
+    | BoxPartSettings
+    | SpherePartSettings
+    | CylinderPartSettings,
+) -> Box | Sphere | Cylinder:
+    match settings:
+        case BoxSettings() | BoxPartSettings():
+            x_mm, y_mm, z_mm = settings.size_mm
+            return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
+        case SphereSettings() | SpherePartSettings():
+            return Sphere(1e-3 * settings.radius_mm)
+    return Cylinder(1e-3 * settings.radius_mm, 0.5e-3 * settings.length_mm)
+
+
+def _mesh(name: str, reader: Reader, folder: Path) -> Mesh:
+    file = folder / name
+    there = name != "" and file.is_file()
+    reader.check("mesh", name, there, f"the path of an STL file in {folder}")
+    corners = read_stl(file.read_bytes())
+    fits = 4 <= len(set(corners)) <= MOST_CORNERS
+    reader.check("mesh", name, fits, f"an STL file with 4 to {MOST_CORNERS} corners")
+    mesh = Mesh(tuple(map(metres, corners)))
+    reader.check("mesh", name, mesh.is_solid, "a body with a volume: its corners lie in one plane")
+    return mesh
+
+
+def read_stl(data: bytes) -> list[Vector]:
+    """Return the corners of the triangles of an STL file, binary or text, three for each; empty for none."""
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) == 84 + 50 * count and count:
+        numbers = struct.iter_unpack("<12f2x", data[84:])
+        return [(row[k], row[k + 1], row[k + 2]) for row in numbers for k in (3, 6, 9)]
+    words = [line.split() for line in data.decode("ascii", "replace").splitlines()]
+    try:
+        found = [(float(x), float(y), float(z)) for name, x, y, z in filter(_is_vertex, words)]
+    except ValueError:
+        return []
+    return found if len(found) % 3 == 0 else []
+
+
+def _is_vertex(words: list[str]) -> bool:
+    return len(words) == 4 and words[0] == "vertex"
+
+
+_ROUND = [(cos(angle), sin(angle)) for angle in (0.25 * pi * k for k in range(8))]
+
+
+def check_places(
+    reader: Reader, parts: Sequence[tuple[Part, Transform]], surfaces: Sequence[Surface]
+) -> None:
+    """Raises an error for a part within a surface or another part; a mesh counts by its corners."""
+    solid = list(surfaces)
+    for index, (part, pose) in enumerate(parts):
+        within = _within(part, pose, solid)
+        place = [round(1e3 * each, 6) for each in pose.translation]
+        outside = f"a place outside of {within!r}, up to {1e3 * CLOSE_M:g} mm"
+        reader.check(f"part[{index}].x_mm, y_mm, z_mm of {part.name!r}", place, not within, outside)
+        if not isinstance(part.shape, Mesh):
+            solid.append(Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0))
+
+
+def _within(part: Part, pose: Transform, solid: Sequence[Surface]) -> str:
+    """The name of the first of these that a part is within, or that is within it; empty for none."""
+    shape = part.shape
+    own = None if isinstance(shape, Mesh) else Surface(part.name, shape, pose, part.stiffness, 0.0, 0.0)
+    marks = [apply(pose, place) for place in _marks(part)]
+    for each in solid:
+        if any(each.nearest(*mark)[0] < -CLOSE_M for mark in marks):
+            return each.name
+        if own is not None and isinstance(each.shape, Box | Cylinder | Sphere):
+            other = Part(each.name, each.shape, 1.0, 0.0, 1.0)
+            if any(own.nearest(*apply(each.pose, mark))[0] < -CLOSE_M for mark in _marks(other)):
+                return each.name
+    return ""
+
+
+def _marks(part: Part) -> tuple[Vector, ...]:
+    """Return places of a part: its middle, and corners, points of its rims, or those along the axes of a
+    ball."""
+    shape = part.shape
+    if isinstance(shape, Mesh):
+        return shape.corners
+    if isinstance(shape, Box):
+        signs: list[Vector] = [(x, y, z) for x, y, z in product((-1.0, 1.0), repeat=3)]
+        return (0.0, 0.0, 0.0), *((x * shape[0], y * shape[1], z * shape[2]) for x, y, z in signs)
+    r, half = shape.radius, shape.half_z if isinstance(shape, Cylinder) else 0.0
+    round_it: list[Vector] = [(x * r, y * r, z) for x, y in _ROUND for z in dict.fromkeys((-half, half))]
+    ends: list[Vector] = [(0.0, 0.0, half or r), (0.0, 0.0, -half or -r)]
+    return (0.0, 0.0, 0.0), *round_it, *ends
