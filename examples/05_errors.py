@@ -23,7 +23,7 @@ def main() -> None:
         robot.wait_until_stopped(timeout_s=30)
         print("stopped:", *robot.get_error())
 
-        simulator.backdoor.release_emergency_stop()
+        simulator.backdoor.emergency_stop(pressed=False)
         robot.reset_error()  # until then every move is rejected
         robot.lin_move(LEFT, speed=0.5, blending=0)
         robot.wait_until_stopped(timeout_s=30)

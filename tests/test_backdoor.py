@@ -28,11 +28,11 @@ async def simulator() -> AsyncIterator[Simulator]:
 @pytest.mark.parametrize(
     ("fault", "error", "status", "undo"),
     [
-        (lambda b: b.fail_move(4711), "4711 made to fail through the backdoor", "2 0 1 0 0 1 4711", None),
+        (lambda b: b.fail(4711), "4711 made to fail through the backdoor", "2 0 1 0 0 1 4711", None),
         (
             Backdoor.emergency_stop,
             *("3030 emergency stop", "2 1 0 0 0 1 3030"),
-            Backdoor.release_emergency_stop,
+            lambda b: b.emergency_stop(False),
         ),
     ],
 )
@@ -77,7 +77,7 @@ async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Si
     simulator.backdoor.set_input(2, True)
     assert await driver.ask("get input : 2") == "1"
     assert await driver.ask("set output : 5 1") == "done"
-    assert simulator.backdoor.output(5)
+    assert simulator.state().outputs[4]
     simulator.backdoor.restore_state("start")
     assert await driver.ask("get joint torque") == "0.0 0.0 0.0 0.0 0.0 0.0 0.0"
     assert await driver.ask("get inputs") == await driver.ask("get outputs") == " ".join("0" * 16)
@@ -93,7 +93,7 @@ def test_from_another_thread_while_the_robot_moves() -> None:
         simulator.advance(1.0)
         with pytest.raises(Refused, match="the robot has to be at rest"):
             simulator.backdoor.place((0.0,) * 7)
-        simulator.backdoor.fail_move(3000)
+        simulator.backdoor.fail(3000)
         assert simulator.run_until_stopped() <= 0.1
         assert robot.get_error().reason == "made to fail through the backdoor"
         simulator.backdoor.restore_state("start")

@@ -40,9 +40,7 @@ def test_as_a_process_with_the_token_in_a_file(tmp_path: Path) -> None:
         url = f"http://{OTHER_ADDRESS}:{int(port)}"
         told = subprocess.run([*curl, f"{url}/get_clock"], capture_output=True, check=True).stdout
         assert json.loads(told) == "real"
-        refused = subprocess.run(
-            [*curl, "-d", '{"code": 7}', f"{url}/fail_move"], capture_output=True, check=True
-        )
+        refused = subprocess.run([*curl, "-d", '{"code": 0}', f"{url}/fail"], capture_output=True, check=True)
         assert json.loads(refused.stdout)["error"]["code"] == 3000
         code, log = simulator.ends(15)
     assert code == 0

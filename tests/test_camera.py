@@ -92,8 +92,8 @@ def test_a_picture_shows_what_has_moved_and_changes_nothing(rendering: Simulator
     [
         ("/camera/nowhere", 409, "no camera 'nowhere': the scene has overview"),
         ("/camera/overview?width=5000", 409, "a picture of 5000 x 480: expected 1 to 4096 pixels each"),
-        ("/camera", 404, "expected /camera/NAME, with a camera of the scene"),
-        ("/camera/overview?depth=1", 400, "camera takes name = text, width = whole number, default 640"),
+        ("/camera", 400, "camera(name, width=640, height=480): Object missing required field `name`"),
+        ("/camera/overview?depth=1", 400, "camera(name, width=640, height=480): Object contains unknown"),
     ],
 )
 def test_what_is_no_camera(simulator: Simulator, path: str, status: int, reason: str) -> None:

@@ -42,7 +42,7 @@ def test_a_driver_closes_and_opens_it_and_a_bench_breaks_it(tmp_path: Path) -> N
         robot.set_output(3, False)
         simulator.advance(2.0)
         assert (robot.get_input(1), robot.get_input(2)) == (False, True)
-        simulator.backdoor.repair_gripper()
+        simulator.backdoor.clear_faults()
         simulator.advance(0.9)
         assert (robot.get_input(1), robot.get_input(2)) == (True, False)
 

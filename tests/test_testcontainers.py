@@ -59,5 +59,5 @@ def test_its_driver_and_its_backdoor_reach_the_robot() -> None:
             assert driver.get_error().code == 3030
             assert container.backdoor.run_until_stopped(1) == 0.0
             assert container.state()["error"]["code"] == 3030
-            with pytest.raises(Refused, match="nothing moves that could fail"):
-                container.backdoor.fail_move(1)
+            with pytest.raises(Refused, match="the cell has no gripper"):
+                container.backdoor.lose_part()

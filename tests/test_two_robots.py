@@ -233,7 +233,7 @@ def test_a_named_state_is_one_of_the_whole_cell(cell: Simulator) -> None:
         cell.advance(0.5)
         right.restore_state("carried")
         assert [(each.joint_position, each.parts, each.outputs) for each in states(cell)] == before
-        assert left.surfaces() == right.surfaces() == ["table"]
+        assert [each["name"] for b in (left, right) for each in b.cell()["surfaces"]] == ["table"] * 2
         assert left.states() == right.states() == ["start", "carried"]
         drivers.ask("left", f"lin move : 550 0 560 {DOWN} 0.5 0")
         with pytest.raises(Refused, match="all robots have to be at rest"):
@@ -247,7 +247,7 @@ def test_surfaces_and_parts_are_those_of_all(cell: Simulator) -> None:
     right.add_surface(
         BoxSettings(name="shelf", size_mm=(200, 200, 20), x_mm=700, z_mm=600, stiffness_n_per_m=1e4)
     )
-    (shelf,) = (each for each in left.cell().surfaces if each["name"] == "shelf")
+    (shelf,) = (each for each in left.cell()["surfaces"] if each["name"] == "shelf")
     assert shelf["x_mm"] == pytest.approx(590.0)
     x, y, z, *_ = states(cell)[0].tool_frame
     with pytest.raises(Refused, match=r"the TCP would be 10\.000 mm within surface 'no'"):
@@ -257,7 +257,7 @@ def test_surfaces_and_parts_are_those_of_all(cell: Simulator) -> None:
     left.remove_surface("shelf")
     left.remove_part("bar")
     cell.advance(0.1)
-    assert right.surfaces() == ["table"]
+    assert [each["name"] for each in right.cell()["surfaces"]] == ["table"]
     assert states(cell)[1].parts[0].state == "gone"
 
 
@@ -286,10 +286,10 @@ def test_the_backdoor_has_a_path_for_each_robot(cell: Simulator) -> None:
     assert port is not None
     BackdoorClient("127.0.0.1", port, robot="right").set_input(5, True)
     assert [each.inputs[4] for each in states(cell)] == [False, True]
-    assert BackdoorClient("127.0.0.1", port, robot="left").input(5) is False
+    assert BackdoorClient("127.0.0.1", port, robot="left").state()["inputs"][4] is False
     for name in ("", "middle"):
-        with pytest.raises(Refused, match="expected /ROBOT/inputs, with one of left, right"):
-            BackdoorClient("127.0.0.1", port, robot=name).inputs()
+        with pytest.raises(Refused, match="expected /ROBOT/state, with one of left, right"):
+            BackdoorClient("127.0.0.1", port, robot=name).state()
 
 
 def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack
 
 import pytest
@@ -16,6 +16,7 @@ from iiwa_sim.protocols.faults import (
     Fault,
     Pass,
     ResetBefore,
+    Silence,
 )
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
@@ -101,21 +102,19 @@ async def test_a_connection_that_ends_at_a_reply(
     else:
         assert await driver.rest() == b"".join(driver.ANSWERS[:heard])
     await bench.a_while()
-    assert not any(bench.simulator.backdoor.outputs()), "what is behind it is not carried out"
+    assert not any(bench.simulator.state().outputs), "what is behind it is not carried out"
     again, _ = await bench.connects(bench.scene.spoken)
     await again.is_served()
 
 
-@pytest.mark.parametrize("end", [Backdoor.close_connections, Backdoor.reset_connections])
-async def test_a_connection_that_ends_now_stops_its_move(
-    bench: Bench, end: Callable[[Backdoor, int], None]
-) -> None:
+@pytest.mark.parametrize("reset", [False, True])
+async def test_a_connection_that_ends_now_stops_its_move(bench: Bench, reset: bool) -> None:
     home = bench.simulator.joints
     bench.backdoor.set_override(0.2)
     assert await bench.driver.moves(bench.scene.far) == 0
     await until(lambda: bench.simulator.joints != home)
-    end(bench.backdoor, bench.number)
-    if end is Backdoor.reset_connections:
+    bench.backdoor.close_connections(bench.number, reset)
+    if reset:
         with pytest.raises(ConnectionResetError):
             await bench.driver.rest()
     else:
@@ -126,16 +125,16 @@ async def test_a_connection_that_ends_now_stops_its_move(
 
 async def test_who_is_not_answered_is_answered_when_faults_are_cleared(bench: Bench) -> None:
     driver = bench.driver
-    bench.backdoor.stop_answering(bench.number)
+    bench.backdoor.set_fault(Silence(), bench.number)
     driver.send(three(driver) + driver.SWITCH_ON)
     await bench.a_while()
     assert driver.unread == b""
-    assert not any(bench.simulator.backdoor.outputs()), "nor is it carried out"
+    assert not any(bench.simulator.state().outputs), "nor is it carried out"
     driver.sends_no_more()
     await bench.a_while()
     bench.backdoor.clear_faults()
     assert (await driver.rest()).startswith(b"".join(driver.ANSWERS))
-    assert bench.simulator.backdoor.output(1)
+    assert bench.simulator.state().outputs[0]
 
 
 async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
@@ -149,7 +148,7 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
                 await Client.connect(port)
         assert bench.simulator.ports == ports
         await bench.driver.is_served()
-        bench.backdoor.accept_connections()
+        bench.backdoor.refuse_connections(False)
         for protocol in ports:
             again, number = await bench.connects(protocol)
             await again.is_served()

@@ -44,7 +44,7 @@ class BackdoorClient:
 
     def _call(self, name: str, /, *args: object, **arguments: object) -> Any:
         if args:
-            names = list(self._known().get(name, {"takes": ()})["takes"])
+            names = [each.partition("=")[0] for each in self._known().get(name, {"takes": ()})["takes"]]
             if len(args) > len(names):
                 raise TypeError(f"{name} takes {', '.join(names) or 'no arguments'}: {len(args)} given")
             arguments = dict(zip(names, args, strict=False)) | arguments

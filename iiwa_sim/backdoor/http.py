@@ -12,7 +12,7 @@ import inspect
 import select
 import socket
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, Future, wait
 from difflib import get_close_matches
 from http import HTTPStatus
@@ -22,17 +22,13 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
 
-from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.cell.bodies import AnySurface
+from iiwa_sim.backdoor.backdoor import CLIENT, Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.frames import Frame
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.faults import Fault
 from iiwa_sim.server.listening import accept, host_and_port, open_listener
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
-from iiwa_sim.wrench import Wrench
 
 HEALTH = "healthz"
 CAMERA = "camera"
@@ -44,17 +40,6 @@ IDLE_S = 60.0
 LOOKS_S = 0.25
 """Time (s) between two looks for a client that does not wait any more."""
 _LONGEST_SHOWN = 200
-_WORDS: dict[Any, str] = {
-    Frame: "[x, y, z, alpha, beta, gamma]",
-    Wrench: "[fx, fy, fz, tx, ty, tz]",
-    Sequence[float]: "[number, ...]",
-    AnySurface: '{"shape": "box", ...}',
-    Fault: '{"type": "Drop", ...}',
-    str: "text",
-    float: "number",
-    int: "whole number",
-    bool: "true or false",
-}
 
 
 class Call(NamedTuple):
@@ -62,23 +47,25 @@ class Call(NamedTuple):
 
     method: Callable[..., Any]
     arguments: type[msgspec.Struct]
-    takes: dict[str, str]
-    """Each parameter in words."""
+    takes: list[str]
+    """The parameters, with their defaults: `connection=0`."""
     reads: bool
     """True if it only reads."""
     summary: str
 
 
 def _call(method: Callable[..., Any]) -> Call:
-    types, fields, takes = get_type_hints(method), list[Any](), dict[str, str]()
-    for each in list(inspect.signature(method).parameters.values())[1:]:
-        has_default = each.default is not each.empty
-        fields.append((each.name, types[each.name], *((each.default,) if has_default else ())))
-        takes[each.name] = _WORDS[types[each.name]] + (f", default {each.default}" if has_default else "")
-    is_picture = types["return"] is bytes
-    reads = is_picture or not (types["return"] is type(None) or inspect.iscoroutinefunction(method))
+    types, parameters = get_type_hints(method), list(inspect.signature(method).parameters.values())[1:]
+    fields = [
+        (each.name, types[each.name], *(() if each.default is each.empty else (each.default,)))
+        for each in parameters
+    ]
+    reads = types["return"] is bytes or not (
+        types["return"] is type(None) or inspect.iscoroutinefunction(method)
+    )
     summary = (inspect.getdoc(method) or "").partition("\n\n")[0].replace("\n", " ")
     arguments = msgspec.defstruct(method.__name__, fields, forbid_unknown_fields=True)
+    takes = [str(each.replace(annotation=each.empty)) for each in parameters]
     return Call(method, arguments, takes, reads, summary)
 
 
@@ -171,7 +158,7 @@ class BackdoorHttp:
         self._loop.call_soon_threadsafe(log.refused, client, request, code, reason)
 
     def begin(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> "Future[bytes]":
-        """Begin a call in the loop's thread; its result is the JSON of the answer."""
+        """Begin a call in the loop's thread; its result is the JSON of the answer, or a picture."""
         future = asyncio.run_coroutine_threadsafe(self._made(robot, call, arguments, client), self._loop)
         self._calls.add(future)
         future.add_done_callback(self._calls.discard)
@@ -180,9 +167,9 @@ class BackdoorHttp:
     async def _made(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
         backdoor, log = self.robots[robot]
         request = harmless(shortened(repr(arguments), _LONGEST_SHOWN))
+        CLIENT.set(client)  # in this task only
         try:
-            with backdoor._by(client):
-                result = call.method(backdoor, **msgspec.structs.asdict(arguments))
+            result = call.method(backdoor, **msgspec.structs.asdict(arguments))
             if inspect.isawaitable(result):
                 result = await result
         except Refused as refused:
@@ -193,9 +180,9 @@ class BackdoorHttp:
             raise
         if isinstance(result, bytes):
             return result
-        answer = msgspec.json.encode(result)
+        answer = msgspec.json.encode(result) + b"\n"
         if log.wants_commands():
-            log.command(client, request, shortened(answer.decode(), _LONGEST_SHOWN))
+            log.command(client, request, shortened(answer.decode().rstrip(), _LONGEST_SHOWN))
         return answer
 
 
@@ -239,25 +226,22 @@ class _Handler(BaseHTTPRequestHandler):
         """Log nothing: the server logs calls."""
 
     def _answer(self) -> bytes:
-        body = self._body()
-        url = urlsplit(self.path)
-        name = url.path.strip("/")
-        self._admit(name)
-        if name == HEALTH:
-            return b'{"ok":true}'
-        if not name:
+        body, url = self._body(), urlsplit(self.path)
+        path = url.path.strip("/").split("/")
+        self._admit(path[0])
+        if path == [HEALTH]:
+            return b'{"ok":true}\n'
+        if path == [""]:
             return _listing()
-        path, _, camera = name.rpartition("/")
-        if path.rpartition("/")[2] == CAMERA:
-            name = path
-        elif camera == CAMERA:
-            raise NotUnderstood(HTTPStatus.NOT_FOUND, f"expected /{CAMERA}/NAME, with a camera of the scene")
-        robot, _, name = name.rpartition("/")
-        robots = self.server.robots
-        if robot not in robots and (robot or len(robots) > 1):
-            there = f"expected /ROBOT/{name}, with one of {', '.join(robots)}" if len(robots) > 1 else ""
-            raise NotUnderstood(HTTPStatus.NOT_FOUND, there or f"there is no robot {_shown(robot)}")
-        robot = robot or next(iter(robots))
+        query = dict(parse_qsl(url.query))
+        if CAMERA in path[-2:-1]:
+            query["name"] = unquote(path.pop())
+        robots, name = self.server.robots, path.pop()
+        robot = path.pop() if path else next(iter(robots)) if len(robots) == 1 else ""
+        if path or robot not in robots:
+            there_are = ", ".join(filter(None, robots)) or "one without a name"
+            reason = f"there is no robot {_shown(robot)}: expected /ROBOT/{name}, with one of {there_are}"
+            raise NotUnderstood(HTTPStatus.NOT_FOUND, reason)
         call = CALLS.get(name)
         if call is None:
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
@@ -266,14 +250,12 @@ class _Handler(BaseHTTPRequestHandler):
         if self.command == "GET" and not call.reads:
             raise NotUnderstood(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
-            if url.query or name == CAMERA:
-                told = dict(parse_qsl(url.query)) | ({"name": unquote(camera)} if name == CAMERA else {})
-                arguments = msgspec.convert(told, call.arguments, strict=False)
+            if query:
+                arguments = msgspec.convert(query, call.arguments, strict=False)
             else:
                 arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
         except (msgspec.MsgspecError, RecursionError) as fault:
-            words = ", ".join(f"{key} = {each}" for key, each in call.takes.items())
-            reason = f"{name} takes {words or 'no arguments'}: {fault}"
+            reason = f"{name}({', '.join(call.takes)}): {fault}"
             raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
         return self._result(self.server.begin(robot, call, arguments, self._client))
 
@@ -318,12 +300,11 @@ class _Handler(BaseHTTPRequestHandler):
         self._send_error(status, COMMUNICATION_FAILURE, reason)
 
     def _send_error(self, status: HTTPStatus, code: int, reason: str) -> None:
-        self._send(status, msgspec.json.encode({"error": {"code": code, "reason": harmless(reason)}}))
+        self._send(status, msgspec.json.encode({"error": {"code": code, "reason": harmless(reason)}}) + b"\n")
 
     def _send(self, status: HTTPStatus, body: bytes) -> None:
         self.send_response(status)
         is_picture = body.startswith(b"\x89PNG")
-        body += b"" if is_picture else b"\n"
         self.send_header("Content-Type", "image/png" if is_picture else "application/json")
         self.send_header("Content-Length", str(len(body)))
         if status is HTTPStatus.UNAUTHORIZED:
@@ -345,7 +326,7 @@ def _listing() -> bytes:
         name: {"by": "GET, POST" if call.reads else "POST", "takes": call.takes, "does": call.summary}
         for name, call in CALLS.items()
     }
-    return b"{\n" + b",\n".join(msgspec.json.encode({k: v})[1:-1] for k, v in calls.items()) + b"\n}"
+    return b"{\n" + b",\n".join(msgspec.json.encode({k: v})[1:-1] for k, v in calls.items()) + b"\n}\n"
 
 
 def _shown(text: str) -> str:

@@ -14,8 +14,6 @@ from iiwa_sim.wording import harmless
 
 MOST_SURFACES = 256
 """Most surfaces: all of them are evaluated in every tick."""
-SOURCE = "surface"
-"""Stands for the name of a file in messages."""
 
 
 def add(group: ControllerGroup, controller: Controller, settings: AnySurface) -> None:
@@ -28,17 +26,13 @@ def add(group: ControllerGroup, controller: Controller, settings: AnySurface) ->
     taken = [*world.surfaces, *(part.name for part in (() if handling is None else handling.parts))]
     if len(world.surfaces) >= MOST_SURFACES:
         raise Refused(EXECUTION, f"{MOST_SURFACES} surfaces are there already: remove one first")
-    reader = Reader(SOURCE, CellFault)
+    reader = Reader("surface", CellFault)
     try:
         reader.converted(msgspec.to_builtins(settings), type(settings))
         reader.check("name", settings.name, settings.name not in taken, "a name no surface and no part has")
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None
-    seen = _seen_by(group, controller, surface_of(settings))
-    for other, surface in seen:
-        check_outside(other, surface)
-    for other, surface in seen:
-        other.load.world.put(surface)
+    _put(group, controller, surface_of(settings))
 
 
 def move(group: ControllerGroup, controller: Controller, name: str, pose: Frame) -> None:
@@ -47,37 +41,22 @@ def move(group: ControllerGroup, controller: Controller, name: str, pose: Frame)
     Raises `Refused` if it does not, and a TCP would be within it. What lies on it rides up with it, and a
     held part is pushed.
     """
-    seen = _seen_by(group, controller, named(controller, name)._replace(pose=pose.to_transform()))
-    for other, surface in seen:
-        if not other.load.world.touched(name):
-            check_outside(other, surface)
-    for other, surface in seen:
-        other.load.world.move(name, surface.pose)
+    _put(group, controller, _named(controller, name)._replace(pose=pose.to_transform()))
 
 
 def remove(group: ControllerGroup, controller: Controller, name: str) -> None:
     """Remove a surface; raises `Refused` if there is none of the name."""
-    named(controller, name)
+    _named(controller, name)
     for other in group.controllers:
         other.load.world.remove(name)
 
 
-def named(controller: Controller, name: str) -> Surface:
-    """The surface of this name; raises `Refused` if there is none."""
-    surfaces = controller.load.world.surfaces
-    if name not in surfaces:
-        there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
-        raise Refused(EXECUTION, f"no surface {name!r}: {harmless(there_are)}")
-    return surfaces[name]
-
-
-def check_outside(controller: Controller, *surfaces: Surface, tcp: Vector | None = None) -> None:
-    """Raise `Refused` if the TCP (m, in the base), where it is by default, would be within a surface.
+def check_outside(controller: Controller, tcp: Vector, *surfaces: Surface) -> None:
+    """Raise `Refused` if the TCP (m, in the base) would be within a surface: one of those there by default.
 
     The contact sphere round the TCP may press against it, as in cell.toml; from within the force would be
     unbounded.
     """
-    tcp = controller.tcp().translation if tcp is None else tcp
     for surface in surfaces or controller.load.world.surfaces.values():
         depth_mm = -1e3 * surface.nearest(*tcp)[0]
         if depth_mm > 0.0:
@@ -85,11 +64,26 @@ def check_outside(controller: Controller, *surfaces: Surface, tcp: Vector | None
             raise Refused(EXECUTION, harmless(reason))
 
 
-def _seen_by(
-    group: ControllerGroup, controller: Controller, surface: Surface
-) -> list[tuple[Controller, Surface]]:
-    """Return a surface in the base of each robot of a group; its pose is in the base of one of them."""
-    return [
+def _named(controller: Controller, name: str) -> Surface:
+    surfaces = controller.load.world.surfaces
+    if name not in surfaces:
+        there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
+        raise Refused(EXECUTION, f"no surface {name!r}: {harmless(there_are)}")
+    return surfaces[name]
+
+
+def _put(group: ControllerGroup, controller: Controller, surface: Surface) -> None:
+    """Add or move a surface, given in the base of one robot, for all robots of a group."""
+    seen = [
         (other, surface if base == IDENTITY else surface._replace(pose=compose(base, surface.pose)))
         for other, base in group.seen_from(controller)
     ]
+    is_there = surface.name in controller.load.world.surfaces
+    for other, each in seen:
+        if not (is_there and other.load.world.touched(each.name)):
+            check_outside(other, other.tcp().translation, each)
+    for other, each in seen:
+        if is_there:
+            other.load.world.move(each.name, each.pose)
+        else:
+            other.load.world.put(each)

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import floor
 from typing import Any
 
-from iiwa_sim.backdoor.described import DescribedCell
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, quaternion_from_rotation
 from iiwa_sim.robot.capsules import TOOL, Capsule
@@ -70,31 +69,32 @@ class Arm:
         entities = [_link(ns, link, meshes.get(link.name, ())) for link in self._links]
         return {"deletions": [], "entities": entities}
 
-    def scene(self, ns: int, cell: DescribedCell, shows_cell: bool) -> Message:
+    def scene(self, ns: int, cell: Mapping[str, Any], shows_cell: bool) -> Message:
         """Return a foxglove.SceneUpdate in place of all before it: tool, jaws, TCP's sphere and the cell."""
         entities = []
-        if cell.tool_capsules:
+        if cell["tool_capsules"]:
             capsules = [
-                Capsule.of_mm((*each.start_mm, *each.end_mm, each.radius_mm)) for each in cell.tool_capsules
+                Capsule.of_mm((*each["start_mm"], *each["end_mm"], each["radius_mm"]))
+                for each in cell["tool_capsules"]
             ]
             entities.append(entity(ns, self._description.flange, TOOL, _capsules(capsules)))
-        for name, side in JAWS.items() if cell.jaw_mm else ():
-            middle = Frame(0.0, side * 0.5 * cell.jaw_mm[1], -0.5 * cell.jaw_mm[2], 0.0, 0.0, 0.0)
-            jaw = {"shape": "box", "size_mm": cell.jaw_mm, **middle._asdict(), "colour": _JAW}
+        for name, side in JAWS.items() if cell["jaw_mm"] else ():
+            middle = Frame(0.0, side * 0.5 * cell["jaw_mm"][1], -0.5 * cell["jaw_mm"][2], 0.0, 0.0, 0.0)
+            jaw = {"shape": "box", "size_mm": cell["jaw_mm"], **middle._asdict(), "colour": _JAW}
             entities.append(entity(ns, name, name, [jaw]))
         if not shows_cell:
-            cell = DescribedCell(0.0, (), (), (), (), (), (), ())
+            cell = {**cell, "surfaces": (), "parts": (), "bodies": ()}
         entities += [
             entity(ns, self.base, f"surface {each['name']}", [each | {"colour": _SURFACE}])
-            for each in cell.surfaces
+            for each in cell["surfaces"]
         ]
-        if cell.surfaces and cell.contact_radius_mm > 0.0:
-            tip = {"shape": "sphere", "radius_mm": cell.contact_radius_mm, "colour": _TIP}
+        if cell["surfaces"] and cell["contact_radius_mm"] > 0.0:
+            tip = {"shape": "sphere", "radius_mm": cell["contact_radius_mm"], "colour": _TIP}
             entities.append(entity(ns, TCP, TCP, [tip]))
         own: list[tuple[str, Any]] = [
-            (f"part {each['name']}", [each | {"colour": _PART}]) for each in cell.parts
+            (f"part {each['name']}", [each | {"colour": _PART}]) for each in cell["parts"]
         ]
-        own += [(f"body {each['name']}", each["shapes"]) for each in cell.bodies]
+        own += [(f"body {each['name']}", each["shapes"]) for each in cell["bodies"]]
         entities += [entity(ns, frame, frame, shapes) for frame, shapes in own]
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 

@@ -32,13 +32,13 @@ Calls = dict[str, tuple[Any, ...]]
 """Method of the backdoor and its values, by the word on a button."""
 
 SAFETY: Calls = {
-    "Release": ("release_emergency_stop",),
+    "Release": ("emergency_stop", False),
     "Reset error": ("reset_error",),
-    "Protective stop": ("protective_stop",),
+    "Protective stop": ("fail", 3060, "protective stop"),
 }
 DRIVES: Calls = {"On": ("switch_drives", True), "Off": ("switch_drives", False)}
 CLOCKS: Calls = {name: ("set_clock", name) for name in ("real", "10x", "fast", "stepped")}
-TIME: Calls = {"Pause": ("pause",), "Resume": ("resume",)}
+TIME: Calls = {"Pause": ("pause",), "Resume": ("pause", False)}
 
 _RED, _GREEN, _GREY = "#c92a2a", "#2f9e44", "#8888"
 _COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}

@@ -39,6 +39,6 @@ class Bench:
         return {
             "state": backdoor.state(),
             "surfaces": load.world.surfaces,
-            "tool": backdoor.tool(),
+            "tool": self.controller.tool_in_flange,
             "push": (load.wrench, load.joint_push),
         }

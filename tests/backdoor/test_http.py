@@ -34,7 +34,7 @@ SAID: list[tuple[str, dict[str, Any]]] = [
     ("set_clock", {"name": "10x"}),
     ("get_clock", {}),
     ("set_clock", {"name": "stepped"}),
-    ("resume", {}),
+    ("pause", {"paused": False}),
     ("push", {"wrench": (1, 2, 3, 4, 5, 6)}),
     ("push_joints", {"torques": (1, 2, 3, 4, 5, 6, 7)}),
     ("release", {}),
@@ -44,18 +44,11 @@ SAID: list[tuple[str, dict[str, Any]]] = [
     ("add_surface", {"surface": SphereSettings(name="Würfel", radius_mm=40, **POSE)}),
     ("move_surface", {"name": "Würfel", "pose": Frame(1, 2, -30, 0, 0, 0.5)}),
     ("remove_surface", {"name": "floor"}),
-    ("surfaces", {}),
     ("cell", {}),
     ("set_tool", {"tool_in_flange": Frame(1, 2, 100, 0, 0.5, 0)}),
-    ("tool", {}),
     ("set_input", {"number": 3, "on": True}),
-    ("input", {"number": 3}),
-    ("output", {"number": 2}),
-    ("inputs", {}),
-    ("outputs", {}),
     ("place", {"joints": PLACE}),
     ("set_override", {"override": 0.25}),
-    ("override", {}),
     ("robot", {}),
     ("state", {}),
     ("moves", {}),
@@ -63,7 +56,6 @@ SAID: list[tuple[str, dict[str, Any]]] = [
     ("seed", {"seed": 7}),
     ("stick_jaws", {"stuck": True}),
     ("wrong_sensor", {"sensor": "holds", "on": True}),
-    ("repair_gripper", {}),
     ("refuse_next_move", {"code": 3021}),
     ("reply", {"command": "get status", "reply": "moving", "times": 2}),
     ("connections", {}),
@@ -72,21 +64,20 @@ SAID: list[tuple[str, dict[str, Any]]] = [
     ("set_fault", {"fault": wire.Split(3, 0.1)}),
     ("set_fault", {"fault": wire.Drop(), "replies": 1}),
     ("set_fault", {"fault": wire.ResetBefore()}),
-    ("stop_answering", {}),
+    ("set_fault", {"fault": wire.Silence()}),
     ("close_connections", {}),
-    ("reset_connections", {"connection": 0}),
+    ("close_connections", {"connection": 0, "reset": True}),
     ("refuse_connections", {}),
-    ("accept_connections", {}),
+    ("refuse_connections", {"refused": False}),
     ("clear_faults", {}),
     ("emergency_stop", {}),
-    ("release_emergency_stop", {}),
+    ("emergency_stop", {"pressed": False}),
     ("reset_error", {}),
     ("switch_drives", {"on": False}),
-    ("protective_stop", {}),
-    ("following_error", {"joint": 3}),
+    ("fail", {"code": 3060, "reason": "protective stop"}),
     ("restore_state", {"name": "Würfel"}),
 ]
-NEED_A_MOVE = {"fail_move", "time_out_servo", "lose_part"}
+NEED_A_MOVE = {"time_out_servo", "lose_part"}
 TAKE_TIME = {"advance", "run_until_stopped"}
 
 
@@ -113,7 +104,7 @@ def seen(simulator: Simulator) -> dict[str, Any]:
     return {
         "state": backdoor.state(),
         "cell": backdoor.cell(),
-        "tool": backdoor.tool(),
+        "tool": simulator.controller.tool_in_flange,
         "states": backdoor.states(),
         "clock": backdoor.get_clock(),
         "faults": [(rule.fault, rule.connection, rule.left) for rule in backdoor._wire._rules],
@@ -148,20 +139,19 @@ def test_each_call_does_over_http_what_its_method_does() -> None:
         assert bench.advance(0.5) is None
         assert near.state().tick + 250 == far.state().tick
         assert bench.run_until_stopped(1) == 0.0
-        with pytest.raises(Refused, match="nothing moves that could fail"):
-            bench.fail_move(4711)
+        with pytest.raises(Refused, match="expected smart or direct"):
+            bench.time_out_servo()
 
 
 def test_what_reads_is_got_by_a_browser_bar_and_lists_itself(shared: Simulator) -> None:
     port = shared.backdoor_port
-    assert ask(port, "GET", "/override") == (200, 1.0)
-    assert ask(port, "GET", "/input?number=3") == (200, False)
+    assert ask(port, "GET", "/get_clock") == (200, "stepped")
+    assert ask(port, "GET", "/dialogue?since=100000")[1]["lines"] == []
     assert ask(port, "GET", "/state")[1]["mode"] == "unknown"
     assert ask(port, "GET", "/healthz") == (200, {"ok": True})
     status, calls = ask(port, "GET", "/")
     assert (status, set(calls)) == (200, set(CALLS))
-    assert calls["set_fault"]["takes"]["replies"] == "whole number, default 0"
-    assert calls["place"]["takes"] == {"joints": "[number, ...]"}
+    assert calls["set_fault"]["takes"] == ["fault", "connection=0", "replies=0"]
 
 
 @pytest.mark.parametrize(
@@ -279,12 +269,12 @@ def test_connections_beyond_the_limit_are_turned_away_and_those_there_served(sha
     address = ("127.0.0.1", shared.backdoor_port or 0)
     first = http.client.HTTPConnection(*address, timeout=DEADLINE_S)
     others = [socket.create_connection(address, DEADLINE_S) for _ in range(MOST_CONNECTIONS - 1)]
-    first.request("GET", "/override")
-    assert first.getresponse().read() == b"1.0\n"
+    first.request("GET", "/states")
+    assert first.getresponse().read() == b'["start"]\n'
     with socket.create_connection(address, DEADLINE_S) as late:
         assert late.makefile("rb").readline().startswith(b"HTTP/1.1 503 ")
-    first.request("GET", "/override")
-    assert first.getresponse().read() == b"1.0\n"
+    first.request("GET", "/states")
+    assert first.getresponse().read() == b'["start"]\n'
     for each in (first, *others):
         each.close()
 

@@ -60,7 +60,7 @@ def test_a_state_comes_back_as_it_was() -> None:
     bench.backdoor.save_state("slow")
     kept = bench.seen()
     bench.backdoor.restore_state("start")
-    assert bench.backdoor.surfaces() == []
+    assert bench.backdoor.cell()["surfaces"] == []
     assert bench.controller.override == 1.0
     assert bench.controller.tool_in_flange == bench.robot.description.tool_in_flange
     bench.controller.move(joint_move([0.0, 0.4, 0.0, -1.2, 0.0, 1.5, 0.0], [1.0] * 7))

@@ -68,7 +68,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
             simulator.advance(0.1)
             backdoor.emergency_stop()
             simulator.advance(0.3)
-            backdoor.release_emergency_stop()
+            backdoor.emergency_stop(False)
             driver.reset_error()
         simulator.advance(0.1)
     return path
@@ -122,7 +122,7 @@ def test_events_tell_what_happens(session: Path) -> None:
     calls = [text for kind, *_, text in told if kind == "backdoor"]
     assert calls[0] == "push((0, 0, 5, 0, 0, 0))"
     assert calls[1].startswith("add_surface(BoxSettings(name='box'")
-    assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "release_emergency_stop()"]
+    assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "emergency_stop(False)"]
 
 
 def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:

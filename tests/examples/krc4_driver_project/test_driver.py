@@ -35,7 +35,7 @@ def test_an_emergency_stop_is_told_and_got_over(iiwa, driver):
     iiwa.backdoor.emergency_stop()
     with pytest.raises(RobotError, match="3030"):
         driver.go("left")
-    iiwa.backdoor.release_emergency_stop()
+    iiwa.backdoor.emergency_stop(pressed=False)
     iiwa.backdoor.reset_error()  # no message does: on the real one it is a button of the panel
     driver.go("left")
 
