@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
-from itertools import product
-from math import cos, pi, sin
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,15 +10,13 @@ import msgspec
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Frame, Transform, Vector, apply
+from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.robot.description import Angle, Length
 from iiwa_sim.settings import Name, Reader, between
 from iiwa_sim.world.part import Mesh, Part
 
 MOST_CORNERS = 5000
 """Corners of a mesh."""
-CLOSE_M = 1e-3
-"""A part may be so deep in a surface or another part at the beginning."""
 Size = Annotated[float, between(0.01, 10_000.0, " mm")]
 _Speed = Annotated[float, between(-10_000.0, 10_000.0, " mm/s")]
 _Stiffness = Annotated[float, between(1.0, 1e7, " N/m")]
@@ -197,50 +192,3 @@ def read_stl(data: bytes) -> list[Vector]:
 
 def _is_vertex(words: list[str]) -> bool:
     return len(words) == 4 and words[0] == "vertex"
-
-
-_ROUND = [(cos(angle), sin(angle)) for angle in (0.25 * pi * k for k in range(8))]
-
-
-def check_places(
-    reader: Reader, parts: Sequence[tuple[Part, Transform]], surfaces: Sequence[Surface]
-) -> None:
-    """Raises an error for a part within a surface or another part; a mesh counts by its corners."""
-    solid = list(surfaces)
-    for index, (part, pose) in enumerate(parts):
-        within = _within(part, pose, solid)
-        place = [round(1e3 * each, 6) for each in pose.translation]
-        outside = f"a place outside of {within!r}, up to {1e3 * CLOSE_M:g} mm"
-        reader.check(f"part[{index}].x_mm, y_mm, z_mm of {part.name!r}", place, not within, outside)
-        if not isinstance(part.shape, Mesh):
-            solid.append(Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0))
-
-
-def _within(part: Part, pose: Transform, solid: Sequence[Surface]) -> str:
-    """The name of the first of these that a part is within, or that is within it; empty for none."""
-    shape = part.shape
-    own = None if isinstance(shape, Mesh) else Surface(part.name, shape, pose, part.stiffness, 0.0, 0.0)
-    marks = [apply(pose, place) for place in _marks(part)]
-    for each in solid:
-        if any(each.nearest(*mark)[0] < -CLOSE_M for mark in marks):
-            return each.name
-        if own is not None and isinstance(each.shape, Box | Cylinder | Sphere):
-            other = Part(each.name, each.shape, 1.0, 0.0, 1.0)
-            if any(own.nearest(*apply(each.pose, mark))[0] < -CLOSE_M for mark in _marks(other)):
-                return each.name
-    return ""
-
-
-def _marks(part: Part) -> tuple[Vector, ...]:
-    """Return places of a part: its middle, and corners, points of its rims, or those along the axes of a
-    ball."""
-    shape = part.shape
-    if isinstance(shape, Mesh):
-        return shape.corners
-    if isinstance(shape, Box):
-        signs: list[Vector] = [(x, y, z) for x, y, z in product((-1.0, 1.0), repeat=3)]
-        return (0.0, 0.0, 0.0), *((x * shape[0], y * shape[1], z * shape[2]) for x, y, z in signs)
-    r, half = shape.radius, shape.half_z if isinstance(shape, Cylinder) else 0.0
-    round_it: list[Vector] = [(x * r, y * r, z) for x, y in _ROUND for z in dict.fromkeys((-half, half))]
-    ends: list[Vector] = [(0.0, 0.0, half or r), (0.0, 0.0, -half or -r)]
-    return (0.0, 0.0, 0.0), *round_it, *ends

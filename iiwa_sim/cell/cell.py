@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import astuple
 
-from iiwa_sim.cell.bodies import check_places, part_of, pose_of, surface_of
+from iiwa_sim.cell.bodies import part_of, pose_of, surface_of
 from iiwa_sim.cell.settings import (
     HOME,
     CellFault,
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from iiwa_sim.world.world import World
 
 CELL_SUFFIX = ".toml"
+CLOSE_M = 1e-3
+"""Parts and robots may be so deep in each other at the start, and parts in surfaces."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,12 @@ class Cell:
         on_contact: Callable[[Contact], None] | None = None,
         on_touch: Callable[[str], None] | None = None,
     ) -> Controller:
-        """A new controller of the robot in this cell, with the other arguments as `Controller` takes them."""
+        """A new controller of the robot in this cell, with the other arguments as `Controller` takes them.
+
+        A robot that is not alone needs its `arm` of `shared_world`.
+        """
+        if arm is None and (world := shared_world([self], tick_s)) is not None:
+            (arm,) = world.arms
         return Controller(
             self.description,
             tick_s,
@@ -124,27 +131,43 @@ class Cell:
 
 
 def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
-    """Return the world of robots that share a cell; None for one without `[[robot]]` or bodies.
+    """Return the world of the robots in a cell; None for a single robot without parts and scene.
 
-    Its `arms`, in the order of the robots, are what `Cell.controller` takes.
+    Its `arms`, in the order of the robots, are what `Cell.controller` takes. Raises `CellFault` for parts
+    and robots that are in each other.
     """
-    if len(cells) == 1 and (not cells[0].name or cells[0].handled is None):
+    handled = cells[0].handled
+    parts, scene = ((), None) if handled is None else (handled.parts, handled.scene)
+    if len(cells) == 1 and not parts and scene is None:
         return None
     from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
     from iiwa_sim.world.world import World
 
     arms = []
-    parts: tuple[tuple[Part, Transform], ...] = ()
-    scene: Scene | None = None
     for cell in cells:
         tool = () if cell.tool is None else cell.tool.capsules
         shape = ArmShape(cell.description, cell.tool_in_flange, tool, cell.contact_radius_m)
-        kind = None
-        if cell.handled is not None:
-            kind, parts, scene = cell.handled.gripper, cell.handled.parts, cell.handled.scene
+        kind = None if cell.handled is None else cell.handled.gripper
         gripper = None if kind is None else Gripper(kind)
         arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
-    return World(arms, cells[0].surfaces, parts, None if scene is None else scene.spec, tick_s)
+    world = World(arms, cells[0].surfaces, parts, None if scene is None else scene.spec, tick_s)
+    _check_places(world, Reader(str(cells[0].path), CellFault))
+    return world
+
+
+def _check_places(world: World, reader: Reader) -> None:
+    """Raise a fault for parts and robots that are in each other."""
+    names = [each.name for each in world.surfaces] + [each.name for each in world.parts]
+    for one, two in world.overlaps(CLOSE_M):
+        if world.of_robots >= {one, two}:
+            at_start = "robots that do not collide at the start"
+            raise CellFault(reader.path, "robot", f"{one} in {two}", at_start)
+        if {*names} >= {one, two}:
+            other, name = sorted((one, two), key=names.index)
+            index = names.index(name) - len(world.surfaces)
+            place = [round(1e3 * each, 6) for each in world.pose(index).translation]
+            expected = f"a place outside of {other!r}, up to {1e3 * CLOSE_M:g} mm"
+            raise reader.fault(f"part[{index}].x_mm, y_mm, z_mm of {name!r}", place, expected)
 
 
 def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
@@ -231,7 +254,6 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
             cell = replace(cell, name=robot.name, base=pose_of(robot), ports=robot.ports())
         _check_start(its, robot, cell)
         cells.append(cell)
-    check_places(reader, parts, surfaces)
     return tuple(cells)
 
 

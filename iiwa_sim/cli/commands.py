@@ -87,7 +87,7 @@ def check_cell(parser: Parser, words: Sequence[str]) -> int:
     cells = load_cells(own.file)
     for cell in cells:
         Simulator(cell=cell, protocol=fitting_protocols(cell.description))
-    say("\n".join(map(summary, cells)))
+    say(summary(cells))
     return 0
 
 

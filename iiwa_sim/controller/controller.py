@@ -97,8 +97,8 @@ class Controller:
             io: Inputs and outputs; by default 16 of each.
             safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
             tool: The load at the flange, which the controller knows.
-            handled: Gripper and parts of the cell.
-            arm: Its `Arm` in a world that robots share, in which the parts are.
+            handled: Gripper, wires and scene of the cell.
+            arm: Its `Arm` in the world of parts, scene and other robots.
             servo_timeout_s: Time without a command that ends a servo mode; by default none does.
             on_fault: Called with code and reason of an error between commands.
             on_contact: Called with the force that has ended a move.
@@ -138,7 +138,7 @@ class Controller:
         if handled is None and arm is not None:
             handled = HandlingSetup(None, Wiring(NOTHING))
         if handled is not None:
-            self.handling = Handling(handled, self.io, self.load, description, tool, start, tick_s, arm)
+            self.handling = Handling(handled, self.io, self.load, tick_s, arm)
         self._coming_tcp: Transform | None = None
         self.planner = Planner(self.model)
         self.motions = self._motions_from(start)

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
-from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.frames import Frame, Transform, apply
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import Capsule
-from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.wording import harmless
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.part import GONE, Part
@@ -133,19 +131,12 @@ class Handling:
         handled: HandlingSetup,
         io: Io,
         load: ExternalWrench,
-        description: RobotDescription,
-        tool: Tool | None,
-        joints: Joints,
         tick_s: float,
-        arm: Arm | None = None,
+        arm: Arm | None,
     ) -> None:
-        """The robot is at rest at `joints` (rad); forces on it go to `load`, whose surfaces parts lie on.
-
-        An `arm` is one in a world that robots share; otherwise parts make a world of this robot alone.
-        """
-        self.gripper = None if handled.gripper is None else Gripper(handled.gripper)
-        if arm is not None:
-            self.gripper = arm.gripper
+        """The robot is at rest; forces on it go to `load`, and its `arm` is among the bodies of a world."""
+        kind = handled.gripper
+        self.gripper = arm.gripper if arm is not None else None if kind is None else Gripper(kind)
         self._wiring, self._io, self._load, self._tick_s = handled.wiring, io, load, tick_s
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
@@ -160,17 +151,6 @@ class Handling:
         self._scene, self._inputs, self._outputs = handled.scene, handled.inputs, handled.outputs
         self._scene_bodies: tuple[BodyState, ...] = ()
         self._sensed: list[bool] = []
-        if arm is None and (handled.parts or handled.scene is not None):
-            from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
-            from iiwa_sim.world.world import World
-
-            shape = ArmShape(
-                description, load.tool_in_flange, () if tool is None else tool.capsules, load.world.radius_m
-            )
-            surfaces = tuple(load.world.surfaces.values())
-            setup = ArmSetup(shape, joints, self.gripper)
-            scene = None if handled.scene is None else handled.scene.spec
-            arm = World([setup], surfaces, handled.parts, scene, tick_s).arms[0]
         self.arm = load.bodies = arm
         """The robot among the bodies; None in a cell without parts, a scene or other robots."""
         self.world: World | None = None if arm is None else arm.world

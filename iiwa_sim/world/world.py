@@ -148,6 +148,12 @@ class World:
         """Return the distance (m) of two geoms."""
         return float(mj.mj_geomDistance(self.model, self.data, one, two, 1.0, None))
 
+    def overlaps(self, deeper_m: float) -> list[list[str]]:
+        """Return the names, as `touchable` has them, of each two that are deeper in each other."""
+        contact = self.data.contact
+        pairs = contact.geom[contact.dist < -deeper_m].tolist()
+        return [[self.touchable[geom] for geom in pair] for pair in pairs]
+
     # A tick
 
     def step(self) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cell.cell import load_cell, load_cells, robot_alone
+from iiwa_sim.cell.cell import load_cell, load_cells, robot_alone, shared_world
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
@@ -99,7 +99,7 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     text = "[tool]\nmass_kg = 1.5\ncentre_mm = [10, 0, 60]\ninertia_kgm2 = [0.001, 0.001, 0.002, 0, 0, 0]\n"
     cell = cell_from(tmp_path, text)
     assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0), ())
-    assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary(cell)
+    assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary([cell])
     assert cell_from(tmp_path, "").tool is None
     touching = cell_from(tmp_path, text + "capsules_mm = [[0, 0, 0, 0, 10, 80, 20]]\n").tool
     assert touching is not None
@@ -115,7 +115,7 @@ def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     assert thin is not None
     assert isinstance(thin.gripper, Jaws)
     assert thin.gripper.jaw_m == pytest.approx((0.01, 0.004, 0.03))
-    assert "gripper: 80 mm at 100 mm/s, 40 N, closed by output 16" in summary(cell)
+    assert "gripper: 80 mm, 40 N, closed by output 16" in summary([cell])
     assert cell_from(tmp_path, "").handled is None
 
 
@@ -126,7 +126,7 @@ def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
     (cube, _), (other, pose) = cell.handled.parts
     assert cube == ("cube", Box(0.02, 0.02, 0.02), 0.2, 0.5, 1e5)
     assert (other.name, pose.translation) == ("other", (0.0, 0.0, 0.2))
-    told = summary(cell)
+    told = summary([cell])
     assert "part 'cube': box, 0.2 kg, lies on 'table'" in told
     assert "part 'other': box, 0.2 kg, falls" in told
 
@@ -138,9 +138,6 @@ def test_what_the_robot_watches(tmp_path: Path) -> None:
     )
     cell = cell_from(tmp_path, text)
     assert cell.safety == (80.0, None, 0.25, ((0.2, -0.4, 0.25), (0.8, 0.4, 0.9)))
-    assert "protective stop: torques of the joints, 80 N, 250 mm/s, a box from 200 -400 250 to" in summary(
-        cell
-    )
     assert cell_from(tmp_path, "").safety == (None,) * 4
 
 
@@ -184,7 +181,7 @@ def test_a_fault_is_one_line_that_says_where_and_what(
     tmp_path: Path, text: str, key: str, value: str
 ) -> None:
     with pytest.raises(CellFault) as fault:
-        cell_from(tmp_path, text)
+        cell_from(tmp_path, text).controller(0.002)
     place = f"{key} = {value}: " if key else ""
     pattern = f"{re.escape(str(tmp_path / 'cell.toml'))}: {place}expected ."
     assert re.match(pattern, str(fault.value)), str(fault.value)
@@ -282,6 +279,13 @@ def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str,
         cell_from(tmp_path, TWO + added)
     assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {says}")
     assert str(fault.value).isprintable()
+
+
+def test_robots_that_collide_at_the_start_are_named(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(TWO.replace("x_mm = 1000", "x_mm = 50"))
+    says = r"robot = iiwa_link_\d of robot 'left' in iiwa_link_\d of robot 'right': expected robots that do"
+    with pytest.raises(CellFault, match=says):
+        shared_world(load_cells(tmp_path / "cell.toml"), 0.002)
 
 
 @pytest.mark.parametrize("text", ["robot = []", "contact_radius_mm = 3" + TWO, 'robot = "it"' + TWO])

@@ -130,7 +130,7 @@ def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) 
     robot = robot_in(tmp_path)
     controller, changes = robot.controller, {}
     assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; wired: input 3, input 4" in summary(
-        load_cell(tmp_path / "cell.toml")
+        [load_cell(tmp_path / "cell.toml")]
     )
     for tick in range(1600):
         for output, at in ((BELT, 100), (ROLLER, 100), (DOOR, 1000), (BELT, 1200)):
