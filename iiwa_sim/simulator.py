@@ -11,8 +11,7 @@ from iiwa_sim import log
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
-from iiwa_sim.clock.clock import Clock
-from iiwa_sim.clock.observed import ObservedRobot, Stepped
+from iiwa_sim.clock.clock import Clock, Stepped
 from iiwa_sim.clock.pace import Pace, pace
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
@@ -335,10 +334,9 @@ class Simulator:
 
     def _watched(self) -> Stepped:
         """The robots for the clock; with nobody else in between where nobody watches."""
-        robots: Stepped = self._group if len(self.robots) > 1 else self._group.controllers[0]
         others = [each for each in (self._status, self._ros) if each is not None]
-        watchers = [*self._recordings.recorders, *others]
-        return ObservedRobot(robots, watchers) if watchers else robots
+        self._group.observers = observers = [*self._recordings.recorders, *others]
+        return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _transcript(self, path: Path, robot: SimulatedRobot) -> "Recorder":
         from importlib import metadata

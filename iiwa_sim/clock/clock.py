@@ -8,10 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
-from typing import Protocol
 
-from iiwa_sim.clock.observed import Stepped
 from iiwa_sim.clock.pace import REAL, Pace
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.throttle import Throttle
 
 MIN_RATE_HZ = 100
@@ -45,6 +45,7 @@ LONGEST_ADVANCE_S = 86400.0
 AT_ONCE = 1
 """An instant that has passed: the loop gets its turn, no more."""
 
+Stepped = Controller | ControllerGroup
 logger = logging.getLogger(__name__)
 
 
@@ -52,18 +53,8 @@ class StillMoving(TimeoutError):
     """The robot has not stopped within the limit."""
 
 
-class Timer(Protocol):
-    """Calls a function once for each instant it is set to."""
-
-    def wake_at(self, instant_ns: int) -> None:
-        """Call at `instant_ns` (> 0) of `time.monotonic_ns`; an instant set before is forgotten."""
-
-    def close(self) -> None:
-        """Stop calling."""
-
-
 class LoopTimer:
-    """The timer of the running loop: up to 1 ms late."""
+    """Calls a function once for each instant it is set to, up to 1 ms late, in the running loop."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._wake = wake
@@ -71,6 +62,7 @@ class LoopTimer:
         self._handle: asyncio.TimerHandle | None = None
 
     def wake_at(self, instant_ns: int) -> None:
+        """Call at `instant_ns` (> 0) of `time.monotonic_ns`; an instant set before is forgotten."""
         self.close()
         self._handle = self._loop.call_at(instant_ns * 1e-9, self._wake)
 
@@ -130,7 +122,7 @@ class Clock:
         pace: Pace = REAL,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,
-        timer: Callable[[Callable[[], None]], Timer] = LoopTimer,
+        timer: Callable[[Callable[[], None]], LoopTimer] = LoopTimer,
     ) -> None:
         """`now_ns` and `timer` are the source of time; tests put their own in.
 
@@ -143,9 +135,9 @@ class Clock:
         self.rate_hz = rate_hz
         self._now_ns = now_ns
         self._open_timer = timer
-        self._timer: Timer | None = None
+        self._timer: LoopTimer | None = None
         self._asked_ns = self._deadline_ns = 0  # what the timer is set to; of the next tick at the pace
-        self._paused = self._idles = False  # idle: no timer is set, since the robot is resting
+        self.paused = self._idles = False  # idle: no timer is set, since the robot is resting
         self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = self._accepted = 0  # what is accepted is no news
@@ -181,21 +173,12 @@ class Clock:
     @property
     def in_haste(self) -> bool:
         """Return True if ticks do not follow real time: nobody sees that one of them takes longer."""
-        return bool(self._errands) or self._pace.ticks_in_haste or not self._pace.speed
-
-    @property
-    def pace(self) -> Pace:
-        """How time passes, unless it is paused."""
-        return self._pace
-
-    @property
-    def paused(self) -> bool:
-        return self._paused
+        return bool(self._errands) or self.pace.ticks_in_haste or not self.pace.speed
 
     @property
     def told(self) -> str:
         """How time passes, with `paused` behind it where it is."""
-        return f"{self._pace.name} paused" if self._paused else self._pace.name
+        return f"{self.pace.name} paused" if self.paused else self.pace.name
 
     def set_pace(self, pace: Pace) -> None:
         """Let time pass otherwise from now on. A pause goes on."""
@@ -209,20 +192,20 @@ class Clock:
     def pause(self) -> None:
         """Make ticks only when told, until `resume`."""
         self._make_up_for_rest()
-        self._paused, self._idles = True, False
+        self.paused, self._idles = True, False
 
     def resume(self) -> None:
         """Go on at the pace. Time that has passed since `pause` is not made up for."""
-        if self._paused:
-            self._paused = False
+        if self.paused:
+            self.paused = False
             self._count_anew()
             self._sleep()
 
     def commanded(self, awaited: bool = False) -> None:
         """Commands may have been carried out; the newest move is `awaited` by who would send the next one."""
-        if self._timer is None or not (self._pace.ticks_in_haste or self._idles):
+        if self._timer is None or not (self.pace.ticks_in_haste or self._idles):
             return
-        if self._pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
+        if self.pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
             self._accepted = accepted
             now_ns = self._now_ns()
             if self._held_since_ns is None:
@@ -280,7 +263,7 @@ class Clock:
         return errand
 
     def _take(self, pace: Pace) -> None:
-        self._pace = pace
+        self.pace = pace
         if pace.speed > 0.0:
             self._period_ns = round(1e9 / (self.rate_hz * pace.speed))
             sleep_ns = REST_SLEEP_NS if pace.ticks_in_haste else SHORTEST_SLEEP_NS
@@ -288,12 +271,12 @@ class Clock:
 
     def _count_anew(self) -> None:
         """The next tick at the pace is due one period from now."""
-        if self._pace.speed > 0.0:
+        if self.pace.speed > 0.0:
             self._deadline_ns = self._now_ns() + self._period_ns
 
     @property
     def _hastens(self) -> bool:
-        return self._pace.ticks_in_haste and not self._paused and self._robot.under_way
+        return self.pace.ticks_in_haste and not self.paused and self._robot.under_way
 
     def _sleep(self) -> None:
         """Set the timer to when there is something to do."""
@@ -304,7 +287,7 @@ class Clock:
             instant_ns = AT_ONCE
         elif self._hastens:
             instant_ns = AT_ONCE if self._held_since_ns is None else self._held_until_ns
-        elif self._paused or not self._pace.speed:
+        elif self.paused or not self.pace.speed:
             return  # a wake-up asked for before finds nothing to do
         elif self._robot.resting:
             self._idles = True
@@ -330,7 +313,7 @@ class Clock:
                 self._held_since_ns = None
                 self._hasten(now_ns)
                 self._count_anew()
-        elif not self._paused and self._pace.speed:
+        elif not self.paused and self.pace.speed:
             self._make_due(now_ns)
         self._sleep()
 

@@ -1,7 +1,7 @@
-"""The controllers of the robots in one cell, stepped together."""
+"""The controllers of the robots in one cell, stepped together, and who observes their ticks."""
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
@@ -10,12 +10,31 @@ if TYPE_CHECKING:
     from iiwa_sim.world.world import World
 
 
+class TickObserver(Protocol):
+    """Sees the ticks of robots, and may command them in these."""
+
+    def tick(self) -> None:
+        """The robots have made a tick."""
+
+    def skip(self, ticks: int) -> None:
+        """Robots at rest have made `ticks` ticks at once, while this observer was not `watching`."""
+
+    @property
+    def watching(self) -> bool:
+        """Return True if it has to see each tick, also of robots at rest."""
+
+    @property
+    def has_commands(self) -> bool:
+        """Return True if it will make a robot move in the next ticks."""
+
+
 class ControllerGroup:
     """The controllers of one cell, in its order: a clock drives them as one robot."""
 
     def __init__(self, bases: Mapping[Controller, Transform], world: "World | None" = None) -> None:
         """Controllers come with the poses of their bases in the `world`, which several robots share."""
         self.controllers, self._bases = list(bases), bases
+        self.observers: Sequence[TickObserver] = ()
         self._calls = [controller.move_on for controller in self.controllers]
         self._calls += [] if world is None else [world.step]
         self._calls += [controller.feel for controller in self.controllers]
@@ -23,7 +42,7 @@ class ControllerGroup:
     def step(self) -> None:
         """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
 
-        A fault in one of them is raised at the end of the tick.
+        A fault in one of them is raised at the end of the tick, which observers see nevertheless.
         """
         faults = []
         for call in self._calls:
@@ -31,6 +50,8 @@ class ControllerGroup:
                 call()
             except Exception as fault:  # noqa: BLE001 - raised below
                 faults.append(fault)
+        for observer in self.observers:
+            observer.tick()
         if faults:
             raise faults[0]
 
@@ -38,6 +59,8 @@ class ControllerGroup:
         """Make up for `ticks` ticks of all robots, while they rest."""
         for controller in self.controllers:
             controller.skip(ticks)
+        for observer in self.observers:
+            observer.skip(ticks)
 
     def stop(self) -> None:
         """Stop all robots."""
@@ -51,18 +74,24 @@ class ControllerGroup:
 
     @property
     def moving(self) -> bool:
-        """True if a robot moves, or a move waits."""
-        return any(controller.moving for controller in self.controllers)
+        """True if a robot moves, or a move waits or will come from an observer."""
+        return any(each.moving for each in self.controllers) or self._has_commands
 
     @property
     def under_way(self) -> bool:
-        """True if a robot moves in a way that ends without a command."""
-        return any(controller.under_way for controller in self.controllers)
+        """True if a robot moves in a way that ends without a command, or an observer has one."""
+        return any(each.under_way for each in self.controllers) or self._has_commands
 
     @property
     def resting(self) -> bool:
-        """True if ticks change nothing of any robot that `skip` does not."""
+        """True if ticks change nothing of any robot that `skip` does not, and nobody sees them."""
+        if any(observer.watching for observer in self.observers):
+            return False
         return all(controller.resting for controller in self.controllers)
+
+    @property
+    def _has_commands(self) -> bool:
+        return any(observer.has_commands for observer in self.observers)
 
     def seen_from(self, controller: Controller) -> Iterator[tuple[Controller, Transform]]:
         """Yield each controller, with the pose of the base of `controller` in its own base."""
