@@ -11,7 +11,6 @@ import logging
 import os
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable
-from importlib.resources import files
 from pathlib import Path
 
 import msgspec
@@ -21,6 +20,13 @@ from iiwa_sim.ros.outbox import Frame, Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.wording import Unusable, harmless, shortened
 
+START = """
+import sys
+sys.path = [*sys.path[1:], sys.argv[1]]  # behind others: its modules must not hide those of ROS
+from relays import pipe
+pipe.run(sys.argv[2])
+"""
+"""The process's program, with the folder of `relays` and the name of one as its arguments."""
 START_S = 120.0
 """Time (s) after its start in which the process has to become a node."""
 END_S = 10.0
@@ -79,11 +85,11 @@ class Relay:
         await self._end()
 
     async def _begin(self) -> None:
-        script = str(files("iiwa_sim.ros").joinpath("relays", "start.py"))
         environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **os.environ}
         try:
             process = await asyncio.create_subprocess_exec(
-                *(self._python, script, self._name.lower().replace(" ", "")),
+                *(self._python, "-c", START, str(Path(__file__).parent)),
+                self._name.lower().replace(" ", ""),
                 stdin=PIPE,
                 stdout=PIPE,
                 stderr=PIPE,

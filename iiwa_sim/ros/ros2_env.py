@@ -63,37 +63,30 @@ def found_python() -> Path:
 
 
 def make(folder: Path) -> str:
-    """Make the environment, or bring it up to date; what pip says goes to standard error. Raises RosFault.
+    """Make the environment, unless it is there; what pip says goes to standard error. Raises RosFault.
 
     Gives why the interfaces were not made that the wheels lack; "" where they were.
     """
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         raise RosFault("the wheels of rclpy are for x86-64 Linux alone: use a distribution, or rosbridge")
+    packages = [Path(str(files("iiwa_sim.protocol").joinpath(name))) for name in INTERFACES]
+    script = Path(__file__).with_name("ros2_interfaces.py")
+    sources = [Path(__file__), script, *sorted(each for folder in packages for each in folder.rglob("*.*"))]
+    made_of = sha256(b"".join(each.read_bytes() for each in sources)).hexdigest()
+    python, stamp = python_in(folder), folder / STAMP
+    if python.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == made_of:
+        return ""
     try:
         venv.create(folder, with_pip=True)
     except (OSError, subprocess.CalledProcessError) as fault:
         raise RosFault(f"{folder} cannot be made an environment: {fault}") from None
-    pip = [str(python_in(folder)), "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet"]
     if subprocess.run([*pip, "install", *PACKAGES], stdout=sys.stderr, check=False).returncode:
         raise RosFault(f"pip could not install {PACKAGES[0]} into {folder}: what it says is above")
-    return _add_interfaces(folder)
-
-
-def _add_interfaces(folder: Path) -> str:
-    """Make what the wheels lack, unless it is there; gives why it cannot be made."""
-    packages = [Path(str(files("iiwa_sim.protocol").joinpath(name))) for name in INTERFACES]
-    script = Path(str(files("iiwa_sim.ros").joinpath("ros2_interfaces.py")))
-    sources = [script, *sorted(each for package in packages for each in package.rglob("*.*"))]
-    made_of = sha256(b"".join(each.read_bytes() for each in sources)).hexdigest()
-    stamp = folder / STAMP
-    if stamp.exists() and stamp.read_text(encoding="utf-8") == made_of:
-        return ""
     for compiler in ("cc", "c++"):
         if shutil.which(compiler) is None:
             return f"there is no compiler {compiler}"
-    made = subprocess.run(
-        [str(python_in(folder)), script, *packages], capture_output=True, text=True, check=False
-    )
+    made = subprocess.run([str(python), script, *packages], capture_output=True, text=True, check=False)
     if made.returncode:
         return shortened(" ".join(made.stderr.split()), 500)
     stamp.write_text(made_of, encoding="utf-8")

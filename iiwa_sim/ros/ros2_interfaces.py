@@ -5,7 +5,6 @@ It is run by the interpreter of an environment that has the wheels. Each argumen
 are those of the CMake functions of rosidl: https://github.com/ros2/rosidl.
 """
 
-import json
 import os
 import shutil
 import subprocess
@@ -14,14 +13,14 @@ import sysconfig
 import tempfile
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 PREFIX = Path(sys.prefix)
 SHARE = PREFIX / "share"
 TYPESUPPORT = "rosidl_typesupport_c"
 """The typesupport that rclpy asks a package for, and the name of a generator; it loads the one below."""
 ON_WIRE = "rosidl_typesupport_fastrtps_c"
-HASHES = "rosidl_generator_type_description"
+HASHING = "rosidl_generator_c"
+"""The generator that also describes the types, in JSON."""
 PYTHON = "rosidl_generator_py"
 KINDS = ("msg", "srv", "action")
 
@@ -29,51 +28,27 @@ KINDS = ("msg", "srv", "action")
 def make(source: Path, work: Path) -> None:
     """Make one package, of the definitions in `source`, in the empty folder `work`; install it."""
     package = source.name
-    named = [(kind, each.stem) for kind in KINDS for each in sorted((source / kind).glob(f"*.{kind}"))]
-    for kind, name in named:
+    idl, interfaces = work / "idl" / package, list[str]()
+    for kind in KINDS:
         translate = getattr(import_module(f"rosidl_adapter.{kind}"), f"convert_{kind}_to_idl")
-        translate(source, package, Path(kind, f"{name}.{kind}"), work / "idl" / package / kind)
-    generate(source, work, named)
+        for each in sorted((source / kind).glob(f"*.{kind}")):
+            translate(source, package, Path(kind, each.name), idl / kind)
+            interfaces.append(f"{idl}:{kind}/{each.stem}.idl")
+    generate(package, interfaces, work)
     install(package, work, *compiled(package, work))
 
 
-def generate(source: Path, work: Path, named: list[tuple[str, str]]) -> None:
+def generate(package: str, interfaces: list[str], work: Path) -> None:
     """Have each generator write into `work / GENERATOR / PACKAGE`: of some, files have the same names."""
-    package = source.name
-    idl, described = work / "idl" / package, work / HASHES / package
-    others = [each for each in SHARE.iterdir() if each.is_dir()]
-    told: dict[str, Any] = {
-        "package_name": package,
-        "idl_tuples": [f"{idl}:{kind}/{name}.idl" for kind, name in named],
-        "ros_interface_dependencies": [
-            f"{each.name}:{idl}" for each in others for kind in KINDS for idl in each.glob(f"{kind}/*.idl")
-        ],
-        "target_dependencies": [],
-        "include_paths": [f"{each.name}:{each}" for each in others],
-        "type_description_tuples": [
-            f"{kind}/{name}.idl:{described}/{kind}/{name}.json" for kind, name in named
-        ],
-        "ros_interface_files": [f"{source}/{kind}/{name}.{kind}" for kind, name in named],
-    }
 
-    def run(generator: str, function: str, *more: list[str]) -> None:
-        templates, out = SHARE / generator / "resource", work / generator / package
-        (out / "msg").mkdir(parents=True)
-        told.update(template_dir=str(templates), output_dir=str(out))
-        path = work / f"{generator}.json"
-        path.write_text(json.dumps(told), encoding="utf-8")
-        getattr(import_module(generator), function)(str(path), *more)
-        header = f"{generator}__visibility_control.h"
-        if (templates / f"{header}.in").exists():
-            text = (templates / f"{header}.in").read_text(encoding="utf-8")
-            text = text.replace("@PROJECT_NAME_UPPER@", package.upper()).replace("@PROJECT_NAME@", package)
-            (out / "msg" / header).write_text(text, encoding="utf-8")
+    def run(generator: str, extension: str, **options: list[str]) -> None:
+        made = getattr(import_module(f"{generator}.cli"), extension)(generator, **options)
+        made.generate(package, interfaces, [str(SHARE)], work / generator / package)
 
-    run(HASHES, "generate_type_hash")
-    run("rosidl_generator_c", "generate_c")
-    run(ON_WIRE, "generate_typesupport_fastrtps_c")
-    run(TYPESUPPORT, "generate_c", [ON_WIRE])
-    run(PYTHON, "generate_py", [TYPESUPPORT])
+    run(HASHING, "GenerateC")
+    run(ON_WIRE, "GenerateFastRTPSCTypesupport")
+    run(TYPESUPPORT, "GenerateCTypesupport", typesupport_implementations=[ON_WIRE])
+    run(PYTHON, "GeneratePython", typesupport_implementations=[TYPESUPPORT])
 
 
 def compiled(package: str, work: Path) -> tuple[Path, Path]:
@@ -119,7 +94,7 @@ def install(package: str, work: Path, library: Path, module: Path) -> None:
     for each in (work / PYTHON / package).glob("*/*.py"):
         (home / each.parent.name).mkdir(exist_ok=True)
         shutil.copy(each, home / each.parent.name)
-    for each in (*(work / "idl" / package).glob("*/*.idl"), *(work / HASHES / package).glob("*/*.json")):
+    for each in (*(work / "idl" / package).glob("*/*.idl"), *(work / HASHING / package).glob("*/*.json")):
         (SHARE / package / each.parent.name).mkdir(parents=True, exist_ok=True)
         shutil.copy(each, SHARE / package / each.parent.name)
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import http.client
 import logging
 import os
 import sys
 import tempfile
 import threading
-import time
 import xmlrpc.client
 from collections.abc import Callable
 from importlib import import_module
@@ -23,8 +21,6 @@ from genpy.dynamic import generate_dynamic
 
 from .pipe import Fault, Pipe, shortest
 
-WATCH_S = 2.0
-"""Time (s) between two checks whether the master knows the node."""
 STATES_WAIT, RESULTS_WAIT = 10, 1000
 """Messages of a topic kept for a slow subscriber."""
 FAULTS = (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error)
@@ -56,7 +52,6 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
     for topic, _, recurs, _ in config["publish"]:
         if not recurs:
             pipe.say("subscribe", topic=topic)
-    threading.Thread(target=relay.watch, name="ros-master", daemon=True).start()
     try:
         pipe.read(relay.take)
     finally:
@@ -86,10 +81,10 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             )
             for topic, kind, recurs, _ in config["publish"]
         }
-        self._others = [self._served(*each) for each in config["serve"]]
+        for service, kind in config["serve"]:
+            self._serve(service, kind)
         for topic, kind in config["subscribe"]:
-            hears = self._hears(topic)
-            self._others.append(rospy.Subscriber(topic, self._types.of(kind), hears, tcp_nodelay=True))
+            rospy.Subscriber(topic, self._types.of(kind), self._hears(topic), tcp_nodelay=True)
 
     def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
         """Notice that somebody subscribes to a topic."""
@@ -106,43 +101,14 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             publisher = self._publishers[message["topic"]]
             publisher.publish(self._types.filled(publisher.data_class(), message["msg"]))
 
-    def watch(self) -> None:
-        """Keep the node registered, also at a master that is started anew."""
-        master = rosgraph.Master(rospy.get_name())
-        while not (self.ends or rospy.is_shutdown()):
-            with contextlib.suppress(*FAULTS):  # it does not answer for the time being
-                try:
-                    master.lookupNode(rospy.get_name())
-                except rosgraph.MasterError:  # the master knows no such node
-                    self._register(master)
-                    self._pipe.warn("the ROS master no longer knew this node: it has registered again")
-            time.sleep(WATCH_S)
-
-    def _register(self, master: Any) -> None:
-        uri = rospy.get_node_uri()
-        for handle in (*self._publishers.values(), *self._others):
-            name = handle.resolved_name
-            if isinstance(handle, rospy.Service):
-                master.registerService(name, handle.uri, uri)
-            elif isinstance(handle, rospy.Publisher):
-                master.registerPublisher(name, handle.type, uri)
-            else:
-                publishers = master.registerSubscriber(name, handle.type, uri)
-                # The same call by which the master announces new publishers.
-                with xmlrpc.client.ServerProxy(uri) as ourselves:
-                    ourselves.publisherUpdate("/master", name, publishers)
-
     def _shut_down(self) -> None:
         if not self.ends:
             self._pipe.warn("the ROS node was shut down from outside: its topics and services are gone")
 
-    def _hears(self, topic: str) -> Callable[[Any], None]:
-        def hear(message: Any) -> None:
-            self._pipe.say("publish", topic=topic, msg=_plain(message))
+    def _hears(self, topic: str) -> Callable[[Any], object]:
+        return lambda message: self._pipe.say("publish", topic=topic, msg=_plain(message))
 
-        return hear
-
-    def _served(self, name: str, kind: str) -> Any:
+    def _serve(self, name: str, kind: str) -> None:
         made = self._types.of(kind, "srv")
 
         def serve(request: Any) -> Any:
@@ -151,7 +117,7 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
                 raise rospy.ServiceException(fault)
             return self._types.filled(made._response_class(), values)
 
-        return rospy.Service(name, made, serve)
+        rospy.Service(name, made, serve)
 
 
 class _Types:
