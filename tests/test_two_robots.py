@@ -417,10 +417,10 @@ def test_the_page_shows_all_robots_in_their_places() -> None:
     with started(*IIWA_SIM, str(CELL), "--view-port", "0", "--clock", "fast") as server:
         lines = [server.line() for _ in range(5)]
         with viewing(int(lines[-1].rstrip("/\n").rpartition(":")[2])) as viewer:
-            viewer.until(lambda message: message.get("name") == "/robots/0/parts/1")
+            viewer.until(lambda message: message.get("name", "").startswith("/robots/0/bodies/"))
             stands = viewer.until(lambda each: each.get("name") == "/robots/1" and "position" in each)
             assert stands["position"] == pytest.approx((1.29, 0.0, 0.0))
             viewer.clicks("Robot", "right")
             viewer.commands("Emergency stop")
             viewer.shows("Emergency stop is PRESSED")
-            assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/parts/")]
+            assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/bodies/")]

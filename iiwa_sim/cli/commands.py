@@ -199,7 +199,11 @@ def view(parser: Parser, words: Sequence[str]) -> int:
     parser.add_argument("servers", type=server, nargs="+", metavar="HOST:PORT", help="status port of a robot")
     place: dict[str, Any] = {"type": server, "metavar": "HOST:PORT", "action": "append", "default": []}
     parser.add_argument("--backdoor", help="backdoor of the robot (default: none)", **place)
-    parser.add_argument("--driver", help="its text protocol, to type commands (default: none)", **place)
+    parser.add_argument(
+        "--driver",
+        help="its text protocol, to jog and type commands; with --backdoor (default: none)",
+        **place,
+    )
     name = "name of the robot on the page (default: its HOST:PORT)"
     parser.add_argument("--name", action="append", default=[], help=name)
     parser.add_options(("robot", "backdoor_token_file", *PAGE), defaults=PAGE_PORT)

@@ -2,10 +2,10 @@
 
 import struct
 import tempfile
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any
 
 import msgspec
 from mcap.exceptions import McapError
@@ -29,17 +29,9 @@ LARGEST_RECORD = 64 * 1024 * 1024
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
 DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError, IndexError, RuntimeError)
 """Errors that mcap and the libraries below it raise for a damaged file."""
-NO_CELL: dict[str, Any] = {
-    "contact_radius_mm": 0.0,
-    **{key: [] for key in ("inputs", "outputs", "surfaces", "parts", "bodies", "jaw_mm", "tool_capsules")},
-}
 _SLACK_S = 1e-6  # of times told in seconds; a tick takes a thousand times that
 
-Content = dict[str, Any]
-T = TypeVar("T")
-
-
-KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Event}
+KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Event, CELL: dict[str, Any]}
 
 
 class Recorded:
@@ -93,20 +85,20 @@ class Recorded:
                 return
 
     def contents(self, *topics: str) -> Iterator[Any]:
-        """Yield states, dialogue or events, as Snapshot, Spoken and Event. Raises RecordingFault."""
+        """Yield states, dialogue, events or cells, of the types in `KINDS`. Raises RecordingFault."""
         for topic, message in self.messages(topics):
-            content = self.content(topic, message, KINDS[topic])
-            if isinstance(content, Snapshot) and len(content.joint_position) != len(self.joints):
-                raise RecordingFault(f"{self.path}: {STATE}: expected {len(self.joints)} joints")
-            yield content
+            yield self.content(topic, message)
 
-    def content(self, topic: str, message: Message, kind: type[T]) -> T:
+    def content(self, topic: str, message: Message) -> Any:
         """Decode a message. Raises RecordingFault."""
         try:
-            return msgspec.json.decode(message.data, type=kind)
+            content = msgspec.json.decode(message.data, type=KINDS[topic])
         except (msgspec.DecodeError, UnicodeDecodeError) as fault:
             told = f"{self.path}: {topic}: expected messages as iiwa-sim writes them: {fault}"
             raise RecordingFault(told) from None
+        if isinstance(content, Snapshot) and len(content.joint_position) != len(self.joints):
+            raise RecordingFault(f"{self.path}: {STATE}: expected {len(self.joints)} joints")
+        return content
 
     def description(self) -> RobotDescription:
         """Load the robot whose files are attached. Raises RobotFault."""
@@ -134,70 +126,44 @@ class Recorded:
             self.cut_at_s = 1e-9 * last_ns
 
 
-class _Track(NamedTuple):
-    """Messages of one topic in the order of time."""
-
-    times_s: list[float]
-    messages: list[Message]
-
-    def up_to(self, time_s: float) -> int:
-        """Return the number of messages at or before a time."""
-        return bisect_right(self.times_s, time_s + _SLACK_S)
-
-
 class Timeline:
     """A recording by time, for a viewer.
 
     Times are simulated seconds since the start of the simulator. Of more than `MOST_STATES` states only every
-    second, fourth ... is kept. Contents have the keys and units of the messages of the recording.
+    second, fourth ... is kept.
     """
 
     def __init__(self, path: Path) -> None:
         """Read the file. Raises RecordingFault, also if it has no state."""
         self.recorded = recorded = Recorded(path)
-        self._tracks = {topic: _Track([], []) for topic in (STATE, DIALOGUE, EVENTS, CELL)}
-        stride, count = 1, 0
-        for topic, message in recorded.messages(self._tracks):
-            track = self._tracks[topic]
+        self._messages: dict[str, list[Message]] = {topic: [] for topic in KINDS}
+        stride, count, states = 1, 0, self._messages[STATE]
+        for topic, message in recorded.messages(KINDS):
             if topic == STATE:
                 count += 1
                 if (count - 1) % stride:
                     continue
-                if len(track.messages) == MOST_STATES:
-                    del track.times_s[1::2], track.messages[1::2]
+                if len(states) == MOST_STATES:
+                    del states[1::2]
                     stride *= 2
-            track.times_s.append(1e-9 * message.log_time)
-            track.messages.append(message)
-        if not count:
+            self._messages[topic].append(message)
+        if not states:
             raise RecordingFault(f"{path}: expected a state of the robot in it")
-        times_s = self._tracks[STATE].times_s
-        self.start_s, self.end_s = times_s[0], times_s[-1]
+        self.start_s, self.end_s = 1e-9 * states[0].log_time, 1e-9 * states[-1].log_time
 
-    def state_at(self, time_s: float) -> Content:
+    def last(self, topic: str, time_s: float, count: int = 1) -> list[Any]:
+        """Return the last `count` states, lines, events or cells up to a time; the first one before that."""
+        messages = self._messages[topic]
+        end = bisect_right(messages, 1e9 * (time_s + _SLACK_S), key=lambda message: message.log_time)
+        found = messages[max(end - count, 0) : end]
+        if topic in (STATE, CELL):
+            found = found or messages[:1]
+        return [self.recorded.content(topic, each) for each in found]
+
+    def state_at(self, time_s: float) -> Snapshot:
         """Return the last state at or before a time; the first one if there is none."""
-        track = self._tracks[STATE]
-        return self._content(STATE, track.messages[max(track.up_to(time_s) - 1, 0)])
-
-    def states(self, from_s: float, to_s: float, at_most: int) -> list[Content]:
-        """Return the states of a span, evenly thinned out to `at_most`."""
-        track = self._tracks[STATE]
-        found = track.messages[bisect_left(track.times_s, from_s - _SLACK_S) : track.up_to(to_s)]
-        return [self._content(STATE, each) for each in found[:: -(-len(found) // at_most) or 1]]
-
-    def last(self, topic: str, time_s: float, count: int) -> list[Content]:
-        """Return the last `count` lines of the dialogue, or events, up to a time."""
-        track = self._tracks[topic]
-        end = track.up_to(time_s)
-        return [self._content(topic, each) for each in track.messages[max(end - count, 0) : end]]
-
-    def cell_at(self, time_s: float) -> Content:
-        """Return the surroundings of the robot at a time, with the keys and units of a cell.toml."""
-        track = self._tracks[CELL]
-        place = max(track.up_to(time_s) - 1, 0)
-        return self._content(CELL, track.messages[place]) if track.messages else NO_CELL
-
-    def _content(self, topic: str, message: Message) -> Content:
-        return self.recorded.content(topic, message, dict[str, Any])
+        state: Snapshot = self.last(STATE, time_s)[0]
+        return state
 
 
 def transcript_of(recorded: Recorded) -> Transcript:

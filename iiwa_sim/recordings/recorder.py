@@ -16,8 +16,9 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import DialogueLine, Direction
-from iiwa_sim.recordings.foxglove import TCP, WORLD, Arm, in_namespace, stamp, transform
+from iiwa_sim.recordings import foxglove
 from iiwa_sim.recordings.recordings import Source
+from iiwa_sim.recordings.scene import TCP, Arm
 from iiwa_sim.recordings.schemas import (
     ARM,
     CELL,
@@ -271,13 +272,13 @@ class Recorder:
             log_ns = item.tick * SECOND_NS // self._tick_rate_hz
             for topic, content in self._contents(item, log_ns):
                 if self.name and isinstance(content, dict):
-                    in_namespace(self.name, content)
+                    foxglove.in_namespace(self.name, content)
                 yield Message(f"{self.space}{topic}", self._encode(content), log_ns, item.real_ns)
 
     def _contents(self, item: Item, log_ns: int) -> Iterator[tuple[str, Any]]:
         content = item.content
         if item.topic == ARM:
-            yield ARM, self._arm.model(log_ns)
+            yield ARM, foxglove.model(log_ns, self._arm)
             return
         if item.topic == STATE:
             yield from self._views(content, log_ns)
@@ -286,7 +287,7 @@ class Recorder:
         if item.topic == EVENTS:
             yield LOG, _logged(content, log_ns)
         elif item.topic == CELL:
-            yield SCENE, self._arm.scene(log_ns, content, self._shows_cell)
+            yield SCENE, foxglove.scene(log_ns, self._arm, content, self._shows_cell)
 
     def _views(self, state: Snapshot, log_ns: int) -> Iterator[tuple[str, Any]]:
         """Yield a state, and at their rate its frames, joint states and wrench."""
@@ -296,27 +297,28 @@ class Recorder:
         if late_ns < 0:
             return
         self._view_due_ns = log_ns + _VIEW_PERIOD_NS - (late_ns if late_ns < _VIEW_PERIOD_NS else 0)
-        time_of, cell = stamp(log_ns), self.source.cell
-        frames = self._arm.frames(log_ns, state, self._shows_cell)
+        time_of, cell = foxglove.stamp(log_ns), self.source.cell
+        frames = foxglove.frames(log_ns, self._arm, state, self._shows_cell)
         if self.name:
-            frames["transforms"].append(transform(time_of, WORLD, self._arm.base, cell.base))
+            frames["transforms"].append(
+                foxglove.transform(time_of, foxglove.WORLD, self._arm.base, cell.base)
+            )
         yield FRAMES, frames
         names = ("name", "position", "velocity", "effort")
         columns = (rounded[f"joint_{name}"] for name in ("position", "velocity", "torque"))
         rows = zip(cell.description.joints, *columns, strict=True)
         yield JOINTS, {"timestamp": time_of, "joints": [dict(zip(names, row, strict=True)) for row in rows]}
-        force, torque = rounded["cartesian_force"][:3], rounded["cartesian_force"][3:]
-        wrench = {
-            name: dict(zip("xyz", each, strict=True)) for name, each in (("force", force), ("torque", torque))
-        }
-        yield WRENCH, {"timestamp": time_of, "frame_id": TCP, **wrench}
+        force, torque = (
+            foxglove.vector(rounded["cartesian_force"][part]) for part in (slice(3), slice(3, 6))
+        )
+        yield WRENCH, {"timestamp": time_of, "frame_id": TCP, "force": force, "torque": torque}
 
 
 def _logged(event: Event, log_ns: int) -> dict[str, Any]:
     code = f"({event.code})" if event.code else ""
     head = " ".join(f"{event.kind} {event.move or ''} {code}".split())
     return {
-        "timestamp": stamp(log_ns),
+        "timestamp": foxglove.stamp(log_ns),
         "level": _LEVELS.get(event.kind, _INFO),
         "message": f"{head}: {event.text}" if event.text else head,
         "name": "iiwa-sim",

@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
 from iiwa_sim.server.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.connection import Place, Station
 from iiwa_sim.view.panel import Panel, acting
-from iiwa_sim.view.scene import Scene, State
+from iiwa_sim.view.scene import Scene
 
 if TYPE_CHECKING:
     import viser
@@ -39,8 +40,6 @@ BESIDE_M = 0.12
 """Thickness of links beside the points that a picture is fitted to."""
 NARROW = 0.8
 """Width over height of a window in which the panel lies over the lower part of the picture."""
-SHOWN_ONCE = {"surfaces": (), "parts": (), "bodies": ()}
-"""Keys of a cell that its robots share."""
 VIEWS = {
     "Fit": (1.05, -1.4, 0.6),
     "Front": (1.0, 0.0, 0.15),
@@ -104,16 +103,16 @@ def add_ground(scene: viser.SceneApi, size_m: float = 4.0) -> None:
     )  # fmt: skip
 
 
-def add_views(gui: viser.GuiApi, scene: Callable[[], tuple[Scene, Sequence[float]]]) -> None:
-    """Add buttons that put the camera of a client in front of a scene, whose joint positions are rad."""
+def add_views(gui: viser.GuiApi, shown: Callable[[], tuple[Scene, Snapshot]]) -> None:
+    """Add buttons that put the camera of a client in front of a scene."""
     group: Any = gui.add_button_group("Camera", tuple(VIEWS))
 
     def turn(event: Any) -> None:
-        (shown, joints), name = scene(), event.target.value
+        (scene, state), name = shown(), event.target.value
         if name == "TCP":
-            look_at(event.client, shown.tcp()[None], VIEWS[name], TCP_RADIUS_M)
+            look_at(event.client, scene.tcp()[None], VIEWS[name], TCP_RADIUS_M)
         else:
-            look_at(event.client, shown.points(joints), VIEWS[name])
+            look_at(event.client, scene.points(state.joint_position), VIEWS[name])
 
     group.on_click(acting(turn))
 
@@ -158,7 +157,6 @@ class _Page:
         self._boxes: list[Any] = []
         self.panels: list[Panel] = []
         self._choice: Any = None
-        self._shown_states: list[State | None] = [None] * len(stations)
         if several:
             self._choice = server.gui.add_dropdown("Robot", tuple(station.name for station in stations))
             self._choice.on_update(acting(self._choose))
@@ -170,7 +168,7 @@ class _Page:
             self._scenes.append(scene)
             if several:
                 server.scene.add_label(f"{scene.root}/name", station.name, position=(0.0, 0.0, NAME_M))
-                for handle in scene.handles:
+                for _, handle in scene.handles:
                     handle.on_click(acting(partial(self._enter, number)))
             self._boxes.append(server.gui.add_folder(None, visible=number == 0) if several else ExitStack())
             with self._boxes[-1]:
@@ -183,13 +181,11 @@ class _Page:
 
     def show(self, is_open: bool) -> None:
         """Draw the newest states, if a browser has the page open."""
-        for number, (station, scene) in enumerate(zip(self._stations, self._scenes, strict=True)):
+        for station, scene in zip(self._stations, self._scenes, strict=True):
             station.want(is_open)
-            if station.cell:
-                is_first = number == 0 or station.place.status != self._stations[number - 1].place.status
-                scene.show_cell(station.cell if is_first else {**station.cell, **SHOWN_ONCE})
-            if is_open and self._shown_states[number] is not station.state:
-                self._shown_states[number] = station.state
+            if is_open:
+                first = next(each for each in self._stations if each.place.status == station.place.status)
+                scene.show_cell(station.cell, station is first)
                 scene.show(station.state)
         if is_open:
             self.panels[self._chosen].show()
@@ -197,18 +193,18 @@ class _Page:
     def _stop(self, event: Any) -> None:
         self.panels[self._chosen].stop(event)
 
-    def _shown(self) -> tuple[Scene, Sequence[float]]:
-        return self._scenes[self._chosen], self._stations[self._chosen].state["joint_position"]
+    def _leave(self, client: Any) -> None:
+        for panel in self.panels:
+            panel.leave(client)
+
+    def _shown(self) -> tuple[Scene, Snapshot]:
+        return self._scenes[self._chosen], self._stations[self._chosen].state
 
     def _welcome(self, client: Any) -> None:
         """Show a new client all robots."""
         shown = zip(self._scenes, self._stations, strict=True)
-        points = [scene.points(station.state["joint_position"]) for scene, station in shown]
+        points = [scene.points(station.state.joint_position) for scene, station in shown]
         look_at(client, np.concatenate(points), VIEWS["Fit"])
-
-    def _leave(self, client: Any) -> None:
-        for panel in self.panels:
-            panel.leave(client)
 
     def _choose(self, event: Any) -> None:
         self._enter([station.name for station in self._stations].index(self._choice.value), event)
@@ -219,5 +215,5 @@ class _Page:
         self._choice.value = self._stations[number].name
         for place, box in enumerate(self._boxes):
             box.visible = place == number
-        scene, joints = self._shown()
-        look_at(event.client, scene.points(joints), VIEWS["Fit"])
+        scene, state = self._shown()
+        look_at(event.client, scene.points(state.joint_position), VIEWS["Fit"])

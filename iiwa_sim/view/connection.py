@@ -15,17 +15,16 @@ import msgspec
 from iiwa_sim.backdoor.client import BackdoorClient
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.dialogue import RecentLine, RecentLines
+from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, load_robot
 from iiwa_sim.server.listening import host_and_port, why
-from iiwa_sim.view.scene import Arm, Robot, State
 from iiwa_sim.wording import Unusable
 
 STATE_S, LOOKS_S = 1.0 / 30.0, 0.5
 """Periods of questions for the state, and for cell, clock, states, moves and dialogue."""
 TIMEOUT_S, REPLY_S, AGAIN_S = 2.0, 5.0, 0.5
-LONGEST_LINE = 1_000_000
 MOST_SAID = 200
-SAME_PLACE_MM = 1.0
 FAULTS = (OSError, Refused, ValueError, KeyError, TypeError, msgspec.MsgspecError)
 """Errors of somebody who answers otherwise than a robot, or not at all."""
 
@@ -85,28 +84,29 @@ class Station:
     """A robot that a thread follows from `start` to `stop`, while a browser has the page open."""
 
     def __init__(self, place: Place, period_s: float = STATE_S) -> None:
-        """Raises StationFault if nobody answers, or if the robot is unknown."""
+        """Raises StationFault if nobody answers, and RobotFault for an unknown robot."""
         self.place, self.name = place, place.name
         self.bench = self._asked = None
         if place.backdoor is not None:
             self.bench = BackdoorClient(*place.backdoor, place.token, robot=place.in_cell)
             self._asked = BackdoorClient(*place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell)
         self.driver = None if place.driver is None else Driver(place.driver)
-        self._where = host_and_port(*(place.backdoor or place.status))
-        self._where = f"the {'status port' if self.bench is None else 'backdoor at'} {self._where}"
+        self._where = f"the {'status port' if self.bench is None else 'backdoor at'} "
+        self._where += host_and_port(*(place.backdoor or place.status))
         try:
-            self.state: State = self._ask()
+            self.robot = (
+                load_robot(place.robot or DEFAULT_ROBOT)
+                if self.bench is None
+                else msgspec.convert(self.bench.robot(), RobotDescription)
+            )
+            self.state = self._ask()
             """The newest state."""
-            self.robot = self._describe()
-        except Refused as fault:
-            raise StationFault(f"{self._where}: {fault}") from None
         except FAULTS as fault:
-            reason = why(fault) if isinstance(fault, OSError) else "not one"
-            raise StationFault(f"{self._where}: {reason}") from None
+            raise StationFault(f"{self._where}: {why(fault)}") from None
         self.cell: Mapping[str, Any] = {}
         self.clock, self.states = "", list[str]()
         self.moves: Mapping[str, Any] = {"count": 0, "moves": []}
-        self.said: deque[dict[str, Any]] = deque(maxlen=MOST_SAID)
+        self.said: deque[RecentLine] = deque(maxlen=MOST_SAID)
         """Lines of the dialogue that nobody has taken out yet."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""
@@ -144,24 +144,16 @@ class Station:
     def _line(self, request: bytes) -> bytes:
         with socket.create_connection(self.place.status, TIMEOUT_S) as connection:
             connection.sendall(request)
-            return connection.makefile("rb").readline(LONGEST_LINE)
+            return connection.makefile("rb").readline()
 
-    def _ask(self) -> State:
-        state: State = msgspec.json.decode(self._line(b"\n")) if self._asked is None else self._asked.state()
+    def _ask(self) -> Snapshot:
+        if self._asked is None:
+            state = msgspec.json.decode(self._line(b"\n"), type=Snapshot)
+        else:
+            state = msgspec.convert(self._asked.state(), Snapshot)
+        if len(state.joint_position) != len(self.robot.joints):
+            raise ValueError(f"it has {len(state.joint_position)} joints, expected {len(self.robot.joints)}")
         return state
-
-    def _describe(self) -> Robot:
-        if self.bench is not None:
-            return msgspec.convert(self.bench.robot(), Robot)
-        names = built_in_robots() if self.place.robot is None else [self.place.robot]
-        joints, flange = self.state["joint_position"], self.state["flange_frame"][:3]
-        for robot in (msgspec.convert(load_robot(name), Robot, from_attributes=True) for name in names):
-            if len(robot.joints) == len(joints):
-                arm = Arm(robot)
-                found = zip(arm.poses(joints)[arm.flange].translation, flange, strict=True)
-                if self.place.robot or all(abs(1e3 * m - mm) < SAME_PLACE_MM for m, mm in found):
-                    return robot
-        raise StationFault(f"the robot at {self._where} is none of {', '.join(names)}: name it by --robot")
 
     def _follow(self) -> None:
         while self._wanted.wait() and not self._over:
@@ -170,10 +162,7 @@ class Station:
                 if self._asked is not None and began_s >= self._looks_s:
                     self._looks_s = began_s + LOOKS_S
                     self._look_at(self._asked)
-                state = self._ask()
-                if len(state["joint_position"]) != len(self.robot.joints):
-                    raise ValueError("it is another robot now")
-                self.state = state
+                self.state = self._ask()
             except FAULTS as found:
                 fault = why(found)
             if fault != self.fault and not self._over:
@@ -185,8 +174,8 @@ class Station:
     def _look_at(self, bench: BackdoorClient) -> None:
         self.cell, self.clock = bench.cell(), bench.get_clock()
         self.states, self.moves = bench.states(), bench.moves()
-        said = bench.dialogue(self._said_next)
-        if said["next"] < self._said_next:  # another simulator is there now
-            said = bench.dialogue(0)
-        self._said_next = said["next"]
-        self.said.extend(said["lines"])
+        said = msgspec.convert(bench.dialogue(self._said_next), RecentLines)
+        if said.next < self._said_next:  # another simulator is there now
+            said = msgspec.convert(bench.dialogue(0), RecentLines)
+        self._said_next = said.next
+        self.said.extend(said.lines)

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from math import radians
 from typing import TYPE_CHECKING, Any
 
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.view.connection import Driver
-from iiwa_sim.view.scene import Robot
 
 if TYPE_CHECKING:
     import viser
@@ -40,7 +40,7 @@ Tell = Callable[[Any, str], None]
 class Jog:
     """One robot, moved by one viewer at a time. A thread serves presses from `start` to `stop`."""
 
-    def __init__(self, gui: viser.GuiApi, robot: Robot, driver: Driver, tell: Tell) -> None:
+    def __init__(self, gui: viser.GuiApi, robot: RobotDescription, driver: Driver, tell: Tell) -> None:
         self._robot, self._driver, self._tell = robot, driver, tell
         self._axes = {JOINTS: robot.joints, BASE: CARTESIAN, TOOL: CARTESIAN}
         self._user: Any = None

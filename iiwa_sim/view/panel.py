@@ -10,10 +10,13 @@ from functools import partial
 from math import degrees, dist
 from typing import TYPE_CHECKING, Any
 
+from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.dialogue import RecentLine
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.view.connection import MOST_SAID, Station
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
-from iiwa_sim.view.scene import Robot, Scene, State
+from iiwa_sim.view.scene import Scene
 
 if TYPE_CHECKING:
     import viser
@@ -41,9 +44,10 @@ CLOCKS: Calls = {name: ("set_clock", name) for name in ("real", "10x", "fast", "
 TIME: Calls = {"Pause": ("pause",), "Resume": ("pause", False)}
 
 _RED, _GREEN, _GREY = "#c92a2a", "#2f9e44", "#8888"
-_COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}
+_COLOURS = {">": "#1971c2", "#": "#868e96", "~": "#e8590c"}
 _PAD = "padding:0 0.9em 0.4em;font-size:0.78em;line-height:1.3"
 _LIST = "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace"
+_LAMP = "display:inline-block;margin:0.1em;padding:0 0.5em;border-radius:0.6em"
 
 
 def tell(client: Any, text: str) -> None:
@@ -68,31 +72,51 @@ def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
 class Readout:
     """Lamps, joints within their limits, and the TCP with its speed."""
 
-    def __init__(self, gui: viser.GuiApi, robot: Robot) -> None:
+    def __init__(self, gui: viser.GuiApi, robot: RobotDescription) -> None:
         self._robot = robot
         self._html: Any = gui.add_html("")
-        self._before: tuple[float, Sequence[float]] = (0.0, ())
+        self._before: Snapshot | None = None
         self._speed_mm_s = 0.0
 
-    def show(self, state: State | None, fault: str = "") -> None:
-        """Show a state below the reason for which there is none."""
+    def show(self, state: Snapshot, fault: str = "") -> None:
+        """Show a state below the reason for which there is no newer one."""
+        before, self._before = self._before, state
+        if before is not None and state.time_s != before.time_s:
+            passed_s = state.time_s - before.time_s
+            way_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
+            self._speed_mm_s = max(way_mm / passed_s, 0.0)
         text = f"<div style='color:{_RED}'>{html.escape(fault)}</div>" if fault else ""
-        if state is not None:
-            (before_s, before), now_s, tcp = self._before, state["time_s"], state["tool_frame"][:3]
-            if now_s != before_s:
-                self._speed_mm_s = (
-                    dist(tcp, before) / (now_s - before_s) if before and now_s > before_s else 0.0
-                )
-                self._before = now_s, tcp
-            text += figures(state, self._robot, self._speed_mm_s)
-        self._html.content = f"<div style='{_PAD}'>{text}</div>"
+        self._html.content = f"<div style='{_PAD}'>{text}{self._figures(state)}</div>"
+
+    def _figures(self, state: Snapshot) -> str:
+        robot, status, gripper, load_kg = self._robot, state.robot_status, state.gripper, state.tool_load[0]
+        lit = [
+            ("AUTO", status.mode == 2),
+            ("DRIVES", status.drives_powered == 1),
+            ("MOVING", status.in_motion == 1),
+            ("FORCE", dist(state.cartesian_force[:3], (0, 0, 0)) >= LEAST_N),
+        ]
+        if gripper is not None:
+            lit += [(f"GRIPPER {gripper.state} {gripper.opening_mm:.0f} mm", gripper.state == "holds")]
+        words = [robot.name, state.mode, state.status] + ([f"load {load_kg:g} kg"] if load_kg else [])
+        red = ["E-STOP pressed"] if status.e_stopped == 1 else []
+        red += (
+            [f"{state.error.code} {state.error.reason}"] if status.in_error == 1 or state.error.code else []
+        )
+        text = f"<div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
+        text += "".join(f"<div style='color:{_RED}'>{html.escape(word)}</div>" for word in red)
+        limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
+        bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
+        place = _rounded((*state.tool_frame[:3], *map(degrees, state.tool_frame[3:])))
+        tcp = f"TCP {place} mm, deg<br>Speed of the TCP {self._speed_mm_s:.0f} mm/s"
+        return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
 
 
 class DialogueList:
     """The newest lines of all connections."""
 
     def __init__(self, gui: viser.GuiApi) -> None:
-        self.lines: deque[Mapping[str, Any]] = deque(maxlen=MOST_SAID)
+        self.lines: deque[RecentLine] = deque(maxlen=MOST_SAID)
         """The lines, oldest first."""
         self._html: Any = gui.add_html("")
         self._next_s = 0.0
@@ -124,23 +148,24 @@ class Panel:
         if bench:
             self._group("Safety", SAFETY)
         self._readout = Readout(gui, station.robot)
-        tabs: Any = gui.add_tab_group() if bench or station.driver is not None else None
+        if not bench:
+            return
+        tabs: Any = gui.add_tab_group()
         if station.driver is not None:
             with tabs.add_tab("Jog"):
                 self._threads.append(Jog(gui, station.robot, station.driver, tell))
-        if bench:
-            with tabs.add_tab("Program"):
-                self._add_program()
-            with tabs.add_tab("I/O") as self._ios:
-                self._outputs: Any = gui.add_html("")
-            with tabs.add_tab("Force"):
-                self._force: Any = gui.add_html("")
-                self._push = Push(server, station, scene, tell)
-                self._threads.append(self._push)
-            with tabs.add_tab("Dialogue"):
-                if station.driver is not None:
-                    self._add_command()
-                self._dialogue = DialogueList(gui)
+        with tabs.add_tab("Program"):
+            self._add_program()
+        with tabs.add_tab("I/O") as self._ios:
+            self._outputs: Any = gui.add_html("")
+        with tabs.add_tab("Force"):
+            self._force: Any = gui.add_html("")
+            self._push = Push(server, station, scene, tell)
+            self._threads.append(self._push)
+        with tabs.add_tab("Dialogue"):
+            if station.driver is not None:
+                self._add_command()
+            self._dialogue = DialogueList(gui)
 
     def __enter__(self) -> Panel:
         for each in self._threads:
@@ -165,21 +190,23 @@ class Panel:
             return
         self._next_s = now_s + PERIOD_S
         self._readout.show(state, station.fault)
-        if station.bench is None:
+        if not station.cell:
             return
-        pressed = state["robot_status"][1] == 1
+        pressed = state.robot_status.e_stopped == 1
         self._stop.label, self._stop.color = (STOPPED, "orange") if pressed else (STOP, "red")
-        if station.cell and len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):
+        if len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):
             self._add_inputs(station.cell["inputs"])
         if now_s >= self._held_until_s:
-            self._override.value = round(100.0 * state["override"])
-            for switch, on in zip(self._inputs, state["inputs"], strict=False):
+            self._override.value = round(100.0 * state.override)
+            for switch, on in zip(self._inputs, state.inputs, strict=False):
                 switch.value = on
         if station.states and tuple(station.states) != tuple(self._known.options):
             self._known.options = tuple(station.states)
-        self._moves.content = _moves(station)
-        self._outputs.content = lamps(zip(station.cell.get("outputs", ()), state["outputs"], strict=False))
-        self._force.content = _force(state)
+        self._moves.content = _lines([f"Clock: {station.clock}", *_moves(station.moves)])
+        self._outputs.content = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
+        force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
+        rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
+        self._force.content = _lines(rows)
         while station.said:
             self._dialogue.lines.append(station.said.popleft())
         self._dialogue.show()
@@ -187,22 +214,22 @@ class Panel:
     def _add_program(self) -> None:
         gui, station = self._gui, self._station
         self._override: Any = gui.add_slider("Override (%)", min=0, max=100, step=1, initial_value=100)
-        self._override.on_update(self._does("set_override", lambda _: float(self._override.value) / 100.0))
+        self._override.on_update(self._does("set_override", lambda: float(self._override.value) / 100.0))
         gui.add_button("Stop the moves").on_click(acting(lambda _: station.stop_moves()))
         self._group("Drives", DRIVES)
         self._moves: Any = gui.add_html("")
         self._group("Clock", CLOCKS)
         self._group("Time", TIME)
         step_s: Any = gui.add_number("Advance (s)", 0.1, min=0.001, max=LONGEST_STEP_S, step=0.001)
-        step = self._does("advance", lambda _: float(step_s.value))
+        step = self._does("advance", lambda: float(step_s.value))
         gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)
         with gui.add_folder("States", expand_by_default=False):
             self._known: Any = gui.add_dropdown("State", ("start",))
             restore = gui.add_button("Restore", hint="puts the robot there; at rest only")
-            restore.on_click(self._does("restore_state", lambda _: self._known.value))
+            restore.on_click(self._does("restore_state", lambda: self._known.value))
             with gui.add_form(None) as form:
                 name: Any = gui.add_text("Save as", "")
-            form.on_submit(self._does("save_state", lambda _: " ".join(name.value.split())))
+            form.on_submit(self._does("save_state", lambda: " ".join(name.value.split())))
 
     def _add_inputs(self, names: Sequence[str]) -> None:
         for switch in self._inputs:
@@ -210,11 +237,7 @@ class Panel:
         with self._ios:
             self._inputs = [self._gui.add_checkbox(name, False) for name in names[:MOST_INPUTS]]
         for number, switch in enumerate(self._inputs, 1):
-            switch.on_update(acting(partial(self._switch, number)))
-
-    def _switch(self, number: int, event: Any) -> None:
-        self._held_until_s = time.monotonic() + HOLD_S
-        self._station.act("set_input", number, bool(event.target.value))
+            switch.on_update(self._does("set_input", partial(int, number), partial(getattr, switch, "value")))
 
     def _add_command(self) -> None:
         driver = self._station.driver
@@ -225,17 +248,16 @@ class Panel:
         def send(event: Any) -> None:
             line, command.value = " ".join(command.value.split()), ""
             if line:
-                tell_reply = event.client.add_notification
-                tell_reply("Reply", driver.command(line), auto_close_seconds=NOTE_S)
+                event.client.add_notification("Reply", driver.command(line), auto_close_seconds=NOTE_S)
 
         form.on_submit(acting(send))
 
-    def _does(self, method: str, *values: Callable[[Any], Any]) -> Callable[[Any], None]:
-        """Return a callback that calls a method of the backdoor with values of the event."""
+    def _does(self, method: str, *values: Callable[[], Any]) -> Callable[[Any], None]:
+        """Return a callback that calls a method of the backdoor with values."""
 
-        def act(event: Any) -> None:
+        def act(_: Any) -> None:
             self._held_until_s = time.monotonic() + HOLD_S
-            self._station.act(method, *(value(event) for value in values))
+            self._station.act(method, *(value() for value in values))
 
         return acting(act)
 
@@ -246,43 +268,18 @@ class Panel:
         self._gui.add_button_group(label, tuple(calls)).on_click(acting(act))
 
 
-def figures(state: State, robot: Robot, speed_mm_s: float = 0.0) -> str:
-    """Return lamps, joints and TCP of a state as HTML."""
-    code, reason = state["error"]["code"], state["error"]["reason"]
-    mode, pressed, powered, _, moving, in_error, _ = state["robot_status"]
-    gripper, (load_kg, *_) = state.get("gripper"), state["tool_load"]
-    lit = [("AUTO", mode == 2), ("DRIVES", powered == 1), ("MOVING", moving == 1)]
-    lit.append(("FORCE", dist(state["cartesian_force"][:3], (0, 0, 0)) >= LEAST_N))
-    if gripper is not None:
-        lit.append(
-            (f"GRIPPER {gripper['state']} {gripper['opening_mm']:.0f} mm", gripper["state"] == "holds")
-        )
-    words = [robot.name, state["mode"], state["status"]] + ([f"load {load_kg:g} kg"] if load_kg else [])
-    red = [("E-STOP pressed", pressed == 1), (f"{code} {reason}", in_error == 1 or code)]
-    text = f"<div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
-    text += "".join(f"<div style='color:{_RED}'>{html.escape(word)}</div>" for word, is_so in red if is_so)
-    limits = zip(robot.joints, state["joint_position"], robot.position_min, robot.position_max, strict=True)
-    bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
-    x, y, z, *angles = state["tool_frame"]
-    place = _rounded((x, y, z, *map(degrees, angles)))
-    tcp = f"TCP {place} mm, deg<br>Speed of the TCP {speed_mm_s:.0f} mm/s"
-    return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
-
-
 def lamps(states: Iterable[tuple[str, bool]]) -> str:
     """Return names as HTML, each lit or not."""
-    look = "display:inline-block;margin:0.1em;padding:0 0.5em;border-radius:0.6em"
     return "".join(
-        f"<span style='{look};background:{_GREEN if on else _GREY};color:#fff'>{html.escape(name)}</span>"
+        f"<span style='{_LAMP};background:{_GREEN if on else _GREY};color:#fff'>{html.escape(name)}</span>"
         for name, on in states
     )
 
 
-def _row(line: Mapping[str, Any]) -> str:
-    reason, mark = line.get("reason", ""), line["mark"]
-    client = str(line["session"]).rpartition(":")[2]  # the port
-    text = f"{line['time_s']:.3f} {client} {mark} {line['text']}{f' ({reason})' if reason else ''}"
-    colour = _RED if reason else _COLOURS.get(mark, "inherit")
+def _row(line: RecentLine) -> str:
+    client = line.session.rpartition(":")[2]  # the port
+    text = f"{line.time_s:.3f} {client} {line.mark} {line.text}{f' ({line.reason})' if line.reason else ''}"
+    colour = _RED if line.reason else _COLOURS.get(line.mark, "inherit")
     return f"<div style='color:{colour}'>{html.escape(text)}</div>"
 
 
@@ -296,18 +293,10 @@ def _bar(name: str, value: float, low: float, high: float) -> str:
     return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def _moves(station: Station) -> str:
-    """Return the clock and the moves that run and wait as HTML."""
-    rows = [f"Clock: {station.clock}", f"Moves: {station.moves['count']}"]
-    goals = [(move["number"], move["goal_frame"][:3]) for move in station.moves["moves"][:MOST_MOVES]]
-    return _lines(rows + [f"{number}: to {_rounded(goal, 0)} mm" for number, goal in goals])
-
-
-def _force(state: State) -> str:
-    """Return wrench and joint torques as HTML."""
-    wrench = state["cartesian_force"]
-    rows = [f"Fx Fy Fz {_rounded(wrench[:3])} N", f"Tx Ty Tz {_rounded(wrench[3:])} Nm"]
-    return _lines([*rows, f"Joints {_rounded(state['joint_torque'])} Nm"])
+def _moves(moves: Mapping[str, Any]) -> list[str]:
+    """Return lines with the moves that run and wait."""
+    shown = [(each["number"], each["goal_frame"][:3]) for each in moves["moves"][:MOST_MOVES]]
+    return [f"Moves: {moves['count']}"] + [f"{number}: to {_rounded(goal, 0)} mm" for number, goal in shown]
 
 
 def _lines(rows: Sequence[str]) -> str:

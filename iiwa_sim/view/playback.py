@@ -9,16 +9,17 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import msgspec
-
+from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.dialogue import RecentLine
 from iiwa_sim.recordings.read import Timeline
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, Event
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.app import VIEWS, add_ground, add_views, look_at, run_frames
 from iiwa_sim.view.connection import MOST_SAID
 from iiwa_sim.view.panel import DialogueList, Readout, acting
-from iiwa_sim.view.scene import TRAIL_S, Robot, Scene
+from iiwa_sim.view.scene import TRAIL_S, Scene
 
 if TYPE_CHECKING:
     import viser
@@ -42,7 +43,7 @@ def run_playback(
     opened: Callable[[], None] = lambda: None,
 ) -> None:
     """Show a recording on a page, as `iiwa_sim.view.app.run_page` shows robots. Raises RobotFault."""
-    robot = msgspec.convert(timeline.recorded.description(), Robot, from_attributes=True)
+    robot = timeline.recorded.description()
     with open_page(listening, token) as server:
         playback = Playback(server, timeline, robot)
         opened()
@@ -52,7 +53,7 @@ def run_playback(
 class Playback:
     """A recording in the scene, and its panel."""
 
-    def __init__(self, server: viser.ViserServer, timeline: Timeline, robot: Robot) -> None:
+    def __init__(self, server: viser.ViserServer, timeline: Timeline, robot: RobotDescription) -> None:
         add_ground(server.scene)
         self._timeline = timeline
         self.time_s = timeline.start_s
@@ -80,13 +81,13 @@ class Playback:
             self._dialogue = DialogueList(gui)
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
-        add_views(gui, lambda: (self.scene, self._state()["joint_position"]))
+        add_views(gui, lambda: (self.scene, self._state()))
         self._slider.on_update(acting(lambda _: self.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
         step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
         speed.on_update(acting(lambda _: setattr(self, "_speed", float(speed.value.rstrip("x")))))
         server.on_client_connect(
-            lambda client: look_at(client, self.scene.points(self._state()["joint_position"]), VIEWS["Fit"])
+            lambda client: look_at(client, self.scene.points(self._state().joint_position), VIEWS["Fit"])
         )
 
     def show(self) -> None:
@@ -98,10 +99,10 @@ class Playback:
         self._shown_at_s = now_s
         time_s = self.time_s
         before_s, self._shown_s = self._shown_s, time_s
-        self.scene.show_cell(self._timeline.cell_at(time_s))
+        self.scene.show_cell(self._timeline.last(CELL, time_s)[0])
         if not before_s <= time_s <= before_s + JUMP_S:
-            for state in self._timeline.states(time_s - TRAIL_S, time_s, PATH_STATES):
-                self.scene.show(state)
+            for number in range(PATH_STATES):
+                self.scene.show(self._timeline.state_at(time_s - TRAIL_S * (1.0 - number / PATH_STATES)))
         self.scene.show(self._state())
         self._readout.show(self._state())
         self._button.label = "Pause" if self._is_playing else "Play"
@@ -111,11 +112,14 @@ class Playback:
             self._listed_s, self._next_list_s = time_s, now_s + LINES_S
             lines = self._timeline.last(DIALOGUE, time_s, MOST_SAID)
             self._dialogue.lines.clear()
-            self._dialogue.lines.extend({**line, "mark": line["direction"]} for line in lines)
+            self._dialogue.lines.extend(
+                RecentLine(each.time_s, each.session, each.direction, each.text, each.reason)
+                for each in lines
+            )
             self._events.content = _listed(self._timeline.last(EVENTS, time_s, MOST_EVENTS))
         self._dialogue.show()
 
-    def _state(self) -> dict[str, Any]:
+    def _state(self) -> Snapshot:
         return self._timeline.state_at(self.time_s)
 
     def go_to(self, time_s: float) -> None:
@@ -129,15 +133,15 @@ class Playback:
 
     def _step(self, ticks: int) -> None:
         self._is_playing = False
-        self.go_to(self._state()["time_s"] + ticks / self._timeline.recorded.tick_rate_hz)
+        self.go_to(self._state().time_s + ticks / self._timeline.recorded.tick_rate_hz)
         self._slider.value = round(self.time_s, 2)
 
 
-def _listed(events: list[dict[str, Any]]) -> str:
+def _listed(events: list[Event]) -> str:
     """Return events as HTML, the newest one first."""
     rows = []
     for event in reversed(events):
-        move, code = event["move"] or "", f"({event['code']})" if event["code"] else ""
-        words = " ".join(f"{event['time_s']:.3f} {event['kind']} {move} {code}".split())
-        rows.append(html.escape(f"{words}: {event['text']}"))
+        move, code = event.move or "", f"({event.code})" if event.code else ""
+        words = " ".join(f"{event.time_s:.3f} {event.kind} {move} {code}".split())
+        rows.append(html.escape(f"{words}: {event.text}"))
     return f"<div style='font-size:0.75em;padding:0 0.9em'>{'<br>'.join(rows)}</div>"

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Frame, Transform, Vector, apply, inverse
+from iiwa_sim.frames import Transform, Vector, apply, inverse
+from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.view.connection import Station
-from iiwa_sim.view.scene import FORCE, Arm, Scene, line
+from iiwa_sim.view.scene import FORCE, Scene, line
 
 if TYPE_CHECKING:
     import viser
@@ -89,8 +90,8 @@ class Push:
         self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
         self._line.visible = False
         self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
-        for index, handle in enumerate(scene.handles):
-            if scene.arm.links[index].moved_by and hasattr(handle, "on_drag"):
+        for index, handle in scene.handles:
+            if scene.arm.links[index].moved_by:
                 handle.on_drag("left")(self._dragging(index))
         self._thread = threading.Thread(target=self._run, name="iiwa-sim-push", daemon=True)
 
@@ -116,7 +117,7 @@ class Push:
         if grabbed is not None:
             self._line.points = np.array([[self._point(grabbed), grabbed.target]], np.float32)
             self._label.position = grabbed.target
-            stiff = "" if self._station.state["mode"] == "impedance" else ", stiff: see Force"
+            stiff = "" if self._station.state.mode == "impedance" else ", stiff: see Force"
             self._label.text = f"{self._force_n:.0f} N{stiff}"
 
     def _dragging(self, link: int) -> Any:
@@ -128,7 +129,7 @@ class Push:
                 self._grabbed = None
                 return
             if grabbed is None or grabbed.link != link:
-                pose = self._scene.arm.poses(self._station.state["joint_position"])[link]
+                pose = self._scene.arm.poses(self._station.state.joint_position)[link]
                 grabbed = Grabbed(link, apply(inverse(pose), (x, y, z)), target, event.client)
             self._grabbed = grabbed._replace(target=target)
             self._pull.set()
@@ -137,7 +138,7 @@ class Push:
 
     def _point(self, grabbed: Grabbed) -> Vector:
         """Return the grabbed point in the base (m)."""
-        poses = self._scene.arm.poses(self._station.state["joint_position"])
+        poses = self._scene.arm.poses(self._station.state.joint_position)
         return apply(poses[grabbed.link], grabbed.point)
 
     def _run(self) -> None:
@@ -160,9 +161,9 @@ class Push:
         state, arm, point = self._station.state, self._scene.arm, self._point(grabbed)
         force = spring_force(point, grabbed.target, float(self._stiffness.value))
         self._force_n = float(np.linalg.norm(force))
-        if arm.links[grabbed.link].moved_by == len(state["joint_position"]):
-            wrench = wrench_at_tcp(Frame(*state["tool_frame"]).to_transform(), point, force)
+        if arm.links[grabbed.link].moved_by == len(state.joint_position):
+            wrench = wrench_at_tcp(state.tool_frame.to_transform(), point, force)
             self._station.act("push", wrench)
         else:
-            torques = joint_torques(arm, state["joint_position"], grabbed.link, point, force)
+            torques = joint_torques(arm, state.joint_position, grabbed.link, point, force)
             self._station.act("push_joints", torques)

@@ -79,8 +79,8 @@ def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
                 )
             )
 
-        is_at(box("/parts/", 0.04, 0.04, 0.06)["name"], 0.6, 0.0, 0.06)
-        viewer.until(lambda message: message["type"] == "MeshMessage" and "/tool_body/" in message["name"])
+        is_at(box("/bodies/", 0.04, 0.04, 0.06)["name"].removesuffix("/0"), 0.6, 0.0, 0.06)
+        viewer.until(lambda each: each["type"] == "CylinderMessage" and "media_126/body/" in each["name"])
         box("/jaws/", 0.03, 0.012, 0.07)
         x_mm, y_mm, z_mm, *_ = simulator.state().tool_frame
         at = {"x_mm": x_mm, "y_mm": y_mm, "z_mm": z_mm - 1e3, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
@@ -185,7 +185,7 @@ def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) ->
             assert simulator.state().error.code == 0
 
 
-def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simulator, robot: Iiwa) -> None:
+def test_without_a_backdoor_it_shows_the_robot_and_can_stop_it(simulator: Simulator, robot: Iiwa) -> None:
     place = msgspec.structs.replace(place_of(simulator, driver=False), backdoor=None)
     with page_at(place) as port, viewing(port) as viewer:
         robot.joint_move(*FAR)

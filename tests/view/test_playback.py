@@ -59,7 +59,7 @@ def viewer(run: Path) -> Iterator[Viewer]:
 
 
 def first_joint(run: Path, time_s: float) -> str:
-    return f"{degrees(Timeline(run).state_at(time_s)['joint_position'][0]):.2f}"
+    return f"{degrees(Timeline(run).state_at(time_s).joint_position[0]):.2f}"
 
 
 def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> None:

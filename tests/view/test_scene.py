@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 import trimesh
+import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import Frame, apply, compose
-from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
+from iiwa_sim.recordings.scene import Arm
+from iiwa_sim.robot.description import RobotDescription, RobotFault, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.view.push import joint_torques, wrench_at_tcp
-from iiwa_sim.view.scene import Arm, Robot
+from iiwa_sim.view.scene import Scene
 
-ARMS = {
-    name: Arm(msgspec.convert(load_robot(name), Robot, from_attributes=True)) for name in built_in_robots()
-}
+ARMS = {name: Arm(load_robot(name)) for name in built_in_robots()}
 JOINTS = st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7)
 VECTOR = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 URDF = """<robot name="two"><link name="base"/>
@@ -32,8 +33,24 @@ URDF = """<robot name="two"><link name="base"/>
 <origin xyz="0.3 0.4 0"/></joint></robot>"""
 
 
-def robot_of(urdf: str, path: Path, flange: str = "hand") -> Robot:
-    return Robot("two", ("J1",), flange, (-1.0,), (1.0,), urdf, str(path))
+def robot_of(urdf: str, path: Path, flange: str = "hand") -> RobotDescription:
+    return replace(load_robot(), joints=("J1",), flange=flange, urdf=urdf, urdf_path=str(path))
+
+
+class Nodes:
+    """A scene of viser that remembers what is added to it."""
+
+    def __init__(self) -> None:
+        self.added: list[tuple[str, str, tuple[Any, ...], dict[str, Any]]] = []
+
+    def __getattr__(self, kind: str) -> Any:
+        getattr(viser.SceneApi, kind)
+
+        def add(name: str, *values: Any, **options: Any) -> Any:
+            self.added.append((kind, name, values, options))
+            return type("Node", (), {"name": name})()
+
+        return add
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -41,7 +58,8 @@ def robot_of(urdf: str, path: Path, flange: str = "hand") -> Robot:
 def test_the_flange_is_drawn_where_it_is(name: str, joints: Sequence[float]) -> None:
     robot, arm = load_robot(name), ARMS[name]
     joints = joints[: len(robot.joints)]
-    drawn, there = arm.poses(joints)[arm.flange], Model(robot).flange(joints)
+    index = [link.name for link in arm.links].index(robot.flange)
+    drawn, there = arm.poses(joints)[index], Model(robot).flange(joints)
     assert drawn.translation == pytest.approx(there.translation, abs=1e-12)
     assert drawn.rotation == pytest.approx(there.rotation, abs=1e-12)
 
@@ -50,23 +68,26 @@ def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
     path = tmp_path / "robot.urdf"
     path.write_text(URDF)
 
-    def look(index: int) -> trimesh.Trimesh:
-        data = Arm(robot_of(URDF, path)).looks[index]
-        assert data is not None
-        (shown,) = trimesh.load_scene(trimesh.util.wrap_as_stream(data), file_type="glb").dump()
-        return shown
+    def looks() -> dict[str, tuple[str, tuple[Any, ...], dict[str, Any]]]:
+        nodes: Any = Nodes()
+        Scene(nodes, robot_of(URDF, path))
+        return {name.removeprefix("/robot/arm/base/"): (kind, *rest) for kind, name, *rest in nodes.added}
 
-    assert look(0).bounds == pytest.approx(np.array([[-0.03, -0.03, 0.0], [0.03, 0.03, 0.5]]), abs=1e-6)
-    assert np.linalg.norm(look(1).bounds[1]) > 0.5
-    assert Arm(robot_of(URDF, path)).looks[2] is None
+    rods = looks()
+    _, _, options = rods["0"]
+    assert (options["height"], options["position"][2]) == pytest.approx((0.5, 0.25))
+    kind, _, options = rods["arm/0"]
+    assert (kind, options["height"]) == ("add_cylinder", pytest.approx(0.5))
+    assert "arm/hand/0" not in rods
     trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "arm.stl")
-    assert look(1).bounds == pytest.approx(np.array([[-0.1, -0.1, -0.1], [0.1, 0.1, 0.3]]), abs=1e-6)
-    assert list(look(1).visual.material.baseColorFactor) == [255, 0, 0, 255]
+    kind, (vertices, _), options = looks()["arm/0"]
+    assert (kind, options["color"], options["position"]) == ("add_mesh_simple", (255, 0, 0), (0.0, 0.0, 0.1))
+    assert np.ptp(vertices, axis=0) == pytest.approx([0.2, 0.2, 0.4])
 
 
 @pytest.mark.parametrize(("urdf", "flange"), [("<robot", "hand"), (URDF, "tool"), ("<robot/>", "")])
 def test_a_robot_that_cannot_be_drawn_is_reported_in_one_line(urdf: str, flange: str) -> None:
-    with pytest.raises(RobotFault, match=r"^the robot('s URDF)?: [^\n]+$"):
+    with pytest.raises(RobotFault, match=r"^[^\n]+$"):
         Arm(robot_of(urdf, Path("nowhere"), flange))
 
 
@@ -83,7 +104,7 @@ def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
     lever = np.subtract(flange.translation, tcp.translation)
     pull = turned @ wrench[:3]
     at_flange = np.concatenate([pull, turned @ wrench[3:] - np.cross(lever, pull)])
-    torques = joint_torques(arm, joints, arm.flange, where, np.array(force))
+    torques = joint_torques(arm, joints, len(arm.links) - 1, where, np.array(force))
     assert torques == pytest.approx(model.jacobian(joints).T @ at_flange, abs=1e-9)
     third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
     assert joint_torques(arm, joints, third, where, np.array(force))[3:] == [0.0] * 4

@@ -112,7 +112,7 @@ class Viewer:
 
     def drags(self, node: str, phase: str, *end: float) -> None:
         """Drag a node of the scene, grabbed at (0.6, 0, 0.6) m, to `end`."""
-        shown = self.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
+        shown = self.until(lambda each: each.get("name", "").endswith(f"{node}/0") and "props" in each)
         self.send(
             type="SceneNodeDragMessage",
             phase=phase,
