@@ -699,24 +699,40 @@ def run(
             times[k] = times[k - 1] + 2.0 * (x[k] - x[k - 1]) / y
 
 
-def moving_average(x: Array, speeds: Array, times: Array, window: float, at: Array) -> Array:
-    """Return the mean of a run over the window before each time, with two derivatives (3, p).
+def moving_average(
+    x: cython.double[::1],
+    speeds: cython.double[::1],
+    times: cython.double[::1],
+    window: cython.double,
+    at: cython.double[::1],
+) -> Array:
+    """Return the mean of a run over the window before each rising time, with two derivatives (3, p).
 
     No window begins before the first sample; behind the last one the run rests.
     """
-    widths = np.maximum(np.diff(times), 1e-12)
-    bends = np.append(np.diff(speeds) / widths, 0.0)
-    last = len(x) - 1
-    areas = widths * (x[:last] + widths * (0.5 * speeds[:last] + widths * bends[:last] / 6.0))
-    areas = np.append(0.0, np.cumsum(areas))
-    mean: Array = np.zeros((3, len(at)))
-    for sign, there in ((1.0, at), (-1.0, at - window)):
-        k = np.clip(np.searchsorted(times, there, side="right") - 1, 0, last)
-        left = there - times[k]
-        speed = speeds[k] + left * bends[k]
-        area = areas[k] + left * (x[k] + left * (0.5 * speeds[k] + left * bends[k] / 6.0))
-        mean += sign / window * np.stack([area, x[k] + 0.5 * left * (speeds[k] + speed), speed])
-    return mean
+    mean_array: Array = np.zeros((3, at.shape[0]))
+    mean: cython.double[:, ::1] = mean_array
+    last: cython.Py_ssize_t = times.shape[0] - 1
+    for e in range(2):
+        k: cython.Py_ssize_t = 0
+        area: cython.double = 0.0  # integral of x up to the sample k
+        bend: cython.double = 0.0
+        left: cython.double = times[1] - times[0]
+        sign: cython.double = (1.0 - 2.0 * e) / window
+        for p in range(at.shape[0]):
+            t: cython.double = at[p] - e * window
+            while True:
+                bend = (speeds[k + 1] - speeds[k]) / max(times[k + 1] - times[k], 1e-12) if k < last else 0.0
+                if k == last or times[k + 1] > t:
+                    break
+                left = times[k + 1] - times[k]
+                area += left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0))
+                k += 1
+            left = t - times[k]
+            mean[0, p] += sign * (area + left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0)))
+            mean[1, p] += sign * (x[k] + left * (speeds[k] + 0.5 * left * bend))
+            mean[2, p] += sign * (speeds[k] + left * bend)
+    return mean_array
 
 
 @cython.cclass
@@ -977,28 +993,42 @@ class SpeedProfile:
         self.g[r, 2] = b * 0.5 * u * u + b1 * u + b2
         self.joint[r], self.group[self.groups, 1] = i, r + 1
 
-    def guess(self, durations: Array) -> None:
+    def guess(self, durations: cython.double[::1]) -> None:
         """Write a first guess over the last segments, of nominal durations (M,) in UNIT_S.
 
         It is the least even pace near each segment, averaged, and goes on from the rate before it.
         """
-        count = len(durations)
+        count: cython.Py_ssize_t = durations.shape[0]
         first: cython.Py_ssize_t = self.count - count
-        pace = np.minimum(FASTEST, PACE * np.asarray(self.even)[first:] * durations**2)
-        wide = np.pad(pace, SPAN, mode="constant", constant_values=FASTEST)
-        pace = np.lib.stride_tricks.sliding_window_view(wide, 2 * SPAN + 1).min(axis=1)
+        k: cython.Py_ssize_t
+        c: cython.double[::1] = self.c[first:]
+        pace: cython.double[::1] = np.empty(count)
+        mean: cython.double[::1] = np.empty(count)
+        for k in range(count):
+            pace[k] = min(FASTEST, PACE * self.even[first + k] * durations[k] * durations[k])
+        for k in range(count):
+            mean[k] = pace[k]
+            for i in range(max(k - SPAN, 0), min(k + SPAN + 1, count)):
+                mean[k] = min(mean[k], pace[i])
         for _ in range(2):
-            wide = np.pad(pace, SPAN // 2, mode="edge")
-            pace = np.convolve(wide, np.full(SPAN // 2 * 2 + 1, 1.0 / (SPAN // 2 * 2 + 1)), mode="valid")
-        c, more = np.asarray(self.c)[first:], np.ones(count + 2)
+            pace, mean = mean, pace
+            for k in range(count):
+                mean[k] = 0.0
+                for i in range(k - SPAN // 2, k + SPAN // 2 + 1):
+                    mean[k] += pace[min(max(i, 0), count - 1)] / (SPAN // 2 * 2 + 1)
+        start: cython.double = 0.0
+        grow: cython.double = 0.0
+        fade: cython.double = 1.0
         if self.fixed > 0:
             y = 2.0 * durations[0] - durations[min(1, count - 1)]
-            start = c[0] * y * y / pace[0] - 1.0
-            second = (c[1] * durations[0] ** 2 / pace[0] - 1.0) / FADE
-            steps = np.arange(count + 2)
-            more = np.maximum(1.0 + (start + (second - start) * steps) * FADE**steps, LEAST)
-        near = np.clip(np.arange(count + 2) - 1, 0, count - 1)
-        c[self.fixed :] = (pace[near] / durations[near] ** 2 * more)[self.fixed :]
+            start = c[0] * y * y / mean[0] - 1.0
+            grow = (c[1] * durations[0] * durations[0] / mean[0] - 1.0) / FADE - start
+        for i in range(count + 2):
+            k = min(max(i - 1, 0), count - 1)
+            if i >= self.fixed:
+                more = max(1.0 + (start + grow * i) * fade, LEAST)
+                c[i] = mean[k] / (durations[k] * durations[k]) * more
+            fade *= FADE
 
     def begin(self, enough: cython.double) -> None:
         """Begin to solve from c, within limits or not. `enough` is the duality gap that ends a round, as a
