@@ -102,7 +102,7 @@ class SimulatedRobot:
         self.backdoor = Backdoor(
             self.stepped,
             self.faults,
-            lambda: [server.acceptor for server in self.servers.values()],
+            self.servers.values(),
             self._clock,
             self.dialogue,
             self._call,

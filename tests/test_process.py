@@ -58,7 +58,8 @@ def test_a_port_in_use() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert refused("--port", str(port)) == (
-            f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
+            f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use"
+            "; port 0, such as --port 0, is any free one\n"
         )
 
 

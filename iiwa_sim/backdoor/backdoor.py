@@ -5,7 +5,7 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 
 import time
 from asyncio import wrap_future
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextvars import ContextVar
 from functools import partial, wraps
 from inspect import iscoroutinefunction
@@ -39,7 +39,7 @@ from iiwa_sim.protocols.faults import (
     WireFaults,
 )
 from iiwa_sim.robot.description import RobotDescription, ToolSettings
-from iiwa_sim.server.listening import Acceptor
+from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import distinct, harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
@@ -98,14 +98,14 @@ class Backdoor:
         self,
         controller: Controller,
         wire: WireFaults,
-        ports: Callable[[], Sequence[Acceptor]],
+        ports: Collection[TcpServer],
         clock: Clock,
         dialogue: Dialogue,
         call: Call = lambda function: function(),
         group: ControllerGroup | None = None,
         states: States | None = None,
     ) -> None:
-        """`ports` gives the listening ports of all protocols; `group` and `states` are those of the cell."""
+        """`ports` are those of all protocols; `group` and `states` are those of the cell."""
         self.call = call
         self.listeners: list[Callable[[str], None]] = []
         """Called with the text of each call that has changed something."""
@@ -377,15 +377,15 @@ class Backdoor:
 
     def close_connections(self, connection: int = EVERY, reset: bool = False) -> None:
         """Close one connection, or all: by FIN, or by RST."""
-        self._wire.end(Reset() if reset else Close(), connection)
-        if connection == EVERY:
-            for each in self._ports():
-                each.drop_arriving(reset=reset)
+        step = Reset() if reset else Close()
+        self._wire.end(step, connection)
+        for port in self._ports if connection == EVERY else ():
+            port.end_arriving(step)
 
     def refuse_connections(self, refused: bool = True) -> None:
         """Refuse new connections of drivers, those there are served; or accept them again."""
-        for each in self._ports():
-            (each.refuse if refused else each.accept)()
+        for port in self._ports:
+            (port.acceptor.refuse if refused else port.acceptor.accept)()
 
     def clear_faults(self) -> None:
         """End faults of wire, gripper and next move, and canned replies; accept connections."""
@@ -394,8 +394,8 @@ class Backdoor:
         if handling is not None and handling.gripper is not None:
             handling.repair()
         self._wire.clear()
-        for each in self._ports():
-            each.accept()
+        for port in self._ports:
+            port.acceptor.accept()
 
 
 def _check_finite(values: Sequence[float]) -> None:

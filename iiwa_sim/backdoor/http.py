@@ -25,7 +25,7 @@ import msgspec
 from iiwa_sim.backdoor.backdoor import CLIENT, Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.log import SessionLog
-from iiwa_sim.server.listening import accept, host_and_port, open_listener
+from iiwa_sim.server.listening import Acceptor, host_and_port, open_listener
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
@@ -104,34 +104,27 @@ class BackdoorHttp:
         self.access = WebAccess()
         self.robots = robots
         self._asked = host, port
-        self._listener: socket.socket | None = None
-        self._accepting: asyncio.Task[None] | None = None
+        self._acceptor: Acceptor | None = None
         self._connections: set[socket.socket] = set()
         self._calls: set[Future[bytes]] = set()
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._listener is None:
+        if self._acceptor is None:
             raise RuntimeError("the server does not listen")
-        host, port = self._listener.getsockname()[:2]
-        return host, port
+        return self._acceptor.address
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
         self._loop = asyncio.get_running_loop()
-        self._listener = await open_listener(*self._asked)
-        self._listener.setblocking(False)
-        self._accepting = self._loop.create_task(accept(self._listener, self._serve))
+        self._acceptor = Acceptor(await open_listener(*self._asked), self._serve)
 
     async def close(self) -> None:
         """Stop listening, end pending calls, and let connections end."""
-        if self._listener is None or self._accepting is None:
-            return
-        self._accepting.cancel()
-        self._loop.remove_reader(self._listener)
-        self._listener.close()
-        self._listener = None
+        if self._acceptor is not None:
+            self._acceptor.close()
+            self._acceptor = None
         for call in list(self._calls):
             call.cancel()
         for connection in list(self._connections):

@@ -19,7 +19,7 @@ from websockets.server import ServerProtocol
 
 from iiwa_sim.ros.outbox import Frame, Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
-from iiwa_sim.server.listening import Acceptor, open_listener, peer_of
+from iiwa_sim.server.listening import Acceptor, as_protocol, open_listener, peer_of
 from iiwa_sim.server.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
@@ -148,7 +148,7 @@ class RosbridgeServer:
         for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
             listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
         server = Server(self._serve, process_request=self._admit, logger=_of_library)
-        self._acceptor = Acceptor(listener, lambda: self._connection(server))
+        self._acceptor = Acceptor(listener, as_protocol(lambda: self._connection(server)))
         server.wrap(_Port(self._acceptor))  # type: ignore[arg-type]
         self._server = server
 

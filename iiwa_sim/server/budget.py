@@ -28,17 +28,14 @@ class Budget:
         self._turn: asyncio.Handle | None = None
         self._busy = False  # some work is done now
 
-    def waits(self, work: Work) -> bool:
-        """Return True while this work is in the queue."""
-        return work in self._queue
-
-    def ask(self, work: Work) -> None:
-        """Do some work: at once unless other work is done now, else in its turn."""
+    def ask(self, work: Work) -> bool:
+        """Do some work, at once or in its turn if other work is done now; return True if some waits."""
         if work not in self._queue:
             if self._busy:
                 self._enqueue(work)
             else:
                 self._serve(work)
+        return work in self._queue
 
     def _enqueue(self, work: Work) -> None:
         self._queue[work] = None

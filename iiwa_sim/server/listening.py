@@ -31,20 +31,26 @@ class ListenFault(Unusable):
     """An address cannot be listened on. The message is one line."""
 
 
+Serve = Callable[[socket.socket, Any], None]
+"""Serves a connection from a peer's address."""
+
+
 class Acceptor:
-    """Accepts connections at a listening socket until `close`.
+    """Accepts connections at a listening socket until `close`, one in each turn of the event loop.
 
     Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
-    socket is bound to it that does not listen.
+    socket is bound to it that does not listen. When the system has no descriptor left, that is logged once a
+    second and accepting is tried again later.
     """
 
-    def __init__(self, listening: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]) -> None:
+    def __init__(self, listening: socket.socket, serve: Serve) -> None:
         self._loop = asyncio.get_running_loop()
         self._listening = listening
-        self._open_protocol = open_protocol
-        self._opening: dict[asyncio.Task[None], socket.socket] = {}
-        self._accepting: asyncio.Task[None] | None = None
-        self._begin()
+        self._serve = serve
+        self._accepts = False
+        self._again: asyncio.TimerHandle | None = None
+        self._quiet_until_s = 0.0
+        self.accept()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -54,15 +60,15 @@ class Acceptor:
 
     def close(self) -> None:
         """Stop listening; accepted connections go on."""
-        if self._accepting is not None:
-            self._accepting.cancel()
-            self._accepting = None
-            self._loop.remove_reader(self._listening)
+        self._accepts = False
+        if self._again is not None:
+            self._again.cancel()
+        self._loop.remove_reader(self._listening)
         self._listening.close()
 
     def refuse(self) -> None:
         """Refuse new connections until `accept`."""
-        if self._accepting is not None:
+        if self._accepts:
             family, address = self._listening.family, self._listening.getsockname()
             self.close()
             self._listening = socket.socket(family)
@@ -70,66 +76,53 @@ class Acceptor:
             self._listening.bind(address)
 
     def accept(self) -> None:
-        """Accept connections again, where they are refused."""
-        if self._accepting is None:
+        """Accept connections, where they are refused."""
+        if not self._accepts:
+            self._accepts = True
+            self._listening.setblocking(False)
             self._listening.listen(BACKLOG)
-            self._begin()
+            self._loop.add_reader(self._listening, self._arrives)
 
-    def drop_arriving(self, *, reset: bool) -> None:
+    def drop_waiting(self, *, reset: bool) -> None:
         """Close or reset the connections that wait to be accepted."""
-        for opening, connection in self._opening.items():
-            opening.cancel()
-            opening.add_done_callback(partial(_close, connection, reset))
         with contextlib.suppress(OSError):  # no connection waits, or no descriptor is left
             while True:
-                _close(self._listening.accept()[0], reset)
+                with self._listening.accept()[0] as connection:
+                    if reset:
+                        reset_at_close(connection)
 
-    def _begin(self) -> None:
-        self._listening.setblocking(False)
-        self._accepting = self._loop.create_task(accept(self._listening, self._serve))
-
-    def _serve(self, connection: socket.socket, _peer: object) -> None:
-        opening = self._loop.create_task(self._open(connection))
-        self._opening[opening] = connection
-        opening.add_done_callback(self._opening.pop)
-
-    async def _open(self, connection: socket.socket) -> None:
+    def _arrives(self) -> None:
         try:
-            await self._loop.connect_accepted_socket(self._open_protocol, connection)
+            connection, peer = self._listening.accept()
+        except OSError as fault:  # others mean that the client has gone already
+            if fault.errno in _USED_UP:
+                if self._loop.time() >= self._quiet_until_s:
+                    self._quiet_until_s = self._loop.time() + 1.0
+                    logger.warning("nobody can connect for the time being: %s", why(fault))
+                self._loop.remove_reader(self._listening)
+                add = partial(self._loop.add_reader, self._listening, self._arrives)
+                self._again = self._loop.call_later(AGAIN_S, add)
+            return
+        connection.setblocking(False)
+        self._serve(connection, peer)
+
+
+def as_protocol(open_protocol: Callable[[], asyncio.BaseProtocol]) -> Serve:
+    """Return what serves each connection by a protocol of asyncio."""
+    loop, opening = asyncio.get_running_loop(), set[asyncio.Task[None]]()
+
+    async def opened(connection: socket.socket, protocol: asyncio.BaseProtocol) -> None:
+        try:
+            await loop.connect_accepted_socket(lambda: protocol, connection)
         except OSError:  # the client has gone already
             connection.close()
 
+    def serve(connection: socket.socket, _peer: object) -> None:
+        task = loop.create_task(opened(connection, open_protocol()))
+        opening.add(task)
+        task.add_done_callback(opening.discard)
 
-async def accept(listening: socket.socket, serve: Callable[[socket.socket, Any], None]) -> None:
-    """Call `serve` with each connection and its peer, until cancelled.
-
-    It accepts one connection in each turn of the event loop, so that a flood of connections delays nobody.
-    When the system has no descriptor left, that is logged once a second and accepting is tried again later.
-    `loop.sock_accept` would lose a connection that comes just before the task is cancelled.
-    """
-    loop, quiet_until_s = asyncio.get_running_loop(), 0.0
-    while True:
-        comes: asyncio.Future[None] = loop.create_future()
-        loop.add_reader(listening, lambda comes=comes: comes.done() or comes.set_result(None))  # type: ignore[misc]
-        await comes  # whoever cancels this removes the reader
-        loop.remove_reader(listening)
-        try:
-            connection, peer = listening.accept()
-            connection.setblocking(False)
-            serve(connection, peer)
-        except OSError as fault:  # others mean that the client has gone already
-            if fault.errno in _USED_UP:
-                if loop.time() >= quiet_until_s:
-                    quiet_until_s = loop.time() + 1.0
-                    logger.warning("nobody can connect for the time being: %s", why(fault))
-                await asyncio.sleep(AGAIN_S)
-        await asyncio.sleep(0)
-
-
-def _close(connection: socket.socket, reset: bool, _opening: object = None) -> None:
-    if reset:
-        reset_at_close(connection)
-    connection.close()
+    return serve
 
 
 def reset_at_close(connection: socket.socket) -> None:
@@ -156,7 +149,9 @@ async def open_listener(host: str, port: int) -> socket.socket:
         return socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
-        raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
+        in_use = isinstance(fault, OSError) and fault.errno == errno.EADDRINUSE
+        hint = "; port 0, such as --port 0, is any free one" if in_use else ""
+        raise ListenFault(f"cannot listen on {shown}: {why(fault)}{hint}") from fault
 
 
 def peer_of(transport: asyncio.BaseTransport) -> str:

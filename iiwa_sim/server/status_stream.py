@@ -7,10 +7,9 @@ from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.tcp import TcpServer
 
-SEND_BYTES = 4096
-"""Size of the system's send buffer at the usual rate: lines stay recent for a slow reader."""
-MOST_SEND_BYTES = 16_384
-"""Size of that buffer at high rates, where lines in flight count too and may be acknowledged 40 ms late."""
+SEND_BYTES = 16_384
+"""Size of the system's send buffer: lines stay recent for a slow reader, and those in flight at 500 Hz fit,
+which may be acknowledged 40 ms late."""
 
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
@@ -51,7 +50,7 @@ class StatusStream(TcpServer):
             budget=budget,
             on_client=on_reader,
             suffix=" (status)",
-            send_bytes=min(MOST_SEND_BYTES, max(SEND_BYTES, SEND_BYTES * rate_hz // DEFAULT_RATE_HZ)),
+            send_bytes=SEND_BYTES,
             lasting=True,
         )
         self._line = line

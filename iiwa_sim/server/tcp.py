@@ -18,7 +18,7 @@ from collections.abc import Callable
 from iiwa_sim.protocols.faults import Close, Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
-from iiwa_sim.server.listening import Acceptor, open_listener, peer_of, reset_at_close, why
+from iiwa_sim.server.listening import Acceptor, as_protocol, open_listener, peer_of, reset_at_close, why
 
 READ_BYTES = 4096
 """Bytes read from a client at once: making lines of them takes some ms at most."""
@@ -59,49 +59,36 @@ class Admission:
             raise ValueError(f"reconnect_pause_s is {pause_s}, expected 0 to {LONGEST_PAUSE_S:g} s")
         self._exclusive = exclusive
         self._pause_s = pause_s
+        self._pauses = False
         self._served: set[Connection] = set()
         self._waiting: dict[Connection, None] = {}  # in their order
-        self._pause: asyncio.TimerHandle | None = None
 
     def arrives(self, client: "Connection") -> bool:
         """Return True if the client is admitted at once; its `serve` is called then or later."""
         self._waiting[client] = None
-        if self._pause is None:
-            self._admit()
+        self._admit()
         return client in self._served
 
     def leaves(self, client: "Connection") -> None:
         """Forget a client that has gone, served or not."""
         self._waiting.pop(client, None)
-        was_served = client in self._served
-        self._served.discard(client)
-        if was_served and self._pause_s and not self._served:
-            self._pause = asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
-        elif self._pause is None:
-            self._admit()
-
-    def close(self) -> None:
-        """Admit nobody any more."""
-        self._waiting.clear()
-        self._served.clear()
-        if self._pause is not None:
-            self._pause.cancel()
-            self._pause = None
+        if client in self._served:
+            self._served.remove(client)
+            if self._pause_s and not self._served:
+                self._pauses = True
+                asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
+        self._admit()
 
     def _end_pause(self) -> None:
-        self._pause = None
+        self._pauses = False
         self._admit()
 
     def _admit(self) -> None:
-        while self._waiting and not (self._exclusive and self._served):
+        while self._waiting and not (self._pauses or (self._exclusive and self._served)):
             client = next(iter(self._waiting))
             del self._waiting[client]
             self._served.add(client)
             client.serve()
-
-
-class FromBrowserFault(Exception):
-    """The connection speaks HTTP or TLS. The message names which, for the log."""
 
 
 class Connection(asyncio.BufferedProtocol):
@@ -121,15 +108,14 @@ class Connection(asyncio.BufferedProtocol):
     def __init__(self, server: "TcpServer") -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
-        self._received = b""
-        self._passed = False  # the first line is neither HTTP nor TLS
+        self._held: bytes | None = b""  # received before it was clear that the client is no browser
         self._served = False
         self._sent_end = False
-        self._told_end = False  # the session knows of the end
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._steps: deque[Step] = deque()  # behind the present delay
         self._delay: asyncio.TimerHandle | None = None
         self._ends = False  # to be closed after what still has to be sent
+        self._first_steps = server.arriving
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -147,6 +133,7 @@ class Connection(asyncio.BufferedProtocol):
         elif not server.admission.arrives(self):
             logger.info("%s waits for its turn", self._name, extra=self._mark)
             transport.pause_reading()
+        self.take(self._first_steps)
 
     def serve(self) -> None:
         """Notice that the client is admitted: read from it."""
@@ -157,14 +144,27 @@ class Connection(asyncio.BufferedProtocol):
         return self._server.buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        self._received += self._server.buffer[:nbytes]
-        if self._server.budget.waits(self._work):
-            self._transport.pause_reading()
-        else:
-            self._ask()
+        data = bytes(self._server.buffer[:nbytes])
+        if self._held is not None:
+            self._held += data
+            is_tls = self._held.startswith(_TLS)
+            if is_tls or _REQUEST.match(self._held):
+                what = "a greeting of TLS" if is_tls else "an HTTP request"
+                text = "%s closed: it sent %s, as a web page would have it"
+                logger.warning(text, self._name, what, extra=self._mark)
+                self.abort()
+                return
+            if len(self._held) <= 2 * MOST_HELD and _UNDECIDED.fullmatch(self._held):
+                return
+            data, self._held = self._held, None
+        self._session.receive(data)
+        self._ask()
 
     def eof_received(self) -> bool:
         self._sent_end = True
+        if self._held:
+            self._session.receive(self._held)
+        self._session.end()
         self._ask()
         return True  # the transport stays open for what is to be sent
 
@@ -214,90 +214,59 @@ class Connection(asyncio.BufferedProtocol):
 
     def abort(self) -> None:
         """Close at once, without sending what waits."""
+        self._ends = True
         self._transport.abort()
 
     def _ask(self) -> None:
-        self._server.budget.ask(self._work)
+        if self._server.budget.ask(self._work):
+            self._transport.pause_reading()
 
     def _work(self, until_s: float) -> bool:
         """Answer what waits, up to `until_s`; return True if more can be done."""
+        session, server = self._session, self._server
         if self._ends or self._transport.is_closing():
             return False
         try:
-            self._hand_on()
-            answers = bool(self._session.waiting)
-            self._answer(until_s)
-            if answers:
-                self._server.on_answered(self._session.awaits)
-            return self._goes_on()
-        except FromBrowserFault as fault:
-            text = "%s closed: it sent %s, as a web page would have it"
-            logger.warning(text, self._name, fault, extra=self._mark)
+            if session.waiting:
+                self._answer(until_s)
+                server.on_answered(session.awaits)
         except Exception:
             logger.exception("%s dropped: internal error", self._name, extra=self._mark)
-        self.abort()
-        return False
-
-    def _hand_on(self) -> None:
-        """Pass the received bytes on to the session. Raises FromBrowserFault."""
-        if self._received and not self._passed:
-            if self._received.startswith(_TLS):
-                raise FromBrowserFault("a greeting of TLS")
-            if _REQUEST.match(self._received):
-                raise FromBrowserFault("an HTTP request")
-            decided = len(self._received) > 2 * MOST_HELD or not _UNDECIDED.fullmatch(self._received)
-            self._passed = decided or self._sent_end
-        if self._received and self._passed:
-            self._session.receive(self._received)
-            self._received = b""
-        if self._sent_end and not self._told_end:
-            self._told_end = True
-            self._session.end()
-
-    def _answer(self, until_s: float) -> None:
-        session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
-        try:
-            while session.waiting and not (self._ends or self._is_kept_from_answering()):
-                if self.faulted:
-                    self._send(replies)
-                    self.take(list(faults.steps(self._number, session.answer(1))))
-                else:
-                    replies.append(session.answer(most))
-                    size += len(replies[-1])
-                    most *= 2  # The clock is read seldom, but soon enough where lines take long.
-                if size >= MOST_BYTES or time.monotonic() >= until_s:
-                    break
-        finally:
-            self._send(replies)
-
-    def _is_kept_from_answering(self) -> bool:
-        """Return True if a wire fault or unread replies hold back the next line."""
-        silent = self.faulted and self._server.faults.silences(self._number)
-        return silent or len(self._steps) > MOST_LATE or self._unread is not None
-
-    def _send(self, replies: list[bytes]) -> None:
-        """Send the replies and forget them."""
-        data = b"".join(replies)
-        replies.clear()
-        if data and self._delay is None:
-            self._transport.write(data)
-        elif data:
-            self._steps.append(Send(data))
-
-    def _goes_on(self) -> bool:
-        """Return True if lines can be answered at once; if not, arrange for the work to go on or to end."""
+            self.abort()
         if self._ends:
             return False
-        if self._session.waiting:
+        if session.waiting:
             self._transport.pause_reading()
             return not self._is_kept_from_answering()
-        if self._session.closing or (self._sent_end and not self._server.lasting):
+        if session.closing or (self._sent_end and not server.lasting):
             self.take([Close()])
         elif self._unread is not None:
             self._transport.pause_reading()
         elif not self._sent_end:
             self._transport.resume_reading()
         return False
+
+    def _answer(self, until_s: float) -> None:
+        session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
+        while session.waiting and not (self._ends or self._is_kept_from_answering()):
+            if self.faulted:
+                self.take(list(faults.steps(self._number, session.answer(1))))
+            else:
+                replies.append(session.answer(most))
+                size += len(replies[-1])
+                most *= 2  # The clock is read seldom, but soon enough where lines take long.
+            if size >= MOST_BYTES or time.monotonic() >= until_s:
+                break
+        data = b"".join(replies)
+        if data and self._delay is None:
+            self._transport.write(data)
+        elif data:
+            self._steps.append(Send(data))
+
+    def _is_kept_from_answering(self) -> bool:
+        """Return True if a wire fault or unread replies hold back the next line."""
+        silent = self.faulted and self._server.faults.silences(self._number)
+        return silent or len(self._steps) > MOST_LATE or self._unread is not None
 
     def _make_steps(self) -> None:
         while self._steps:
@@ -380,12 +349,14 @@ class TcpServer:
         self.lasting = lasting
         self.buffer = memoryview(bytearray(READ_BYTES))  # of all connections: read and emptied at once
         self.connections: set[Connection] = set()
+        self.arriving: list[Step] = []
+        """The first steps of connections that are accepted now: what `end_arriving` adds before they open."""
         self._asked = (host, port)
         self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._acceptor = Acceptor(await open_listener(*self._asked), lambda: Connection(self))
+        self._acceptor = Acceptor(await open_listener(*self._asked), as_protocol(lambda: Connection(self)))
 
     @property
     def listening(self) -> bool:
@@ -403,9 +374,14 @@ class TcpServer:
         """Host and port listened on."""
         return self.acceptor.address
 
+    def end_arriving(self, step: Close | Reset) -> None:
+        """End the connections that clients have made, but that are not open here yet."""
+        self.acceptor.drop_waiting(reset=isinstance(step, Reset))
+        self.arriving.append(step)
+        self.arriving = []
+
     async def close(self) -> None:
         """Stop listening and close every connection; takes little more than CLOSING_S at most."""
-        self.admission.close()
         if self._acceptor is None:
             return
         self._acceptor.close()

@@ -31,7 +31,7 @@ class Bench:
         self.robot = SteppedRobot(cell=replace(robot_alone(robot), handled=HANDLED))
         self.controller = self.robot.controller
         self.dialogue = Dialogue(lambda: self.controller.tick, self.controller.tick_s)
-        self.backdoor = Backdoor(self.controller, WireFaults(), list, Clock(500, STEPPED), self.dialogue)
+        self.backdoor = Backdoor(self.controller, WireFaults(), (), Clock(500, STEPPED), self.dialogue)
 
     def seen(self) -> dict[str, object]:
         """Return what a refused call must not change."""

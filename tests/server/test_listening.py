@@ -11,7 +11,7 @@ import socket
 import pytest
 
 from iiwa_sim.server import listening
-from iiwa_sim.server.listening import Acceptor
+from iiwa_sim.server.listening import Acceptor, as_protocol
 from tests.talking import DEADLINE_S
 
 
@@ -47,7 +47,7 @@ async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_on
 
     real = socket.create_server(("127.0.0.1", 0))
     scarce = NoneLeft(real, 40)
-    acceptor = Acceptor(scarce, Opened)  # type: ignore[arg-type]
+    acceptor = Acceptor(scarce, as_protocol(Opened))  # type: ignore[arg-type]
     turns = 0
     async with asyncio.timeout(DEADLINE_S):
         connecting = asyncio.create_task(asyncio.open_connection(*acceptor.address))
