@@ -47,7 +47,7 @@ class Camera:
         raises it where nothing can be rendered.
         """
         handling, names = self._controller.handling, self.names
-        if handling is None or handling.world is None or name not in names:
+        if handling is None or name not in names:
             there_are = f"the scene has {', '.join(names)}" if names else "the cell has no scene with cameras"
             raise Refused(EXECUTION, harmless(f"no camera {name!r}: {there_are}"))
         if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):

@@ -55,7 +55,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
     joints, tool_in_flange, override = controller.joints, controller.tool_in_flange, controller.override
     inputs, outputs, surfaces = io.inputs, io.outputs, tuple(world.surfaces.values())
     wrench, joint_push, tool_load = load.wrench, load.joint_push, controller.tool_load
-    handled = None if handling is None else handling.kept()
+    restore_bodies = None if handling is None else handling.kept()
     felt = load.felt()  # contacts, with their friction and entry sides
 
     def restore() -> None:
@@ -72,8 +72,8 @@ def _kept(controller: Controller) -> Callable[[], None]:
             io.set_output(number, on)
         load.wrench, load.joint_push = wrench, joint_push
         controller.set_tool_load(tool_load)
-        if handling is not None and handled is not None:
-            handling.restore(handled)
+        if restore_bodies is not None:
+            restore_bodies()
         load.feel_again(felt, joints)
         controller.allow_excess()
         controller.release_emergency_stop()

@@ -28,7 +28,7 @@ from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Contact
-from iiwa_sim.controller.handling import NOTHING, HandlingSetup, Wiring
+from iiwa_sim.controller.handling import NO_HANDLING, HandlingSetup
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
 from iiwa_sim.controller.wires import InputWire, OutputWire
@@ -69,7 +69,7 @@ class Cell:
     """Limits that the robot watches besides the torques on its joints."""
     tool: Tool | None = None
     """The tool at the flange, with its mass."""
-    handled: HandlingSetup | None = None
+    handled: HandlingSetup = NO_HANDLING
     """The gripper, what it is wired to, and the parts, which are in the world."""
     name: str = ""
     """The name of one of several robots."""
@@ -131,14 +131,13 @@ class Cell:
 
 
 def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
-    """Return the world of the robots in a cell; None for a single robot without parts and scene.
+    """Return the world of the robots in a cell; None for a single robot without gripper, parts and scene.
 
     Its `arms`, in the order of the robots, are what `Cell.controller` takes. Raises `CellFault` for parts
     and robots that are in each other.
     """
     handled = cells[0].handled
-    parts, scene = ((), None) if handled is None else (handled.parts, handled.scene)
-    if len(cells) == 1 and not parts and scene is None:
+    if len(cells) == 1 and handled == NO_HANDLING:
         return None
     from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
     from iiwa_sim.world.world import World
@@ -147,10 +146,10 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
     for cell in cells:
         tool = () if cell.tool is None else cell.tool.capsules
         shape = ArmShape(cell.description, cell.tool_in_flange, tool, cell.contact_radius_m)
-        kind = None if cell.handled is None else cell.handled.gripper
-        gripper = None if kind is None else Gripper(kind)
+        gripper = None if cell.handled.gripper is None else Gripper(cell.handled.gripper)
         arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
-    world = World(arms, cells[0].surfaces, parts, None if scene is None else scene.spec, tick_s)
+    scene = None if handled.scene is None else handled.scene.spec
+    world = World(arms, cells[0].surfaces, handled.parts, scene, tick_s)
     _check_places(world, Reader(str(cells[0].path), CellFault))
     return world
 
@@ -278,11 +277,9 @@ def _handled(
     robot: OneRobotSettings,
     parts: tuple[tuple[Part, Transform], ...],
     scene: Scene | None,
-) -> HandlingSetup | None:
+) -> HandlingSetup:
     """The gripper, the parts and the scene."""
-    if robot.gripper is None and not parts and scene is None:
-        return None
-    kind, wiring = (None, Wiring(NOTHING)) if robot.gripper is None else robot.gripper.gripper()
+    kind, wiring = NO_HANDLING[:2] if robot.gripper is None else robot.gripper.gripper()
     if scene is None:
         return HandlingSetup(kind, wiring, parts)
     inputs = [_input(reader, scene, f"input[{k}].sensor", each) for k, each in enumerate(robot.input)]

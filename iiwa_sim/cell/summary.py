@@ -33,20 +33,19 @@ def _lines(cell: Cell, world: "World | None") -> Iterator[str]:
     if cell.tool is not None:
         place = _numbers(*(1e3 * each for each in cell.tool.load.centre))
         yield f"tool: {_numbers(cell.tool.load.mass_kg)} kg, its centre at {place} mm in the flange"
-    if cell.handled is not None:
-        kind, wiring, parts, scene, inputs, outputs = cell.handled
-        if kind is not None:
-            way = f"{_numbers(1e3 * kind.stroke_m)} mm" if isinstance(kind, Jaws) else "suction"
-            yield f"gripper: {way}, {_numbers(kind.force_n)} N, closed by output {wiring.close_output}"
-        if scene is not None:
-            bodies = ", ".join(repr(each.name) for each in scene.bodies)
-            wires = [f"input {each.number}" for each in inputs]
-            wires += [f"output {each.number}" for each in outputs]
-            yield f"scene: {harmless(bodies)}; wired: {', '.join(wires) or 'nothing'}"
-        for number, (part, _) in enumerate(parts):
-            touched = [] if world is None else world.near(number, CLOSE_M)
-            shape, kg = type(part.shape).__name__.lower(), _numbers(part.mass_kg)
-            yield f"part {part.name!r}: {shape}, {kg} kg, {f'lies on {touched[0]!r}' if touched else 'falls'}"
+    kind, wiring, parts, scene, inputs, outputs = cell.handled
+    if kind is not None:
+        way = f"{_numbers(1e3 * kind.stroke_m)} mm" if isinstance(kind, Jaws) else "suction"
+        yield f"gripper: {way}, {_numbers(kind.force_n)} N, closed by output {wiring.close_output}"
+    if scene is not None:
+        bodies = ", ".join(repr(each.name) for each in scene.bodies)
+        wires = [f"input {each.number}" for each in inputs]
+        wires += [f"output {each.number}" for each in outputs]
+        yield f"scene: {harmless(bodies)}; wired: {', '.join(wires) or 'nothing'}"
+    for number, (part, _) in enumerate(parts):
+        touched = [] if world is None else world.near(number, CLOSE_M)
+        shape, kg = type(part.shape).__name__.lower(), _numbers(part.mass_kg)
+        yield f"part {part.name!r}: {shape}, {kg} kg, {f'lies on {touched[0]!r}' if touched else 'falls'}"
     for surface in cell.seen():
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"

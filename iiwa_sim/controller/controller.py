@@ -24,7 +24,7 @@ from iiwa_sim.controller.errors import (
     Refused,
     RobotErrors,
 )
-from iiwa_sim.controller.handling import NOTHING, Handling, HandlingSetup, Wiring
+from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, body_touched
@@ -34,7 +34,6 @@ from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shift
 from iiwa_sim.controller.state import RobotStatus
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.motions import Motions
 from iiwa_sim.motion.springs import CartesianImpedance
@@ -78,7 +77,7 @@ class Controller:
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
         tool: Tool | None = None,
-        handled: HandlingSetup | None = None,
+        handled: HandlingSetup = NO_HANDLING,
         arm: Any = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
@@ -98,7 +97,7 @@ class Controller:
             safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
             tool: The load at the flange, which the controller knows.
             handled: Gripper, wires and scene of the cell.
-            arm: Its `Arm` in the world of parts, scene and other robots.
+            arm: Its `Arm` in the world of gripper, parts, scene and other robots.
             servo_timeout_s: Time without a command that ends a servo mode; by default none does.
             on_fault: Called with code and reason of an error between commands.
             on_contact: Called with the force that has ended a move.
@@ -134,12 +133,9 @@ class Controller:
         )
         """The contacts and other forces from outside."""
         self.handling = None
-        """The gripper and the parts of the cell; None without both."""
-        if handled is None and arm is not None:
-            handled = HandlingSetup(None, Wiring(NOTHING))
-        if handled is not None:
-            self.handling = Handling(handled, self.io, self.load, tick_s, arm)
-        self._coming_tcp: Transform | None = None
+        """The gripper and the bodies of the cell; None without any."""
+        if arm is not None:
+            self.handling = Handling(handled, self.io, self.load, arm)
         self.planner = Planner(self.model)
         self.motions = self._motions_from(start)
         self.joints_before = start
@@ -174,7 +170,7 @@ class Controller:
         world each has to `move_on`, then the world a step, then each robot has to `feel`.
         """
         self.move_on()
-        if self.handling is not None and self.handling.world is not None:
+        if self.handling is not None:
             self.handling.world.step()
         self.feel()
 
@@ -190,7 +186,7 @@ class Controller:
                     Event.SERVO_TIMEOUT,
                 )
         self.tick += 1
-        motions, load, pending = self.motions, self.load, self.endings.pending
+        motions, pending = self.motions, self.endings.pending
         self.joints_before = motions.joints
         try:
             motions.step()
@@ -201,19 +197,8 @@ class Controller:
             self.trajectories.after_tick()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
-        if load.bodies is not None:
-            self._go()
-
-    def _go(self) -> None:
-        """Tell the world where a tick has brought the robot, and where the next one will."""
-        motions, load, coming = self.motions, self.load, None
-        tcp, next_joints = load.tcp(motions.joints), motions.coming  # found a tick ago
-        if next_joints is not None:
-            coming = load.coming_tcp(next_joints)
-        self._coming_tcp = coming
-        assert self.handling is not None
-        stiffness = motions.compliance if next_joints is None else STIFF
-        self.handling.go(motions.joints, next_joints, tcp, coming, stiffness)
+        if self.handling is not None:
+            self.handling.go(motions)
 
     def feel(self) -> None:
         """Make the second half of a tick: the robot feels the forces, and compares with limits."""
@@ -221,12 +206,12 @@ class Controller:
         joints = motions.joints
         if handling is not None or not load.is_idle(joints, tick, self.tick_s):
             contact = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-            coming = self._coming_tcp
-            if load.needs_poses and load.bodies is None:
-                next_joints = motions.coming
-                coming = None if next_joints is None else load.coming_tcp(next_joints)
+            coming = None
             if handling is not None:
                 handling.feel()
+                coming = handling.coming_tcp
+            elif load.needs_poses and (next_joints := motions.coming) is not None:
+                coming = load.coming_tcp(next_joints)
             load.step(joints, tick, self.tick_s, contact, coming)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].guard is not None:

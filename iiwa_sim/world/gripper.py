@@ -56,24 +56,3 @@ class Gripper:
     def holds(self) -> bool:
         """True while it presses on a part, also where the jaws stay as they have closed on it."""
         return self.blocked and self.driven != OPENS
-
-    def settled(self, driven: int) -> bool:
-        """Return whether a tick leaves the opening as it is if outputs drive the jaws in that direction."""
-        if self.stuck:
-            return True
-        if driven != self.driven:
-            return False
-        return driven == STAYS or (self.is_open if driven == OPENS else self.is_closed or self.blocked)
-
-    def step(self, driven: int, tick_s: float, least_m: float = 0.0) -> None:
-        """Move the jaws by one tick in that direction; they close to `least_m` at most."""
-        if self.stuck:
-            return
-        self.driven = driven
-        if isinstance(self.kind, Cup):
-            return
-        way = self.kind.speed_m_per_s * tick_s
-        if driven == OPENS:
-            self.opening_m = min(self.opening_m + way, self.stroke_m)
-        elif driven == CLOSES:
-            self.opening_m = max(self.opening_m - way, min(self.opening_m, least_m))

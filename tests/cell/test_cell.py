@@ -12,6 +12,7 @@ from iiwa_sim.cell.cell import load_cell, load_cells, robot_alone, shared_world
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.controller.handling import NO_HANDLING
 from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.world.gripper import Jaws
@@ -109,20 +110,17 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
 def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
     jaws = (0.08, 0.1, 40.0, 0.02, 0.02, (0.02, 0.008, 0.05))
-    assert cell.handled is not None
     assert cell.handled[:3] == (jaws, (16, 15, 0, 0, 3), ())
     thin = cell_from(tmp_path, GRIPPER + "jaw_mm = [10, 4, 30]\n").handled
-    assert thin is not None
     assert isinstance(thin.gripper, Jaws)
     assert thin.gripper.jaw_m == pytest.approx((0.01, 0.004, 0.03))
     assert "gripper: 80 mm, 40 N, closed by output 16" in summary([cell])
-    assert cell_from(tmp_path, "").handled is None
+    assert cell_from(tmp_path, "").handled == NO_HANDLING
 
 
 def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
     standing = PART + "x_mm = 600\nz_mm = 320.5\n" + PART.replace("cube", "other") + "z_mm = 200\n"
     cell = cell_from(tmp_path, GRIPPER + standing + TABLE)
-    assert cell.handled is not None
     (cube, _), (other, pose) = cell.handled.parts
     assert cube == ("cube", Box(0.02, 0.02, 0.02), 0.2, 0.5, 1e5)
     assert (other.name, pose.translation) == ("other", (0.0, 0.0, 0.2))

@@ -174,7 +174,7 @@ def test_a_kept_scene_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     for robot in robots:
         robot.step(300)
     expected = snapshot(robots[1].controller)
-    handling.restore(kept)
+    kept()
     robots[0].controller.io.inputs = inputs
     robots[0].step(300)
     again = snapshot(robots[0].controller)

@@ -242,10 +242,9 @@ def test_the_same_commands_give_the_same_bits_and_a_state_goes_on_with_them() ->
     outputs = [robot.io.outputs for robot in shared.robots]
     first = goes_on(shared)
     assert goes_on(holding()) == first
-    for robot, state, on in zip(shared.robots, kept, outputs, strict=True):
-        assert robot.handling is not None
+    for robot, restore, on in zip(shared.robots, kept, outputs, strict=True):
         robot.io.set_output(CLOSE, on[CLOSE - 1])
-        robot.handling.restore(state)
+        restore()
     assert goes_on(shared) == first
 
 
