@@ -1,29 +1,17 @@
 """Runs all probes and dialogues against one server and reports."""
 
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 
-from iiwa_sim.check import motion, probes
-from iiwa_sim.check.link import (
-    COMMANDS,
-    HARMLESS,
-    NONSENSE,
-    Finding,
-    Link,
-    Probe,
-    Verdict,
-    commands_of,
-    deviates,
-    same_unless,
-    untried,
-)
+from iiwa_sim.check.link import COMMANDS, HARMLESS, Finding, Link, Probe, Verdict, moves
+from iiwa_sim.check.probes import BYE, PROBES
 from iiwa_sim.server.listening import host_and_port
-from iiwa_sim.transcript.lines import Transcript, shipped
+from iiwa_sim.transcript.lines import Kind, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
-from iiwa_sim.transcript.texts import TranscriptFault
+from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
 from iiwa_sim.wording import harmless, shortened
 
-ALLOW = "--allow-motion tries it"
 LONGEST_SEEN = 600
 """Most characters of an observation in the report."""
 HEAD = "The server beside the original one, as far as that is known, and beside iiwa-sim:"
@@ -37,8 +25,17 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
     _greet(link)
     dialogues = [each for each in shipped() if not each.robot]
     dialogues.sort(key=lambda each: "bye" in each.commands)  # it may end the server, so it comes last
-    for probe in (*probes.PROBES, *motion.PROBES, *map(_dialogue, dialogues), probes.BYE):
-        yield probe, _find(link, probe)
+    played = [Probe(f"the dialogue {each.name}", "", partial(_play, each)) for each in dialogues]
+    for probe in (*PROBES, *played, BYE):
+        try:
+            found = probe.ask(link)
+        except OSError as fault:
+            found = str(fault)
+        except TranscriptFault as fault:
+            raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
+        if isinstance(found, Verdict):
+            found = Finding(found)
+        yield probe, Finding(Verdict.DEVIATION, found) if isinstance(found, str) else found
 
 
 def line(probe: Probe, finding: Finding) -> str:
@@ -59,7 +56,7 @@ def line(probe: Probe, finding: Finding) -> str:
 
 def summary(findings: list[Finding]) -> str:
     """Return the number of deviations, and of other findings."""
-    count = {verdict: sum(each.verdict is verdict for each in findings) for verdict in Verdict}
+    count = Counter(each.verdict for each in findings)
     deviations = count[Verdict.DEVIATION]
     return (
         f"{deviations} deviation{'' if deviations == 1 else 's'}; {count[Verdict.ORIGINAL]} as the original, "
@@ -83,25 +80,12 @@ def _greet(link: Link) -> None:
         )
 
 
-def _find(link: Link, probe: Probe) -> Finding:
-    if probe.moves and not link.allow_motion:
-        return untried(ALLOW)
-    try:
-        return probe.ask(link)
-    except OSError as fault:
-        return deviates(str(fault))
-    except TranscriptFault as fault:
-        raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
-
-
-def _dialogue(transcript: Transcript) -> Probe:
-    moves = not (HARMLESS | NONSENSE).issuperset(commands_of(transcript))
-    return Probe(f"the dialogue {transcript.name}", "", partial(_play, transcript), moves=moves)
-
-
-def _play(transcript: Transcript, link: Link) -> Finding:
+def _play(transcript: Transcript, link: Link) -> Finding | str:
+    said = [step for step in transcript.steps if step.kind is Kind.SAID]
+    if not link.allow_motion and any(moves(wire_bytes(step.text)) for step in said):
+        return Finding(Verdict.UNTRIED, "--allow-motion tries it")
     for each in sorted(transcript.commands & HARMLESS):
         if COMMANDS[each].extension and not link.knows(each):
-            return untried(f"the server does not know the extension '{each}'")
+            return Finding(Verdict.UNTRIED, f"the server does not know the extension '{each}'")
     played = replay(transcript, link.host, link.port, link.timeout_s)
-    return same_unless([f"line {each.line}: {each}" for each in played])
+    return "; ".join(f"line {each.line}: {each}" for each in played) or Finding(Verdict.ORIGINAL)

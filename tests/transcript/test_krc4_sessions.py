@@ -9,7 +9,7 @@ import pytest
 
 from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.lines import Kind, Transcript, read, read_file
+from iiwa_sim.transcript.lines import Kind, Transcript, read_file
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.transcript.texts import TranscriptFault
 from tests.krc4_talking import IDS, Krc4Client, attributes, request
@@ -116,18 +116,3 @@ def test_both_protocols_of_one_robot_are_recorded_and_played(tmp_path: Path) -> 
         pytest.raises(TranscriptFault, match="1 port, expected 2, one each for iiwa, krc4"),
     ):
         played(read_file(path), one_protocol)
-
-
-@pytest.mark.parametrize(
-    ("spoken", "text", "told"),
-    [
-        ("krc4", "> hello\n< hello\n", "answers '<Res>.*', expected the iiwa's protocol"),
-        ("iiwa", "protocol krc4\n> Cmd I1=100\n<?\n", "answers 'unknown command.*', expected KRC4 messages"),
-    ],
-)
-def test_a_server_of_the_other_protocol_is_named(spoken: str, text: str, told: str) -> None:
-    with (
-        Simulator(protocol=[spoken], clock="stepped") as simulator,
-        pytest.raises(TranscriptFault, match=f"^127.0.0.1:{simulator.port} {told}$"),
-    ):
-        played(read("one", text), simulator, timeout_s=0.2)
