@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Nearest, Shape
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import Transform, Vector, apply, inverse, rotate
 
 
 class Surface(NamedTuple):
@@ -25,16 +25,6 @@ class Surface(NamedTuple):
     def nearest(self, x: float, y: float, z: float) -> Nearest:
         """Signed distance (m) of a point in the base (m), and outward direction in the base. See
         `iiwa_sim.contact.shapes`."""
-        (r0, r1, r2, r3, r4, r5, r6, r7, r8), (tx, ty, tz) = self.pose
-        x -= tx
-        y -= ty
-        z -= tz
-        distance, nx, ny, nz = self.shape.nearest(
-            r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
-        )
-        return (
-            distance,
-            r0 * nx + r1 * ny + r2 * nz,
-            r3 * nx + r4 * ny + r5 * nz,
-            r6 * nx + r7 * ny + r8 * nz,
-        )
+        distance, *direction = self.shape.nearest(*apply(inverse(self.pose), (x, y, z)))
+        nx, ny, nz = rotate(self.pose.rotation, (direction[0], direction[1], direction[2]))
+        return (distance, nx, ny, nz)

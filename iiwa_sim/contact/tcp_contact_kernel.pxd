@@ -6,7 +6,7 @@ cdef class Contact:
     cdef readonly bint touched         # at the last remembered place of the TCP
     cdef object _start                 # that place in the frame of the shape; None if it is not known
     cdef bint _left                    # whether the TCP has gone on from there without a look
-    cdef object _entry                 # side by which the TCP has entered, see `shapes`
+    cdef object _entry                 # plane behind which the TCP is, see `shapes`
     cdef bint _is_plane
     cdef double _radius
     cdef double _stiffness

@@ -22,7 +22,7 @@ import numpy as np
 from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.shapes import Plane, follow
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Rotation, Transform, Vector, apply, inverse, rotate, transpose, turn_between
 from iiwa_sim.wrench import NO_WRENCH, Wrench
@@ -126,7 +126,7 @@ class Contact:
                 r[2] * x + r[5] * y + r[8] * z,
             )
             shape: Any = self.surface.shape
-            found, entry = shape.follow(self._entry, self._start, end, self._radius)
+            found, entry = follow(shape, self._entry, self._start, end, self._radius)
             distance, x, y, z = found
             n[0] = r[0] * x + r[1] * y + r[2] * z
             n[1] = r[3] * x + r[4] * y + r[5] * z
