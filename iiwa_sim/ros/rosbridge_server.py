@@ -6,31 +6,28 @@ import http
 import logging
 import socket
 import struct
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 import cbor2
-from websockets.asyncio.server import Server, ServerConnection
+from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
-from websockets.protocol import Event
-from websockets.server import ServerProtocol
 
 from iiwa_sim.ros.outbox import Frame, Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
-from iiwa_sim.server.listening import Acceptor, as_protocol, open_listener, peer_of
+from iiwa_sim.server.listening import open_listener, peer_of
 from iiwa_sim.server.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection. About a hundred commands fit in."""
-READ_BYTES, WITHIN_FRAME_BYTES = 128, 16_384
-"""Bytes read from a connection at once, since the library handles all frames in them without a break: twenty
-pings. Within a long frame they are more."""
+READ_BYTES = 64
+"""Bytes read from a connection at once, since the library handles all frames in them without a break: ten
+pings."""
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""
-MOST_UNREAD_BYTES = 65_536
-"""Bytes of answers to pings that a client may leave unread before nothing more is read from it."""
+MOST_UNREAD_BYTES = 4_194_304
+"""Bytes that a client may leave unread, such as answers to pings, before it is dropped."""
 CLOSING_S = 1.0
 """Time (s) for a client to answer the closing handshake."""
 POLICY_VIOLATION = 1008
@@ -39,73 +36,16 @@ logger = logging.getLogger(__name__)
 
 
 class _Connection(ServerConnection):
-    """A connection that reads little at once, one connection in each turn of the loop.
-
-    It leaves a client alone that pings and does not read the answers.
-    """
-
-    def __init__(self, reading: deque[Callable[[], None]], protocol: ServerProtocol, server: Server) -> None:
-        """`reading` is the queue of a server's connections that wait to read again."""
-        super().__init__(protocol, server, ping_interval=None, close_timeout=CLOSING_S, write_limit=0)
-        self._reading = reading
-        self._is_within_frame = False
+    """A connection that reads little at once, and drops a client that pings and does not read the answers."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._read_at_once(READ_BYTES)
+        self.transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's sockets
 
     def data_received(self, data: bytes) -> None:
-        self._is_within_frame = True
         super().data_received(data)
-        self._read_at_once(WITHIN_FRAME_BYTES if self._is_within_frame else READ_BYTES)
-        self.transport.pause_reading()
-        if self.transport.get_write_buffer_size() <= MOST_UNREAD_BYTES:
-            self._reading.append(self.resume_reading)
-            if len(self._reading) == 1:
-                self.loop.call_soon(self._let_next_read)
-
-    def process_event(self, event: Event) -> None:
-        self._is_within_frame = False
-        super().process_event(event)
-
-    def _read_at_once(self, size: int) -> None:
-        self.transport.max_size = size  # type: ignore[attr-defined]  # of asyncio's transports of sockets
-
-    def resume_writing(self) -> None:
-        super().resume_writing()
-        self.resume_reading()
-
-    def resume_reading(self) -> None:
-        if not self.transport.is_closing():
-            self.transport.resume_reading()
-
-    def _let_next_read(self) -> None:
-        self._reading.popleft()()
-        if self._reading:
-            self.loop.call_soon(self._let_next_read)
-
-
-class _Port:
-    """The listening socket, as far as the library asks an asyncio.Server."""
-
-    sockets = ()
-
-    def __init__(self, acceptor: Acceptor) -> None:
-        self._acceptor = acceptor
-        self._serves = True
-
-    def is_serving(self) -> bool:
-        return self._serves
-
-    def get_loop(self) -> asyncio.AbstractEventLoop:
-        return asyncio.get_running_loop()
-
-    def close(self) -> None:
-        self._serves = False
-        self._acceptor.close()
-
-    async def wait_closed(self) -> None:
-        pass
+        if self.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
+            self.transport.abort()
 
 
 class _OneLine(logging.Filter):
@@ -138,8 +78,6 @@ class RosbridgeServer:
         self._asked = address
         self._turns = turns
         self._access = access
-        self._reading: deque[Callable[[], None]] = deque()
-        self._acceptor: Acceptor | None = None
         self._server: Server | None = None
 
     async def start(self) -> None:
@@ -147,28 +85,33 @@ class RosbridgeServer:
         listener = await open_listener(*self._asked)
         for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
             listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
-        server = Server(self._serve, process_request=self._admit, logger=_of_library)
-        self._acceptor = Acceptor(listener, as_protocol(lambda: self._connection(server)))
-        server.wrap(_Port(self._acceptor))  # type: ignore[arg-type]
-        self._server = server
+        self._server = await serve(
+            self._serve,
+            sock=listener,
+            process_request=self._admit,
+            create_connection=_Connection,
+            compression=None,
+            ping_interval=None,
+            close_timeout=CLOSING_S,
+            max_size=LONGEST_FRAME_BYTES,
+            write_limit=0,
+            logger=_of_library,
+        )
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
+        if self._server is None:
             raise RuntimeError("the server does not listen")
-        return self._acceptor.address
+        host, port = next(iter(self._server.sockets)).getsockname()[:2]
+        return host, port
 
     async def close(self) -> None:
         """Stop listening, close every connection, and wait until all have gone."""
-        server, self._server, self._acceptor = self._server, None, None
+        server, self._server = self._server, None
         if server is not None:
             server.close()
             await server.wait_closed()
-
-    def _connection(self, server: Server) -> ServerConnection:
-        protocol = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_of_library)
-        return _Connection(self._reading, protocol, server)
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         headers = request.headers
