@@ -1,11 +1,8 @@
-"""The page as a process that the simulator starts: `python -m iiwa_sim.view`, with what to show on stdin.
+"""The page as a process that the simulator starts: `python -m iiwa_sim.view`, with a `Task` in JSON on stdin.
 
-The first line of stdin is a `Task` in JSON; the end of stdin is the end of the page, so it does not outlive
-who has started it, whichever way that ends. Exit code 0 then, 2 with one line on stderr for what cannot be
-shown.
+It ends with stdin, so it does not outlive the simulator. Exit code 0 then, 2 with one line on stderr for a
+robot that cannot be shown.
 """
-
-from __future__ import annotations
 
 import os
 import signal
@@ -17,6 +14,7 @@ import msgspec
 
 from iiwa_sim import log
 from iiwa_sim.server.token import Token
+from iiwa_sim.view.app import run_page
 from iiwa_sim.view.connection import Place
 from iiwa_sim.wording import Unusable
 
@@ -42,14 +40,11 @@ def main() -> int:
     over = threading.Event()
 
     def wait() -> None:
-        while os.read(0, 4096):
-            pass
+        os.read(0, 1)  # nothing comes but the end
         over.set()
 
     threading.Thread(target=wait, daemon=True).start()
     try:
-        from iiwa_sim.view.app import run_page
-
         token = None if task.token is None else Token(task.token)
         run_page(socket.socket(fileno=task.listening), task.places, over, token)
     except Unusable as fault:

@@ -13,10 +13,9 @@ import io
 import logging
 import secrets
 import socket
-import threading
 import time
 import warnings
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Iterator
 from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
@@ -56,34 +55,13 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-_FORM = """<!doctype html><html lang="en"><meta charset="utf-8">
-<meta name="viewport" content="width=device-width"><title>iiwa-sim</title>
-<style>body{font:16px sans-serif;margin:20vh auto;max-width:20em}</style>
+_FORM = """<!doctype html><html lang="en"><meta charset="utf-8"><title>iiwa-sim</title>
 <form method="get" action="/"><p>This robot's page asks for its token.</p>
-<p><input type="password" name="token" autofocus autocomplete="current-password"> <button>Open</button></p>
-<p>%s</p></form></html>
+<input type="password" name="token" autofocus autocomplete="current-password"> <button>Open</button>
+</form></html>
 """
-# viser's hotkeys do not work in text fields, and Ctrl-E also moves the camera. So the key is sent again from
-# outside of the field, and hidden from the camera.
-_HEAD = """<title>iiwa-sim</title>
-<style>[role="tab"] { padding-inline: 0.6em !important; font-size: 0.85em !important; }</style>
-<script>
-  const stops = event =>
-    (event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey && event.key.toLowerCase() === "e";
-  addEventListener("keydown", event => {
-    if (!stops(event)) return;
-    event.preventDefault();
-    if (!(event.target instanceof Element && event.target.closest("input, textarea, select"))) return;
-    event.stopImmediatePropagation();
-    document.body.dispatchEvent(new KeyboardEvent("keydown", { key: event.key, code: event.code,
-      ctrlKey: event.ctrlKey, metaKey: event.metaKey, bubbles: true, cancelable: true }));
-  }, true);
-  document.documentElement.addEventListener("keydown",
-    event => { if (stops(event)) event.stopPropagation(); });
-</script>
-"""
-
-Handler = Callable[[ServerConnection], Awaitable[None]]
+_HEAD = b"""<title>iiwa-sim</title>
+<style>[role="tab"] { padding-inline: 0.6em !important; font-size: 0.85em !important; }</style>"""
 
 logger = logging.getLogger(__name__)
 
@@ -94,12 +72,11 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
 
     viser asks the module websockets for its server; a replacement there, meanwhile, gets between the two.
     """
-    real = websockets.asyncio.server.serve
-    gate = _Gate(token, listening.getsockname()[1])
+    real, gate = websockets.asyncio.server.serve, _Gate(token, listening.getsockname()[1])
     quiet = logging.Logger("websockets")  # noqa: LOG001 - the gate tells what matters
     quiet.disabled = True
 
-    def serve(handler: Handler, _host: str, _port: int, **options: Any) -> Any:
+    def serve(handler: Any, _host: str, _port: int, **options: Any) -> Any:
         inner = options["process_request"]
 
         def answer(connection: ServerConnection, request: Request) -> Response | None:
@@ -123,14 +100,13 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
             server = viser.ViserServer(host="127.0.0.1", port=0, label="iiwa-sim", verbose=False)
         finally:
             websockets.asyncio.server.serve = real  # type: ignore[misc]
-        gate.ready.set()
+        gate.is_ready = True
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         # Without shadows and reflections a frame takes a seventh of the time on a machine without a GPU.
         server.scene.configure_default_lights(cast_shadow=False)
         server.scene.configure_environment_map(None)
-        server.scene.add_light_hemisphere(
-            "/light", sky_color=(255, 255, 255), ground_color=(150, 150, 155), intensity=1.5
-        )
+        colours: dict[str, Any] = {"sky_color": (255, 255, 255), "ground_color": (150, 150, 155)}
+        server.scene.add_light_hemisphere("/light", intensity=1.5, **colours)
         try:
             yield server
         finally:
@@ -148,10 +124,9 @@ class _Gate:
         self._token = token
         self._cookie = f"iiwa-sim-{port}"  # cookies are one machine's
         self._key = secrets.token_urlsafe(32)
-        self._access = WebAccess()
-        self._throttle = Throttle[str](1)
-        self.ready = threading.Event()
-        """Set when viser has started; it listens before, and fails at connections then."""
+        self._access, self._throttle = WebAccess(), Throttle[str](1)
+        self.is_ready = False
+        """True when viser has started; it listens before, and fails at connections then."""
 
     def refusal(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the reply to a request that is not admitted, or that sends the token."""
@@ -172,18 +147,24 @@ class _Gate:
             response.headers["Set-Cookie"] = f"{self._cookie}={self._key}; Path=/; HttpOnly; SameSite=Strict"
             return response
         self._tell(connection, "it has not told the token")
-        form = _FORM % ("This is not the token." if words else "")
-        response = connection.respond(HTTPStatus.UNAUTHORIZED, form)
+        response = connection.respond(HTTPStatus.UNAUTHORIZED, _FORM)
         del response.headers["Content-Type"]
         response.headers["Content-Type"] = "text/html; charset=utf-8"
         return response
 
-    def guarded(self, inner: Handler) -> Handler:
+    def guarded(self, inner: Any) -> Any:
         """Return a handler that gives `inner` the messages that pass."""
 
         async def handle(connection: ServerConnection) -> None:
-            connection.recv = self._receiving(connection)  # type: ignore[assignment,method-assign]
-            while not self.ready.is_set():  # noqa: ASYNC110 - set in another thread
+            receive = connection.recv
+
+            async def recv(*_: Any, **__: Any) -> str | bytes:
+                while not is_allowed(raw := await receive()):
+                    pass
+                return raw
+
+            connection.recv = recv  # type: ignore[assignment,method-assign]
+            while not self.is_ready:  # noqa: ASYNC110 - set in another thread
                 await asyncio.sleep(READY_S)
             try:
                 await inner(connection)
@@ -203,17 +184,6 @@ class _Gate:
         words = [header.partition(" ") for header in request.headers.get_all("Authorization")]
         return any(kind.lower() == "bearer" and token.fits(word.strip().encode()) for kind, _, word in words)
 
-    def _receiving(self, connection: ServerConnection) -> Callable[..., Awaitable[bytes]]:
-        receive = connection.recv
-
-        async def recv(*_: Any, **__: Any) -> bytes:
-            while not is_allowed(raw := await receive()):
-                pass
-            assert isinstance(raw, bytes)
-            return raw
-
-        return recv
-
     def _tell(self, connection: ServerConnection, text: str) -> None:
         if self._throttle.count("page", time.monotonic_ns()) is not None:
             host, port, *_ = connection.remote_address or ("a browser", "gone")
@@ -229,10 +199,9 @@ def is_allowed(raw: str | bytes) -> bool:
 
 
 def _complete(response: Response) -> None:
-    """Put our title and script into viser's document."""
+    """Put our title and looks into viser's document."""
     packed, body = response.headers.get("Content-Encoding") == "gzip", bytes(response.body or b"")
-    text = gzip.decompress(body) if packed else body
-    text = text.replace(b"<title>Viser</title>", _HEAD.encode(), 1)
+    text = (gzip.decompress(body) if packed else body).replace(b"<title>Viser</title>", _HEAD, 1)
     response.body = gzip.compress(text, 5) if packed else text
     del response.headers["Content-Length"]
     response.headers["Content-Length"] = str(len(response.body))

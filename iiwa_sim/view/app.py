@@ -33,7 +33,7 @@ MOST_ROBOTS = 24
 MOST_STATES_HZ = 120.0
 """States per second that the page asks for, of all robots together."""
 APART_M, NAME_M = 2.5, 1.4
-"""Distance between robots, and height of their names."""
+"""Distance between cells, and height of names of robots."""
 PANEL_PX = 320.0
 MARGIN, LEAST_RADIUS_M, TCP_RADIUS_M = 1.15, 0.55, 0.25
 BESIDE_M = 0.12
@@ -48,6 +48,8 @@ VIEWS = {
     "TCP": (1.0, -1.0, 0.5),
 }
 """Directions from the robot to the camera."""
+Shown = Callable[[], Sequence[tuple[Scene, Snapshot]]]
+"""Returns scenes and what they show."""
 
 logger = logging.getLogger(__name__)
 
@@ -94,27 +96,30 @@ def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[
         over.wait(max((FRAME_S if is_open else IDLE_S) - (time.monotonic() - began_s), 0.0))
 
 
-def add_ground(scene: viser.SceneApi, size_m: float = 4.0) -> None:
-    """Add a grid of 0.5 m that fades."""
+def add_surroundings(
+    server: viser.ViserServer, all_robots: Shown, chosen: Shown, size_m: float = 4.0
+) -> None:
+    """Add a calm grid, and buttons that put the camera of a client in front of robots; a new one sees all."""
     colours: dict[str, Any] = {"cell_color": (225, 225, 228), "section_color": (205, 205, 210)}
-    scene.add_grid(
+    server.scene.add_grid(
         "/ground", size_m, size_m, cell_size=0.5, section_size=1.0, position=(0, 0, -0.002),
         fade_distance=3.0 * size_m, fade_from="origin", **colours,
     )  # fmt: skip
-
-
-def add_views(gui: viser.GuiApi, shown: Callable[[], tuple[Scene, Snapshot]]) -> None:
-    """Add buttons that put the camera of a client in front of a scene."""
-    group: Any = gui.add_button_group("Camera", tuple(VIEWS))
+    group: Any = server.gui.add_button_group("Camera", tuple(VIEWS))
 
     def turn(event: Any) -> None:
-        (scene, state), name = shown(), event.target.value
-        if name == "TCP":
-            look_at(event.client, scene.tcp()[None], VIEWS[name], TCP_RADIUS_M)
+        if group.value == "TCP":
+            look_at(event.client, chosen()[0][0].tcp()[None], VIEWS["TCP"], TCP_RADIUS_M)
         else:
-            look_at(event.client, scene.points(state.joint_position), VIEWS[name])
+            look_at(event.client, points_of(chosen()), VIEWS[group.value])
 
     group.on_click(acting(turn))
+    server.on_client_connect(lambda client: look_at(client, points_of(all_robots()), VIEWS["Fit"]))
+
+
+def points_of(shown: Sequence[tuple[Scene, Snapshot]]) -> NDArray[np.float64]:
+    """Return points (n, 3; m) that a picture of scenes should show."""
+    return np.concatenate([scene.points(state.joint_position) for scene, state in shown])
 
 
 def look_at(
@@ -127,18 +132,13 @@ def look_at(
     camera = client.camera
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()) + BESIDE_M, least_m)
-    width_px = max(float(camera.image_width), 1.0)
-    free = 1.0 if camera.aspect < NARROW else max(1.0 - PANEL_PX / width_px, 0.3)
-    half = 0.5 * min(camera.fov, camera.fov * camera.aspect * free)
-    distance = MARGIN * radius / sin(half)
+    free = 1.0 if camera.aspect < NARROW else max(1.0 - PANEL_PX / max(float(camera.image_width), 1.0), 0.3)
+    distance = MARGIN * radius / sin(0.5 * min(camera.fov, camera.fov * camera.aspect * free))
     back = np.array(towards) / np.linalg.norm(towards)
     right = np.cross((0.0, 0.0, 1.0), back)
     right /= np.linalg.norm(right)
-    height_m = 2.0 * distance * tan(0.5 * camera.fov)  # of the picture, at the points
-    if camera.aspect < NARROW:
-        target = middle - 0.2 * height_m * np.cross(back, right)
-    else:
-        target = middle + 0.5 * (1.0 - free) * height_m * camera.aspect * right
+    width_m = 2.0 * distance * tan(0.5 * camera.fov) * camera.aspect  # of the picture, at the points
+    target = middle + 0.5 * (1.0 - free) * width_m * right
     with client.atomic():
         camera.position = target + distance * back  # which moves the point it looks at
         camera.look_at = target
@@ -150,21 +150,23 @@ class _Page:
     def __init__(self, server: viser.ViserServer, stations: Sequence[Station]) -> None:
         self._stations = stations
         self._chosen = 0
-        cells = list(dict.fromkeys(station.place.status for station in stations))
-        row, several = ceil(sqrt(len(cells))), len(stations) > 1
-        add_ground(server.scene, 4.0 + 2.0 * APART_M * (row - 1))
+        cells = [station.place.status for station in stations]
+        spots = list(dict.fromkeys(cells))
+        row, several = ceil(sqrt(len(spots))), len(stations) > 1
         self._scenes: list[Scene] = []
         self._boxes: list[Any] = []
         self.panels: list[Panel] = []
-        self._choice: Any = None
         if several:
-            self._choice = server.gui.add_dropdown("Robot", tuple(station.name for station in stations))
-            self._choice.on_update(acting(self._choose))
+            self._choice: Any = server.gui.add_dropdown("Robot", tuple(each.name for each in stations))
+            self._choice.on_update(
+                acting(lambda event: self._enter(self._choice.options.index(self._choice.value), event))
+            )
         for number, station in enumerate(stations):
-            spot = cells.index(station.place.status)
+            spot = spots.index(station.place.status)
             apart = Transform(IDENTITY.rotation, (APART_M * (spot // row), APART_M * (spot % row), 0.0))
             place = compose(apart, Frame(*station.place.base).to_transform())
-            scene = Scene(server.scene, station.robot, f"/robots/{number}", place)
+            is_first = cells.index(station.place.status) == number
+            scene = Scene(server.scene, station.robot, f"/robots/{number}", place, is_first)
             self._scenes.append(scene)
             if several:
                 server.scene.add_label(f"{scene.root}/name", station.name, position=(0.0, 0.0, NAME_M))
@@ -173,10 +175,10 @@ class _Page:
             self._boxes.append(server.gui.add_folder(None, visible=number == 0) if several else ExitStack())
             with self._boxes[-1]:
                 self.panels.append(Panel(server, station, scene))
-        add_views(server.gui, self._shown)
+        size_m = 4.0 + 2.0 * APART_M * (row - 1)
+        add_surroundings(server, self._shown, lambda: [self._shown()[self._chosen]], size_m)
         command = server.gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl")
         command.on_trigger(self._stop)
-        server.on_client_connect(self._welcome)
         server.on_client_disconnect(self._leave)
 
     def show(self, is_open: bool) -> None:
@@ -184,11 +186,13 @@ class _Page:
         for station, scene in zip(self._stations, self._scenes, strict=True):
             station.want(is_open)
             if is_open:
-                first = next(each for each in self._stations if each.place.status == station.place.status)
-                scene.show_cell(station.cell, station is first)
+                scene.show_cell(station.cell)
                 scene.show(station.state)
         if is_open:
             self.panels[self._chosen].show()
+
+    def _shown(self) -> list[tuple[Scene, Snapshot]]:
+        return [(scene, each.state) for scene, each in zip(self._scenes, self._stations, strict=True)]
 
     def _stop(self, event: Any) -> None:
         self.panels[self._chosen].stop(event)
@@ -197,23 +201,10 @@ class _Page:
         for panel in self.panels:
             panel.leave(client)
 
-    def _shown(self) -> tuple[Scene, Snapshot]:
-        return self._scenes[self._chosen], self._stations[self._chosen].state
-
-    def _welcome(self, client: Any) -> None:
-        """Show a new client all robots."""
-        shown = zip(self._scenes, self._stations, strict=True)
-        points = [scene.points(station.state.joint_position) for scene, station in shown]
-        look_at(client, np.concatenate(points), VIEWS["Fit"])
-
-    def _choose(self, event: Any) -> None:
-        self._enter([station.name for station in self._stations].index(self._choice.value), event)
-
     def _enter(self, number: int, event: Any) -> None:
         """Show the panel of a robot, and the robot."""
         self._chosen = number
         self._choice.value = self._stations[number].name
         for place, box in enumerate(self._boxes):
             box.visible = place == number
-        scene, state = self._shown()
-        look_at(event.client, scene.points(state.joint_position), VIEWS["Fit"])
+        look_at(event.client, points_of([self._shown()[number]]), VIEWS["Fit"])

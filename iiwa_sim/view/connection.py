@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
@@ -22,7 +22,7 @@ from iiwa_sim.server.listening import host_and_port, why
 from iiwa_sim.wording import Unusable
 
 STATE_S, LOOKS_S = 1.0 / 30.0, 0.5
-"""Periods of questions for the state, and for cell, clock, states, moves and dialogue."""
+"""Periods of questions for the state, and for cell, clock, moves and dialogue."""
 TIMEOUT_S, REPLY_S, AGAIN_S = 2.0, 5.0, 0.5
 MOST_SAID = 200
 FAULTS = (OSError, Refused, ValueError, KeyError, TypeError, msgspec.MsgspecError)
@@ -104,12 +104,14 @@ class Station:
         except FAULTS as fault:
             raise StationFault(f"{self._where}: {why(fault)}") from None
         self.cell: Mapping[str, Any] = {}
-        self.clock, self.states = "", list[str]()
+        self.clock = ""
         self.moves: Mapping[str, Any] = {"count": 0, "moves": []}
         self.said: deque[RecentLine] = deque(maxlen=MOST_SAID)
-        """Lines of the dialogue that nobody has taken out yet."""
+        """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""
+        self.after_states: list[Callable[[], None]] = []
+        """Called in the thread after each state."""
         self._period_s = period_s
         self._said_next = 0
         self._looks_s = 0.0  # when the next look is due
@@ -163,6 +165,8 @@ class Station:
                     self._looks_s = began_s + LOOKS_S
                     self._look_at(self._asked)
                 self.state = self._ask()
+                for each in self.after_states:
+                    each()
             except FAULTS as found:
                 fault = why(found)
             if fault != self.fault and not self._over:
@@ -173,9 +177,9 @@ class Station:
 
     def _look_at(self, bench: BackdoorClient) -> None:
         self.cell, self.clock = bench.cell(), bench.get_clock()
-        self.states, self.moves = bench.states(), bench.moves()
+        self.moves = bench.moves()
         said = msgspec.convert(bench.dialogue(self._said_next), RecentLines)
         if said.next < self._said_next:  # another simulator is there now
             said = msgspec.convert(bench.dialogue(0), RecentLines)
         self._said_next = said.next
-        self.said.extend(said.lines)
+        self.said.extendleft(said.lines)

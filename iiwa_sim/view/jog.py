@@ -30,8 +30,9 @@ JOINT_RAD_S, LINE_MM_S, TURN_RAD_S = radians(100.0), 1000.0, radians(90.0)
 """Speeds near those of relative speed 1, for the sizes of targets and pieces."""
 MARGIN_RAD = 1e-4
 """Distance of targets from the limits of joints."""
-JOINTS, BASE, TOOL = "Joints", "Base", "Tool"
 CARTESIAN = ("X", "Y", "Z", "Rx", "Ry", "Rz")
+COMMANDS = {"Joints": "", "Base": "lin relative move", "Tool": "lin tool relative move"}
+"""Commands that move along an axis of a frame."""
 
 Tell = Callable[[Any, str], None]
 """Shows a client a text."""
@@ -42,7 +43,6 @@ class Jog:
 
     def __init__(self, gui: viser.GuiApi, robot: RobotDescription, driver: Driver, tell: Tell) -> None:
         self._robot, self._driver, self._tell = robot, driver, tell
-        self._axes = {JOINTS: robot.joints, BASE: CARTESIAN, TOOL: CARTESIAN}
         self._user: Any = None
         """Client that has ticked Enable."""
         self._sign = self._number = 0
@@ -53,14 +53,14 @@ class Jog:
         self._press, self._release, self._over = threading.Event(), threading.Event(), False
         hint = "the robot stops, and the switch falls, when the browser is silent for 0.25 s"
         self._enable: Any = gui.add_checkbox("Enable", False, hint=hint)
-        self._frame: Any = gui.add_button_group("Frame", tuple(self._axes))
+        self._frame: Any = gui.add_button_group("Frame", tuple(COMMANDS))
         self._axis: Any = gui.add_button_group("Axis", robot.joints)
         self._step: Any = gui.add_button_group("Step", ("1", "0.1", "5", "10"), hint="degrees or mm")
         self._speed: Any = gui.add_slider("Speed (%)", min=1, max=100, step=1, initial_value=10)
         self._buttons = [self._button(gui, sign) for sign in (-1, 1)]
         self._enable.on_update(self._switched)
         self._frame.on_click(lambda _: self._choose(0))
-        self._axis.on_click(lambda _: self._choose(self._names.index(self._axis.value)))
+        self._axis.on_click(lambda _: self._choose(self._axis.options.index(self._axis.value)))
         self._step.on_click(lambda _: self._choose(self._number))
         self._choose(0)
         self._thread = threading.Thread(target=self._run, name="iiwa-sim-jog", daemon=True)
@@ -81,18 +81,18 @@ class Jog:
         if self._user is not None and self._user.client_id == client.client_id:
             self._disable()
 
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return self._axes[self._frame.value]
-
     def _choose(self, number: int) -> None:
         """Have the buttons move an axis, counted from 0."""
         self._number = number
-        self._axis.options = self._names
-        name = self._names[number]
-        unit = "mm" if self._frame.value != JOINTS and number < 3 else "deg"
+        names = CARTESIAN if COMMANDS[self._frame.value] else self._robot.joints
+        self._axis.options = names
+        unit = "mm" if self._is_line else "deg"
         for button, sign in zip(self._buttons, "-+", strict=True):
-            button.label = f"{sign}  {name}  (tap: {self._step.value} {unit})"
+            button.label = f"{sign}  {names[number]}  (tap: {self._step.value} {unit})"
+
+    @property
+    def _is_line(self) -> bool:
+        return bool(COMMANDS[self._frame.value]) and self._number < 3
 
     def _button(self, gui: viser.GuiApi, sign: int) -> Any:
         async def held(event: Any) -> None:  # in viser's loop, in order
@@ -148,7 +148,6 @@ class Jog:
         """Carry out a press, until the robot has stopped or the next press."""
         ask = self._driver.command
         if not self._is_own and ask("get status") == "moving":
-            self._disable()
             raise RuntimeError("another client moves the robot")
         self._is_own = False
         while self._taps:
@@ -177,23 +176,22 @@ class Jog:
 
     def _go_on(self) -> None:
         """Send the next target of the joints, or the next piece of the line."""
-        speed, number, frame = self._speed.value / 100.0, self._number, self._frame.value
-        ask = self._driver.command
-        if frame == JOINTS:
+        speed, ask, command = self._speed.value / 100.0, self._driver.command, COMMANDS[self._frame.value]
+        if not command:
             joints = self._joints(self._now(), self._sign * speed * JOINT_RAD_S * AHEAD_S)
             ask("smart joint move", *joints, *[speed] * len(joints))
         elif ask("get queue") == "0":
-            size = PIECE_S * speed * LINE_MM_S if number < 3 else TURN_PIECE_S * speed * TURN_RAD_S
-            ask(_relative(frame), *self._shift(self._sign * size), speed, 0.5 * size if number < 3 else 0.0)
+            size = speed * (PIECE_S * LINE_MM_S if self._is_line else TURN_PIECE_S * TURN_RAD_S)
+            ask(command, *self._shift(self._sign * size), speed, 0.5 * size if self._is_line else 0.0)
 
     def _make_step(self, sign: int) -> None:
-        speed, size, ask = self._speed.value / 100.0, sign * float(self._step.value), self._driver.command
-        if self._frame.value == JOINTS:
+        speed, ask, command = self._speed.value / 100.0, self._driver.command, COMMANDS[self._frame.value]
+        size = sign * float(self._step.value)
+        if command:
+            ask(command, *self._shift(size if self._is_line else radians(size)), speed, 0.0)
+        else:
             self._goal = self._joints(self._goal or self._now(), radians(size))
             ask("joint move", *self._goal, *[speed] * len(self._goal))
-        else:
-            shift = self._shift(size if self._number < 3 else radians(size))
-            ask(_relative(self._frame.value), *shift, speed, 0.0)
 
     def _now(self) -> list[float]:
         return [float(word) for word in self._driver.command("get joint position").split()]
@@ -201,17 +199,11 @@ class Jog:
     def _joints(self, joints: list[float], change_rad: float) -> list[float]:
         """Return joint positions (rad) with the axis changed, within its limits."""
         low, high = self._robot.position_min[self._number], self._robot.position_max[self._number]
-        changed = list(joints)
-        changed[self._number] += change_rad
-        changed[self._number] = min(max(changed[self._number], low + MARGIN_RAD), high - MARGIN_RAD)
-        return changed
+        wanted = min(max(joints[self._number] + change_rad, low + MARGIN_RAD), high - MARGIN_RAD)
+        return [*joints[: self._number], wanted, *joints[self._number + 1 :]]
 
     def _shift(self, size: float) -> list[float]:
         """Return x y z alpha beta gamma with the axis set; alpha is the turn about z, gamma about x."""
         shift = 6 * [0.0]
         shift[self._number if self._number < 3 else 8 - self._number] = size
         return shift
-
-
-def _relative(frame: str) -> str:
-    return "lin tool relative move" if frame == TOOL else "lin relative move"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from math import degrees, dist
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import RecentLine
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.view.connection import MOST_SAID, Station
+from iiwa_sim.view.connection import Station
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
 from iiwa_sim.view.scene import Scene
@@ -21,8 +20,8 @@ from iiwa_sim.view.scene import Scene
 if TYPE_CHECKING:
     import viser
 
-PERIOD_S, LIST_PERIOD_S = 0.1, 0.4
-"""Time between two updates of figures, and of the dialogue."""
+PERIOD_S = 0.1
+"""Time between two updates of figures."""
 MOST_INPUTS, MOST_MOVES = 64, 8
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
@@ -112,24 +111,6 @@ class Readout:
         return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
 
 
-class DialogueList:
-    """The newest lines of all connections."""
-
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self.lines: deque[RecentLine] = deque(maxlen=MOST_SAID)
-        """The lines, oldest first."""
-        self._html: Any = gui.add_html("")
-        self._next_s = 0.0
-
-    def show(self) -> None:
-        """Show the lines, at most once per `LIST_PERIOD_S`."""
-        if time.monotonic() >= self._next_s:
-            self._next_s = time.monotonic() + LIST_PERIOD_S
-            # The box is filled from below, so that the newest line is visible; that reverses the order.
-            rows = "".join(map(_row, reversed(self.lines)))
-            self._html.content = f"<div style='{_PAD};{_LIST}'>{rows}</div>"
-
-
 class Panel:
     """Elements of one robot. Use it as a context, in which jogging and pushing work."""
 
@@ -138,7 +119,8 @@ class Panel:
         self._station = station
         self._held_until_s = self._next_s = 0.0
         self._inputs: list[Any] = []
-        self._threads: list[Jog | Push] = []
+        self._jog: Jog | None = None
+        self._push: Push | None = None
         bench = station.bench is not None
         hint = "Ctrl-E, too" if bench else "the robot stops, and discards the moves that wait"
         self._stop: Any = gui.add_button(STOP if bench else "Stop", color="red", hint=hint)
@@ -153,7 +135,7 @@ class Panel:
         tabs: Any = gui.add_tab_group()
         if station.driver is not None:
             with tabs.add_tab("Jog"):
-                self._threads.append(Jog(gui, station.robot, station.driver, tell))
+                self._jog = Jog(gui, station.robot, station.driver, tell)
         with tabs.add_tab("Program"):
             self._add_program()
         with tabs.add_tab("I/O") as self._ios:
@@ -161,30 +143,32 @@ class Panel:
         with tabs.add_tab("Force"):
             self._force: Any = gui.add_html("")
             self._push = Push(server, station, scene, tell)
-            self._threads.append(self._push)
         with tabs.add_tab("Dialogue"):
             if station.driver is not None:
                 self._add_command()
-            self._dialogue = DialogueList(gui)
+            self._dialogue: Any = gui.add_html("")
 
     def __enter__(self) -> Panel:
-        for each in self._threads:
-            each.start()
+        if self._jog is not None:
+            self._jog.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        for each in self._threads:
-            each.stop()
+        if self._jog is not None:
+            self._jog.stop()
+        if self._push is not None:
+            self._push.leave()
 
     def leave(self, client: Any) -> None:
         """End jogging and pushing of a client that is gone."""
-        for each in self._threads:
-            each.leave(client)
+        for each in (self._jog, self._push):
+            if each is not None:
+                each.leave(client)
 
     def show(self) -> None:
         """Show the newest state, and what the backdoor tells."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
-        if station.bench is not None:
+        if self._push is not None:
             self._push.show()
         if now_s < self._next_s:
             return
@@ -200,16 +184,12 @@ class Panel:
             self._override.value = round(100.0 * state.override)
             for switch, on in zip(self._inputs, state.inputs, strict=False):
                 switch.value = on
-        if station.states and tuple(station.states) != tuple(self._known.options):
-            self._known.options = tuple(station.states)
         self._moves.content = _lines([f"Clock: {station.clock}", *_moves(station.moves)])
         self._outputs.content = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
         force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
         rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
         self._force.content = _lines(rows)
-        while station.said:
-            self._dialogue.lines.append(station.said.popleft())
-        self._dialogue.show()
+        self._dialogue.content = dialogue(list(station.said))
 
     def _add_program(self) -> None:
         gui, station = self._gui, self._station
@@ -223,13 +203,6 @@ class Panel:
         step_s: Any = gui.add_number("Advance (s)", 0.1, min=0.001, max=LONGEST_STEP_S, step=0.001)
         step = self._does("advance", lambda: float(step_s.value))
         gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)
-        with gui.add_folder("States", expand_by_default=False):
-            self._known: Any = gui.add_dropdown("State", ("start",))
-            restore = gui.add_button("Restore", hint="puts the robot there; at rest only")
-            restore.on_click(self._does("restore_state", lambda: self._known.value))
-            with gui.add_form(None) as form:
-                name: Any = gui.add_text("Save as", "")
-            form.on_submit(self._does("save_state", lambda: " ".join(name.value.split())))
 
     def _add_inputs(self, names: Sequence[str]) -> None:
         for switch in self._inputs:
@@ -276,11 +249,16 @@ def lamps(states: Iterable[tuple[str, bool]]) -> str:
     )
 
 
-def _row(line: RecentLine) -> str:
-    client = line.session.rpartition(":")[2]  # the port
-    text = f"{line.time_s:.3f} {client} {line.mark} {line.text}{f' ({line.reason})' if line.reason else ''}"
-    colour = _RED if line.reason else _COLOURS.get(line.mark, "inherit")
-    return f"<div style='color:{colour}'>{html.escape(text)}</div>"
+def dialogue(lines: Iterable[RecentLine]) -> str:
+    """Return lines, the newest one first, as HTML with the newest one at the bottom."""
+    rows = []
+    for line in lines:
+        client = line.session.rpartition(":")[2]  # the port
+        reason = f" ({line.reason})" if line.reason else ""
+        colour = _RED if reason else _COLOURS.get(line.mark, "inherit")
+        text = html.escape(f"{line.time_s:.3f} {client} {line.mark} {line.text}{reason}")
+        rows.append(f"<div style='color:{colour}'>{text}</div>")
+    return f"<div style='{_PAD};{_LIST}'>{''.join(rows)}</div>"
 
 
 def _bar(name: str, value: float, low: float, high: float) -> str:

@@ -16,9 +16,9 @@ from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, Event
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
-from iiwa_sim.view.app import VIEWS, add_ground, add_views, look_at, run_frames
+from iiwa_sim.view.app import Shown, add_surroundings, run_frames
 from iiwa_sim.view.connection import MOST_SAID
-from iiwa_sim.view.panel import DialogueList, Readout, acting
+from iiwa_sim.view.panel import Readout, acting, dialogue
 from iiwa_sim.view.scene import TRAIL_S, Scene
 
 if TYPE_CHECKING:
@@ -54,7 +54,6 @@ class Playback:
     """A recording in the scene, and its panel."""
 
     def __init__(self, server: viser.ViserServer, timeline: Timeline, robot: RobotDescription) -> None:
-        add_ground(server.scene)
         self._timeline = timeline
         self.time_s = timeline.start_s
         """The time that is shown."""
@@ -78,17 +77,15 @@ class Playback:
         self._readout = Readout(gui, robot)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Dialogue"):
-            self._dialogue = DialogueList(gui)
+            self._dialogue: Any = gui.add_html("")
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
-        add_views(gui, lambda: (self.scene, self._state()))
+        shown: Shown = lambda: [(self.scene, self._state())]  # noqa: E731
+        add_surroundings(server, shown, shown)
         self._slider.on_update(acting(lambda _: self.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
         step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
         speed.on_update(acting(lambda _: setattr(self, "_speed", float(speed.value.rstrip("x")))))
-        server.on_client_connect(
-            lambda client: look_at(client, self.scene.points(self._state().joint_position), VIEWS["Fit"])
-        )
 
     def show(self) -> None:
         """Show the recording at the time that the player has reached."""
@@ -111,13 +108,12 @@ class Playback:
         if time_s != self._listed_s and now_s >= self._next_list_s:
             self._listed_s, self._next_list_s = time_s, now_s + LINES_S
             lines = self._timeline.last(DIALOGUE, time_s, MOST_SAID)
-            self._dialogue.lines.clear()
-            self._dialogue.lines.extend(
+            recent = [
                 RecentLine(each.time_s, each.session, each.direction, each.text, each.reason)
                 for each in lines
-            )
+            ]
+            self._dialogue.content = dialogue(reversed(recent))
             self._events.content = _listed(self._timeline.last(EVENTS, time_s, MOST_EVENTS))
-        self._dialogue.show()
 
     def _state(self) -> Snapshot:
         return self._timeline.state_at(self.time_s)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import threading
-import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,8 +17,6 @@ from iiwa_sim.view.scene import FORCE, Scene, line
 if TYPE_CHECKING:
     import viser
 
-PERIOD_S = 0.02
-"""Time between two forces."""
 STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
 """N/m"""
 MOST_N = 150.0
@@ -30,7 +26,6 @@ Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravi
 goes on."""
 
 Array = NDArray[np.float64]
-Tell = Callable[[Any, str], None]
 
 
 class Grabbed(NamedTuple):
@@ -43,6 +38,93 @@ class Grabbed(NamedTuple):
     target: Vector
     """The mouse in the base (m)."""
     client: Any
+
+
+class Push:
+    """Forces on one robot, by the thread that follows it."""
+
+    def __init__(
+        self, server: viser.ViserServer, station: Station, scene: Scene, tell: Callable[[Any, str], None]
+    ) -> None:
+        self._station, self._scene, self._tell = station, scene, tell
+        self._stiffness: Any = server.gui.add_slider(
+            "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
+        )
+        server.gui.add_markdown(HELP)
+        self._grabbed: Grabbed | None = None
+        self._force_n = 0.0
+        self._lock = threading.Lock()
+        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
+        self._line.visible = False
+        self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
+        for index, handle in scene.handles:
+            if scene.arm.links[index].moved_by:
+                handle.on_drag("left")(self._dragging(index))
+        station.after_states.append(self._push)
+
+    def leave(self, client: Any = None) -> None:
+        """End the push, if it is of this client."""
+        grabbed = self._grabbed
+        if grabbed is not None and (client is None or grabbed.client.client_id == client.client_id):
+            self._grabbed = None
+            self._push()  # the station follows no longer if this was the last client
+
+    def show(self) -> None:
+        """Draw the spring and its force."""
+        grabbed = self._grabbed
+        self._line.visible = self._label.visible = grabbed is not None
+        if grabbed is not None:
+            self._line.points = np.array([[self._point(grabbed), grabbed.target]], np.float32)
+            self._label.position = grabbed.target
+            stiff = "" if self._station.state.mode == "impedance" else ", stiff: see Force"
+            self._label.text = f"{self._force_n:.0f} N{stiff}"
+
+    def _dragging(self, link: int) -> Any:
+        async def dragged(event: Any) -> None:  # in viser's loop, in order
+            ends = event.start_position, event.end_position
+            start, target = (apply(inverse(self._scene.place), tuple(each)) for each in ends)
+            grabbed = self._grabbed
+            if event.phase == "end":
+                self._grabbed = None
+                return
+            if grabbed is None or grabbed.link != link:
+                pose = self._scene.arm.poses(self._station.state.joint_position)[link]
+                grabbed = Grabbed(link, apply(inverse(pose), start), target, event.client)
+            self._grabbed = grabbed._replace(target=target)
+
+        return dragged
+
+    def _point(self, grabbed: Grabbed) -> Vector:
+        """Return the grabbed point in the base (m)."""
+        poses = self._scene.arm.poses(self._station.state.joint_position)
+        return apply(poses[grabbed.link], grabbed.point)
+
+    def _push(self) -> None:
+        """Have the backdoor push with the force of the spring, or end the push."""
+        with self._lock:
+            self._push_once()
+
+    def _push_once(self) -> None:
+        station, arm, grabbed, pushed = self._station, self._scene.arm, self._grabbed, self._force_n
+        try:
+            if grabbed is None:
+                self._force_n = 0.0
+                if pushed:
+                    station.act("release")
+                return
+            state, point = station.state, self._point(grabbed)
+            force = spring_force(point, grabbed.target, float(self._stiffness.value))
+            self._force_n = max(float(np.linalg.norm(force)), 1e-9)
+            if arm.links[grabbed.link].moved_by == len(state.joint_position):
+                station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
+            else:
+                station.act(
+                    "push_joints", joint_torques(arm, state.joint_position, grabbed.link, point, force)
+                )
+        except Exception as fault:  # noqa: BLE001 - of the backdoor
+            self._grabbed = None
+            if grabbed is not None:
+                self._tell(grabbed.client, f"no push: {fault}")
 
 
 def spring_force(start: Vector, end: Vector, stiffness: float) -> Array:
@@ -73,97 +155,3 @@ def joint_torques(arm: Arm, joints: Sequence[float], link: int, point: Vector, f
             torques[each.joint] = float(axis @ lever)
         place = each.parent
     return torques
-
-
-class Push:
-    """Forces on one robot, from a thread that runs from `start` to `stop`."""
-
-    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene, tell: Tell) -> None:
-        self._station, self._scene, self._tell = station, scene, tell
-        self._stiffness: Any = server.gui.add_slider(
-            "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
-        )
-        server.gui.add_markdown(HELP)
-        self._grabbed: Grabbed | None = None
-        self._pull, self._over = threading.Event(), False
-        self._force_n = 0.0
-        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
-        self._line.visible = False
-        self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
-        for index, handle in scene.handles:
-            if scene.arm.links[index].moved_by:
-                handle.on_drag("left")(self._dragging(index))
-        self._thread = threading.Thread(target=self._run, name="iiwa-sim-push", daemon=True)
-
-    def start(self) -> None:
-        """Push when a viewer drags."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End a push, and the thread."""
-        self._over, self._grabbed = True, None
-        self._pull.set()
-        self._thread.join()
-
-    def leave(self, client: Any) -> None:
-        """End the push of a client that is gone."""
-        if self._grabbed is not None and self._grabbed.client.client_id == client.client_id:
-            self._grabbed = None
-
-    def show(self) -> None:
-        """Draw the spring and its force."""
-        grabbed = self._grabbed
-        self._line.visible = self._label.visible = grabbed is not None
-        if grabbed is not None:
-            self._line.points = np.array([[self._point(grabbed), grabbed.target]], np.float32)
-            self._label.position = grabbed.target
-            stiff = "" if self._station.state.mode == "impedance" else ", stiff: see Force"
-            self._label.text = f"{self._force_n:.0f} N{stiff}"
-
-    def _dragging(self, link: int) -> Any:
-        async def dragged(event: Any) -> None:  # in viser's loop, in order
-            ends = event.start_position, event.end_position
-            (x, y, z), target = (apply(inverse(self._scene.place), tuple(each)) for each in ends)
-            grabbed = self._grabbed
-            if event.phase == "end":
-                self._grabbed = None
-                return
-            if grabbed is None or grabbed.link != link:
-                pose = self._scene.arm.poses(self._station.state.joint_position)[link]
-                grabbed = Grabbed(link, apply(inverse(pose), (x, y, z)), target, event.client)
-            self._grabbed = grabbed._replace(target=target)
-            self._pull.set()
-
-        return dragged
-
-    def _point(self, grabbed: Grabbed) -> Vector:
-        """Return the grabbed point in the base (m)."""
-        poses = self._scene.arm.poses(self._station.state.joint_position)
-        return apply(poses[grabbed.link], grabbed.point)
-
-    def _run(self) -> None:
-        while self._pull.wait() and not self._over:
-            self._pull.clear()
-            client = None
-            try:
-                while (grabbed := self._grabbed) is not None:
-                    client = grabbed.client
-                    self._push(grabbed)
-                    time.sleep(PERIOD_S)
-            except Exception as fault:  # noqa: BLE001 - a push that fails must not end the thread
-                self._grabbed = None
-                self._tell(client, f"no push: {fault}")
-            with contextlib.suppress(Exception):
-                self._station.act("release")
-
-    def _push(self, grabbed: Grabbed) -> None:
-        """Have the backdoor push with the force of the spring."""
-        state, arm, point = self._station.state, self._scene.arm, self._point(grabbed)
-        force = spring_force(point, grabbed.target, float(self._stiffness.value))
-        self._force_n = float(np.linalg.norm(force))
-        if arm.links[grabbed.link].moved_by == len(state.joint_position):
-            wrench = wrench_at_tcp(state.tool_frame.to_transform(), point, force)
-            self._station.act("push", wrench)
-        else:
-            torques = joint_torques(arm, state.joint_position, grabbed.link, point, force)
-            self._station.act("push_joints", torques)

@@ -51,8 +51,13 @@ class Scene:
         robot: RobotDescription,
         root: str = "/robot",
         place: Transform = IDENTITY,
-    ):
-        """Raises RobotFault for a robot that cannot be drawn. `place` is the pose of its base."""
+        shows_cell: bool = True,
+    ) -> None:
+        """Raises RobotFault for a robot that cannot be drawn.
+
+        `place` is the pose of its base; one of the robots of a cell shows what they share.
+        """
+        self._shows_cell = shows_cell
         self._scene, self.root, self.place = scene, root, place
         self.arm = arm = Arm(robot)
         self._frame(root, place)
@@ -90,9 +95,13 @@ class Scene:
         self._bodies: dict[str, tuple[Any, list[Any]]] = {}  # node and shapes of each
         self._count = 0
         self._cell: Mapping[str, Any] = {}
+        self._state: Snapshot | None = None
 
     def show(self, state: Snapshot) -> None:
         """Draw a state. A `time_s` before that of the last one clears the path."""
+        if state is self._state:
+            return
+        self._state = state
         flange, tcp = state.flange_frame.to_transform(), state.tool_frame.to_transform()
         for link, node in zip(self.arm.links, self._links, strict=True):
             if link.joint is not None:
@@ -121,15 +130,15 @@ class Scene:
             if mark.visible:
                 mark.position = 1e-3 * np.array(state.link_touches[number].point)
 
-    def show_cell(self, cell: Mapping[str, Any], is_first: bool = True) -> None:
-        """Draw the cell, as the backdoor describes it; the first of its robots shows what they share."""
+    def show_cell(self, cell: Mapping[str, Any]) -> None:
+        """Draw the cell, as the backdoor describes it."""
         if not cell or cell == self._cell:
             return
         self._cell = cell
         for node, _ in self._bodies.values():
             node.remove()
         self._bodies = {}
-        for body in bodies_of(cell, is_first):
+        for body in bodies_of(cell, self._shows_cell):
             self._count += 1  # a node that is removed and added within one frame keeps its old look
             path = f"{self._parents.get(body.frame, f'{self.root}/bodies')}/{self._count}"
             node = self._frame(path, IDENTITY)
