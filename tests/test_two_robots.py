@@ -326,7 +326,7 @@ def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> Non
     with pytest.raises(AttributeError, match="'prot': a simulator has none"):
         cell.prot  # type: ignore[attr-defined]  # noqa: B018
     for options in ({"port": 30000}, {"protocol": "krc4"}):
-        with pytest.raises(SettingError, match=r": expected none: the cell has those of left and right"):
+        with pytest.raises(SettingError, match=r": expected none: write \w+ of left and right in"):
             Simulator(cell=CELL, **options)
     with pytest.raises(SettingError, match="--ros, --ros2: expected none, with several robots in"):
         Simulator(cell=CELL, rosbridge_port=0)
@@ -376,7 +376,7 @@ def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
     done = ended([*IIWA_SIM, str(file), "--port", "5"])
     assert (done.returncode, done.stderr) == (
         2,
-        "iiwa-sim: --port 5: expected none: the cell has those of left and right\n",
+        "iiwa-sim: --port 5: expected none: write port of left and right in the cell\n",
     )
     done = ended([*IIWA_SIM, "check-cell", str(file)])
     assert [line for line in done.stdout.splitlines() if line.startswith(("robot", "base", "part"))] == [

@@ -104,11 +104,10 @@ def server_parser(*, everything: bool) -> Parser:
 
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
-    _, given = server_parser(everything="--help-all" in words).parsed(words)
-    cell = given["cell"].value if "cell" in given else ""
+    cell = words[0] if words else ""
     if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
         raise unknown(cell, COMMANDS, "no file and no command")
-    return given
+    return server_parser(everything="--help-all" in words).parsed(words)[1]
 
 
 def path(text: str) -> Path:

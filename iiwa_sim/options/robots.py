@@ -43,7 +43,7 @@ def settings_of(given: Given, defaults: Mapping[str, Any] | None = None) -> Sett
     names = robots_in(found)
     for key in ("port", "protocol"):
         if names and key in given and given[key].value:
-            raise _error(given, key, f"expected none: the cell has those of {' and '.join(names)}")
+            raise _error(given, key, f"expected none: write {key} of {' and '.join(names)} in the cell")
     ports = found.port or tuple(DEFAULT_PORTS[name] for name in found.protocol)
     ports = () if names else ports * len(found.protocol) if ports == (0,) else ports
     found = msgspec.structs.replace(found, port=ports)

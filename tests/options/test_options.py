@@ -73,6 +73,7 @@ WRONG = {
     "--prot 1": "--prot: no such option, did you mean --port?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
     "a.toml --robot lbr_iiwa_7_r800": "--robot lbr_iiwa_7_r800: expected no CELL.toml with it",
+    "chek-cell a.toml": "chek-cell: no file and no command, did you mean check-cell?",
     "shwo": "shwo: no file and no command, did you mean show?",
     "--status-port 30000": "--status-port: 30000 is taken by --port",
     "--count 2 --ros": "--ros: expected one robot",
