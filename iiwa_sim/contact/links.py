@@ -132,6 +132,7 @@ class Links:
         """They tell when nothing can touch."""
         self._tool = tuple(tool)
         self._jaws: tuple[Capsule, ...] = ()
+        self._jaw_places: list[Any] | None = None  # in the last joint; None before they are asked for
         self.forget()
 
     def forget(self) -> None:
@@ -164,7 +165,7 @@ class Links:
 
     def jaws_are(self, jaws: Sequence[Capsule]) -> None:
         """Have jaws at new places in the flange."""
-        before, self._jaws = self._jaws, tuple(jaws)
+        before, self._jaws, self._jaw_places = self._jaws, tuple(jaws), None
         if len(before) != len(jaws) or _moved_m(self._built, self._jaws) > MARGIN_M:
             self._build()
         else:
@@ -191,9 +192,11 @@ class Links:
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions."""
         scene, arm = self._scene, self._model.arm
-        flange = arm.pin_model.frames[arm.flange].placement if self._jaws else None
-        for number, capsule in enumerate(self._jaws, start=len(scene.capsules) - len(self._jaws)):
-            scene.model.geometryObjects[number].placement = flange * _se3(capsule.pose)
+        if self._jaw_places is None:
+            flange = arm.pin_model.frames[arm.flange].placement
+            self._jaw_places = [flange * _se3(capsule.pose) for capsule in self._jaws]
+        for number, place in enumerate(self._jaw_places, start=len(scene.capsules) - len(self._jaws)):
+            scene.model.geometryObjects[number].placement = place
         self._data = arm.data
         pin.computeJointJacobians(arm.pin_model, self._data, position)
         pin.updateGeometryPlacements(arm.pin_model, self._data, scene.model, scene.data)

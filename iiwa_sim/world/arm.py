@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import hypot
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +18,11 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
 from iiwa_sim.world.details import ARMS, PARTS, arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_imposed
-from iiwa_sim.world.tick_kernel import BASE, advance, place
+from iiwa_sim.world.tick_kernel import BASE, advance
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 if TYPE_CHECKING:
@@ -50,6 +50,13 @@ Tell = Callable[[str, bool], None]
 """Takes a line on a part, and True for a warning."""
 NOWHERE = (0.0, 0.0)
 _Told = tuple[Joints, Joints | None, Transform, Transform | None, int, int]
+
+
+def ways_m(room: Sequence[float]) -> tuple[float, float, float]:
+    """How far (m) a tick brings links, what moves with the gripper, and both, by the `room` of an arm."""
+    *_, links_m, tcp_m, turned, reach_m = room
+    tool_m = tcp_m + reach_m * turned
+    return links_m, tool_m, max(links_m, tool_m)
 
 
 class Arm:
@@ -200,13 +207,6 @@ class Arm:
         """True if the gripper can hold what the held part makes of the motion."""
         return self._load_n(self._carried) <= self._most_n
 
-    @property
-    def ways_m(self) -> tuple[float, float, float]:
-        """How far (m) a tick brings links, what moves with the gripper, and both."""
-        *_, links_m, tcp_m, turned, reach_m = self.room.tolist()
-        tool_m = tcp_m + reach_m * turned
-        return links_m, tool_m, max(links_m, tool_m)
-
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
         self._felt, self.torques, self.contacts_found = NO_WRENCH, None, ()
@@ -228,8 +228,10 @@ class Arm:
 
     def place_in(self, q: Vector, joints: Joints, tcp: Transform) -> None:
         """Write the poses of arm, gripper and held part into positions."""
-        part = self.world.part_first + 7 * self.held if self.leads else -1
-        place(q, self._q, joints, tcp, part, self.inside)
+        q[self._q : self._q + len(joints) + 7] = *joints, *tcp.translation, *wxyz(tcp.rotation)
+        if self.leads:
+            first, part = self.world.part_first + 7 * self.held, compose(tcp, self.inside)
+            q[first : first + 7] = *part.translation, *wxyz(part.rotation)
 
     def impose(self, v_of_all: Vector, ahead: Vector) -> None:
         """Give arm, gripper and held part their velocity and acceleration in this tick.
@@ -554,6 +556,7 @@ class Arm:
             self.setup = self.setup._replace(shape=shape)
             world.rebuild()
         self.put(joints, tcp)
+        self.rest()
         world.q_was[:] = self._data.qpos
         if self.moments is not None:
             self.motion.rest(tcp)
@@ -561,14 +564,17 @@ class Arm:
         world.wake()
 
     def put(self, joints: Joints, tcp: Transform) -> None:
-        """Put the arm at rest there, with what it holds."""
+        """Put the arm there, with what it holds, after ticks that were not computed."""
+        self.place_in(self._data.qpos, joints, tcp)
+        if self.gripper is not None:
+            self._jaw_q[:], self._jaw_v[:] = 0.5 * self.gripper.opening_m, self.jaw_speed
+
+    def rest(self) -> None:
+        """Have the arm at rest among the bodies, with what it holds."""
         data = self._data
-        self.place_in(data.qpos, joints, tcp)
         for array in (data.qvel, data.qfrc_applied, data.qacc):
             array[self.dofs] = 0.0
         data.qacc[self._jaw_dofs] = 0.0
-        if self.gripper is not None:
-            self._jaw_q[:], self._jaw_v[:] = 0.5 * self.gripper.opening_m, self.jaw_speed
         self._v_was, self._felt_was = np.zeros((2, len(self.dofs)))
 
     def bind(self, built: Built, data: Any) -> None:
@@ -593,6 +599,7 @@ class Arm:
         self.note_imposed()
         self.weigh_imposed()
         self.put(self.joints, self.tcp)
+        self.rest()
         self._set_tip()
 
     def _say(self, what: str, number: int) -> None:

@@ -24,6 +24,9 @@ ROOM_M = 1e-3
 _ROOM = cython.declare(cython.double, 1e-3)
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
+# Free bodies that are slower creep (m/s, rad/s).
+_CREEPS_M_S = cython.declare(cython.double, 0.02)
+_CREEPS_RAD_S = cython.declare(cython.double, 1.0)
 # Friction may always ask for this deceleration (m/s2).
 _BRAKES = cython.declare(cython.double, 1.5 * GRAVITY_M_S2)
 
@@ -138,63 +141,22 @@ def advance(
     return far + jaw_m, min(room[0], room[1], room[2]) >= _ROOM
 
 
-@cython.cfunc
-def _write(q: cython.double[::1], first: cython.Py_ssize_t, r: cython.p_double, p: cython.p_double) -> None:
-    """Write a rotation and a place into the positions of a free body."""
-    trace: cython.double = r[0] + r[4] + r[8]
-    largest: cython.double = max(trace, r[0], r[4], r[8])
-    x: cython.double
-    y: cython.double
-    z: cython.double
-    w: cython.double
-    if largest == trace:
-        x, y, z, w = r[7] - r[5], r[2] - r[6], r[3] - r[1], 1.0 + trace
-    elif largest == r[0]:
-        x, y, z, w = 1.0 + r[0] - r[4] - r[8], r[1] + r[3], r[2] + r[6], r[7] - r[5]
-    elif largest == r[4]:
-        x, y, z, w = r[1] + r[3], 1.0 - r[0] + r[4] - r[8], r[5] + r[7], r[2] - r[6]
-    else:
-        x, y, z, w = r[2] + r[6], r[5] + r[7], 1.0 - r[0] - r[4] + r[8], r[3] - r[1]
-    scale: cython.double = (-1.0 if w < 0.0 else 1.0) / sqrt(x * x + y * y + z * z + w * w)
-    q[first], q[first + 1], q[first + 2] = p[0], p[1], p[2]
-    q[first + 3], q[first + 4], q[first + 5], q[first + 6] = scale * w, scale * x, scale * y, scale * z
+def brake(v: cython.double[:, ::1], push: cython.double[:, ::1], tick_s: cython.double) -> float:
+    """Brake free bodies that creep, which rolling friction hardly does, and have nothing push on any.
 
-
-def place(
-    q: cython.double[::1],
-    at: cython.Py_ssize_t,
-    joints: Joints,
-    tcp: Transform,
-    part: cython.Py_ssize_t,
-    inside: Transform,
-) -> None:
-    """Write the poses of an arm, its gripper, and a part `inside` the TCP into positions.
-
-    Those of the arm begin at `at`, those of the part at `part`, -1 for none.
+    Returns how fast (rad/s) one turns at most.
     """
-    r = cython.declare(cython.double[9])
-    p = cython.declare(cython.double[3])
-    m = cython.declare(cython.double[9])
-    n: cython.Py_ssize_t = len(joints)
-    rotation: tuple[float, ...] = tcp[0]
-    place: tuple[float, ...] = tcp[1]
-    for k in range(n):
-        q[at + k] = joints[k]
-    for k in range(9):
-        r[k] = rotation[k]
-    for k in range(3):
-        p[k] = place[k]
-    _write(q, at + n, r, p)
-    if part < 0:
-        return
-    rotation, place = inside[0], inside[1]
-    for i in range(3):
-        for k in range(3):
-            p[i] += r[3 * i + k] * cython.cast(cython.double, place[k])
-            m[3 * i + k] = 0.0
-            for j in range(3):
-                m[3 * i + k] += r[3 * i + j] * cython.cast(cython.double, rotation[3 * j + k])
-    _write(q, part, m, p)
+    fastest: cython.double = 0.0
+    for i in range(v.shape[0]):
+        turns: cython.double = max(fabs(v[i, 3]), fabs(v[i, 4]), fabs(v[i, 5]))
+        pace: cython.double = max(fabs(v[i, 0]), fabs(v[i, 1]), fabs(v[i, 2])) / _CREEPS_M_S
+        pace = max(pace, turns / _CREEPS_RAD_S, 1e-9)
+        kept: cython.double = max(0.0, 1.0 - tick_s * (1.0 + 1.0 / pace)) if pace < 1.0 else 1.0
+        fastest = max(fastest, turns)
+        for k in range(6):
+            push[i, k] = 0.0
+            v[i, k] *= kept
+    return float(fastest)
 
 
 def lie(

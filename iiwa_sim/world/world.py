@@ -18,21 +18,18 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.arm import NOWHERE, Arm, Vector
+from iiwa_sim.world.arm import NOWHERE, Arm, Vector, ways_m
 from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, priority, wxyz
 from iiwa_sim.world.details import HELD as IS_HELD
 from iiwa_sim.world.details import LOST, PARTS, find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
-from iiwa_sim.world.tick_kernel import ROOM_M, lie
+from iiwa_sim.world.tick_kernel import ROOM_M, brake, lie
 
 REMOVED = "part {!r} is gone: made to through the backdoor"
 FARTHEST_M = 10.0
 """A part that falls or rolls farther from the origin along an axis is gone."""
-CREEPS, CREEP_LOST_PER_S = np.array([0.02] * 3 + [1.0] * 3), 1.0
-"""A part slower than this (m/s, rad/s) loses this share of its speed, and of these: rolling friction hardly
-brakes it."""
 STILL_TICKS, SLOW_M_S, STILL_M = 50, 5e-5, 1e-4
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
 NEAR_M = 2e-4
@@ -168,9 +165,11 @@ class World:
             self.changes += 1
             self._quiet = self._quiet and all(arm.bears for arm in arms)
         if self._quiet and (away or self._is_away(far)):
-            self.behind = True
             for arm in arms:
+                if not self.behind:
+                    arm.rest()
                 arm.skip()
+            self.behind = True
             return
         self._compute(far)
         for arm in arms:
@@ -190,20 +189,22 @@ class World:
             movers = self._movers()
             far = None if self._measured is None else self._measured.anew(self.model, self.data, movers)
             far = self._measured = self._distances = far or Distances(self.model, self.data, movers)
-        for number, arm in enumerate(arms):
+        rooms = [arm.room.tolist() for arm in arms]
+        for number, room in enumerate(rooms):
             if anew:
-                arm.room[:3] = (0.0, 0.0, 0.0 if len(arms) > 1 else np.inf)
-                arm.room[6] = far.reach_m[number]
-            for k in (0, 1):
-                if arm.room[k] < ROOM_M:
-                    arm.room[k] = far.least(self.model, self.data, 2 * number + k) - arm.ways_m[k]
-        if any(arm.room[2] < ROOM_M for arm in arms):
+                room[:3], room[6] = (0.0, 0.0, 0.0 if len(arms) > 1 else np.inf), far.reach_m[number]
+            for k, way_m in enumerate(ways_m(room)[:2]):
+                if room[k] < ROOM_M:
+                    room[k] = far.least(self.model, self.data, 2 * number + k) - way_m
+        if any(room[2] < ROOM_M for room in rooms):
             half_m = 0.5 * far.least(self.model, self.data, 2 * len(arms))
-            for arm in arms:
-                arm.room[2] = half_m - arm.ways_m[2]
-        least_m = min(arm.room[:3].min() for arm in arms)
-        self._stays_m = 0.0 if least_m >= ROOM_M else NEAR_M
-        return bool(least_m >= ROOM_M)
+            for room in rooms:
+                room[2] = half_m - ways_m(room)[2]
+        for arm, room in zip(arms, rooms, strict=True):
+            arm.room[:] = room
+        is_away = all(min(room[:3]) >= ROOM_M for room in rooms)
+        self._stays_m = 0.0 if is_away else NEAR_M
+        return is_away
 
     def _movers(self) -> list[tuple[list[int], list[int], int]]:
         """For each arm: geoms of its links, geoms of what moves with its gripper, and the gripper's body."""
@@ -222,7 +223,8 @@ class World:
             mj.mj_implicit(model, data)
         else:
             mj.mj_Euler(model, data)
-        self._brake()
+        if brake(self.part_v, self._part_push, self.tick_s) > details.SPINS_RAD_S:
+            self._part_push[:] = details.gyroscopic(self._built.masses, self.part_v, self.tick_s)
         self._impose()
         self._find_forces()
         for arm in arms:
@@ -251,17 +253,6 @@ class World:
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self.part_v[:] = 0.0
-
-    def _brake(self) -> None:
-        """Brake parts that hardly move, and keep the energy of those that spin."""
-        speeds, h = np.abs(self.part_v), self.tick_s
-        pace = (speeds / CREEPS).max(axis=1, initial=1e-9)
-        slow = pace < 1.0
-        self.part_v[slow] *= np.maximum(0.0, 1.0 - CREEP_LOST_PER_S * h * (1.0 + 1.0 / pace[slow]))[:, None]
-        if speeds[:, 3:].max(initial=0.0) > details.SPINS_RAD_S:
-            self._part_push[:] = details.gyroscopic(self._built.masses, self.part_v, h)
-        else:
-            self._part_push[:] = 0.0
 
     def _impose(self) -> None:
         """Give arms, grippers and held parts the pose, velocity and acceleration of this tick."""
