@@ -105,9 +105,6 @@ Fault = Pass | Delay | Split | Drop | Garble | CloseBefore | CloseAfter | ResetB
 class Peer(Protocol):
     """A connection as its server has it."""
 
-    faulted: bool
-    """True if a fault is set for it: looked at with each of its lines."""
-
     def go_on(self) -> None:
         """Answer waiting lines, now that no fault holds them back."""
 
@@ -116,10 +113,13 @@ class Peer(Protocol):
 
 
 @dataclass
-class _Rule:
+class Rule:
+    """A fault for the next replies of a connection."""
+
     fault: Fault
     connection: int
-    left: int | None  # replies left; None for any number
+    left: int | None
+    """Replies left; None for any number."""
 
 
 class CannedReplies:
@@ -172,14 +172,16 @@ class WireFaults:
 
     def __init__(self, tell: Callable[[str, str], None] = lambda _name, _what: None) -> None:
         """`tell` is called with the name of a connection and the text of what replaces a reply."""
+        self.rules: list[Rule] = []
+        """The faults in the order in which they were set."""
+        self.peers: dict[int, tuple[Peer, str, str]] = {}
+        """The connections by number, each with its name, and its protocol if the robot has several."""
+        self.canned = CannedReplies()
+        """Replies that are given in place of the robot's."""
         self._tell = tell
-        self._rules: list[_Rule] = []  # in the order in which they were set
-        self._peers: dict[int, tuple[Peer, str, str]] = {}
         self._silent: set[int] = set()  # connections whose lines wait, as has been reported
         self._count = 0
         self._random = Random(0)
-        self.canned = CannedReplies()
-        """Replies that are given in place of the robot's."""
 
     def seed(self, seed: int) -> None:
         """Restart the random numbers for garbled replies; a seed always gives the same ones."""
@@ -188,29 +190,24 @@ class WireFaults:
     def arrives(self, peer: Peer, name: str, protocol: str = "") -> int:
         """Register a connection; returns its number. `protocol` is given where a robot has several."""
         self._count += 1
-        self._peers[self._count] = (peer, name, protocol)
-        for rule in self._rules:
+        self.peers[self._count] = (peer, name, protocol)
+        for rule in self.rules:
             if rule.connection == NEXT:
                 rule.connection = self._count
-        self._mark_peers()
         return self._count
 
     def leaves(self, connection: int) -> None:
         """Forget a connection and its faults."""
-        del self._peers[connection]
+        del self.peers[connection]
         self._silent.discard(connection)
-        self._rules = [rule for rule in self._rules if rule.connection != connection]
+        self.rules = [rule for rule in self.rules if rule.connection != connection]
 
     def connections(self) -> dict[int, str]:
         """Return the names of the connections by number, with the protocol if there are several."""
         return {
             number: f"{name} ({protocol})" if protocol else name
-            for number, (_, name, protocol) in self._peers.items()
+            for number, (_, name, protocol) in self.peers.items()
         }
-
-    def peers(self) -> list[tuple[str, str]]:
-        """Return the names of the connections, each with its protocol if there are several."""
-        return [(name, protocol) for _, name, protocol in self._peers.values()]
 
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, or of all.
@@ -219,8 +216,7 @@ class WireFaults:
         """
         if connection != NEXT:
             self._peers_of(connection)
-        self._rules.append(_Rule(fault, connection, replies or None))
-        self._mark_peers()
+        self.rules.append(Rule(fault, connection, replies or None))
 
     def end(self, step: Close | Reset, connection: int = EVERY) -> None:
         """End a connection, after delayed replies. Raises `Refused` if there is no such connection."""
@@ -231,56 +227,51 @@ class WireFaults:
     def clear(self) -> None:
         """Remove all faults and canned replies. Replies that are delayed already keep their delay."""
         self.canned.replies.clear()
-        self._rules.clear()
+        self.rules.clear()
         self._silent.clear()
-        self._mark_peers()
-        for peer, _, _ in list(self._peers.values()):
+        for peer, _, _ in list(self.peers.values()):
             peer.go_on()
+
+    def next_of(self, connection: int) -> Rule | None:
+        """Return the fault for the next reply of a connection, if there is one."""
+        return next((rule for rule in self.rules if rule.connection in (EVERY, connection)), None)
 
     def silences(self, connection: int) -> bool:
         """Return True if the next line of a connection has to wait."""
-        rule = self._first(connection)
+        rule = self.next_of(connection)
         silent = rule is not None and isinstance(rule.fault, Silence)
         if silent and connection not in self._silent:
             self._silent.add(connection)
-            self._tell(self._peers[connection][1], "no answer")
+            self._tell(self.peers[connection][1], "no answer")
         return silent
 
     def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
         """Yield the steps for replies, up to where the connection ends."""
         for reply in _REPLIES.findall(replies):
-            rule = self._first(connection)
+            rule = self.next_of(connection)
             if rule is None:
                 yield Send(reply)
                 continue
             if rule.left is not None:
                 rule.left -= 1
                 if rule.left == 0:
-                    self._rules.remove(rule)
-                    self._mark_peers()
+                    self.rules.remove(rule)
             made = _steps(rule.fault, reply, self._random)
             if made != [Send(reply)]:
                 told = ", ".join(_text_of(step, reply) for step in made) or "nothing"
-                self._tell(self._peers[connection][1], told)
+                self._tell(self.peers[connection][1], told)
             for step in made:
                 yield step
                 if isinstance(step, Close | Reset):
                     return
 
-    def _first(self, connection: int) -> _Rule | None:
-        return next((rule for rule in self._rules if rule.connection in (EVERY, connection)), None)
-
-    def _mark_peers(self) -> None:
-        for connection, (peer, _, _) in self._peers.items():
-            peer.faulted = self._first(connection) is not None
-
     def _peers_of(self, connection: int) -> list[tuple[Peer, str, str]]:
         if connection == EVERY:
-            return list(self._peers.values())
-        if connection not in self._peers:
-            there_are = f"there are {', '.join(map(str, self._peers))}" if self._peers else "there are none"
+            return list(self.peers.values())
+        if connection not in self.peers:
+            there_are = f"there are {', '.join(map(str, self.peers))}" if self.peers else "there are none"
             raise Refused(EXECUTION, f"no connection {connection}: {there_are}")
-        return [self._peers[connection]]
+        return [self.peers[connection]]
 
 
 def _steps(fault: Fault, reply: bytes, random: Random) -> list[Step]:

@@ -20,7 +20,7 @@ from iiwa_sim.protocols.krc4_xml import (
     XmlStream,
     load_krc4_table,
     reply,
-    short_reply,
+    to_xml,
     understand,
     word_for_word,
     written,
@@ -168,8 +168,7 @@ class Krc4Session(Session):
         message, text = understand(element), written(element, wire)
         try:
             integers, reals = self._carry_out(message)
-            integers = (message.id, message.command, *integers)
-            whole = reply(integers, reals)
+            answer = reply((message.id, message.command, *integers), reals)
         except Refused as refused:
             return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # an internal error must not cost the client its connection
@@ -177,20 +176,19 @@ class Krc4Session(Session):
             return self._refuse(message, text, EXECUTION, f"internal error at '{_in_log(text)}', see the log")
         logs = self.log.wants_commands()
         if logs or self.dialogue.is_heard:
-            shown = short_reply(integers, reals)
+            shown = written(answer)
             if logs:
                 self.log.command(self.name, _in_log(text), shown)
             self.dialogue.exchange(self.name, text, shown, command=_tag(message))
-        return whole
+        return to_xml(answer)
 
     def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
         told = harmless(reason)
         self.log.refused(self.name, _in_log(text), code, told)
         self.controller.record_error(code, told)
-        integers = (message.id, -abs(message.command), code)
-        shown = short_reply(integers, ())
-        self.dialogue.exchange(self.name, text, shown, f"{code} {told}", _tag(message))
-        return reply(integers, ())
+        answer = reply((message.id, -abs(message.command), code), ())
+        self.dialogue.exchange(self.name, text, written(answer), f"{code} {told}", _tag(message))
+        return to_xml(answer)
 
     def _carry_out(self, message: Message) -> Answer:
         command = load_krc4_table().get(message.command)

@@ -11,11 +11,9 @@ that is valid XML but has unexpected content carries a fault instead.
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
-from html import escape
 from typing import Literal, NamedTuple
-from xml.etree.ElementTree import Element as XmlElement
-from xml.etree.ElementTree import TreeBuilder
 from xml.parsers import expat
+from xml.sax.saxutils import escape
 
 import msgspec
 
@@ -58,7 +56,7 @@ class XmlStream:
         self._data = b""  # from the beginning of the present message on
         self._place = 0  # bytes up to here have been parsed
         self._ends = 0  # number of `>` in the present message
-        self._parser: _Parser | None = None
+        self._message: _Message | None = None
         self._ended = False
         self._broken = False
         self.wire = b""
@@ -86,7 +84,7 @@ class XmlStream:
         return Broken(reason)
 
     def _next(self) -> Element | None:
-        if self._parser is None:
+        if self._message is None:
             self._data = _NOTHING.sub(b"", self._data, 1)
             begin = self._data[: len(_BYTE_ORDER_MARK)]
             if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
@@ -94,7 +92,7 @@ class XmlStream:
             if not begin.startswith(b"<"):
                 self.wire = self._data[:MAX_MESSAGE_BYTES]
                 raise _BrokenStream("a message begins with <")
-            self._parser, self._place, self._ends = _Parser(), 0, 0
+            self._message, self._place, self._ends = _Message(), 0, 0
         while True:
             end = self._data.find(b">", self._place) + 1
             if (end or len(self._data)) > MAX_MESSAGE_BYTES:
@@ -111,37 +109,37 @@ class XmlStream:
             self._ends += 1
             if self._ends > MAX_ENDS:
                 raise _BrokenStream(f"more than {MAX_ENDS} > in a message")
-            root = self._parser.feed(piece)
-            if root is not None:
-                self._data, self._parser = self._data[end:], None
-                return _element_of(root)
+            element = self._message.feed(piece)
+            if element is not None:
+                self._data, self._message = self._data[end:], None
+                return element
 
 
 class _BrokenStream(Exception):
     """The stream is broken. The message tells why."""
 
 
-class _Parser:
-    """Parses one message, as far as it has been received."""
+class _Message:
+    """The present message, as far as it has been received."""
 
     def __init__(self) -> None:
         self._parser = parser = expat.ParserCreate("UTF-8")
         # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
-        self._tree = TreeBuilder()
-        self._depth = 0
-        self._root: XmlElement | None = None
+        self._name, self._values, self._fault = "", dict[str, str](), ""
+        self._takes_text = False  # the present value does
+        self._open: list[str] = []  # the elements that have not ended
         parser.XmlDeclHandler = self._declared
         parser.StartDoctypeDeclHandler = self._doctype
         parser.StartElementHandler = self._starts
-        parser.CharacterDataHandler = self._tree.data
-        parser.EndElementHandler = self._ends
+        parser.CharacterDataHandler = self._text
+        parser.EndElementHandler = lambda _: self._open.pop()
 
-    def feed(self, data: bytes) -> XmlElement | None:
+    def feed(self, data: bytes) -> Element | None:
         """Parse bytes that end at a `>`; return the message if it ends there."""
         self._parser.Parse(data, False)
-        return self._root
+        return Element(self._name, self._values, self._fault) if self._name and not self._open else None
 
     def _declared(self, _version: str, encoding: str | None, _standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _ENCODINGS:
@@ -151,30 +149,26 @@ class _Parser:
         raise _BrokenStream("expected no DTD")
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
-        self._depth += 1
-        self._tree.start(name, attributes)
-
-    def _ends(self, name: str) -> None:
-        self._depth -= 1
-        element = self._tree.end(name)
-        if self._depth == 0:
-            self._root = element
-
-
-def _element_of(root: XmlElement) -> Element:
-    values, faults = dict(root.attrib), []
-    for child in root:
-        if len(child):
-            faults.append(f"an element within {child.tag}")
-        elif child.attrib:
-            faults.append(f"an attribute of {child.tag}")
-        elif child.tag in values:
-            faults.append(f"{child.tag} twice")
+        fault = ""
+        if not self._open:
+            self._name, self._values = name, attributes
+        elif len(self._open) > 1:
+            fault = f"an element within {self._open[1]}"
+        elif attributes:
+            fault = f"an attribute of {name}"
+        elif name in self._values:
+            fault = f"{name} twice"
         else:
-            values[child.tag] = child.text or ""
-    if any((text or "").strip(XML_BLANKS) for text in (root.text, *(child.tail for child in root))):
-        faults.append("text between the values")
-    return Element(root.tag, values, faults[0] if faults else "")
+            self._values[name] = ""
+        self._takes_text = not fault
+        self._fault = self._fault or fault
+        self._open.append(name)
+
+    def _text(self, text: str) -> None:
+        if len(self._open) == 2 and self._takes_text:
+            self._values[self._open[1]] += text
+        elif len(self._open) == 1 and text.strip(XML_BLANKS):
+            self._fault = self._fault or "text between the values"
 
 
 REGISTERS = 10
@@ -183,9 +177,7 @@ LARGEST_INTEGER = 2**31 - 1
 SMALLEST_INTEGER = -(2**31)
 REQUEST, REPLY = "Cmd", "Res"
 
-_INTEGERS = tuple(f"I{place}" for place in range(REGISTERS))
-_REALS = tuple(f"R{place}" for place in range(REGISTERS))
-_PLACES = {name: place for names in (_INTEGERS, _REALS) for place, name in enumerate(names)}
+_PLACES = {f"{kind}{place}": place for kind in "IR" for place in range(REGISTERS)}
 _DIGITS = len(str(LARGEST_INTEGER))
 
 
@@ -257,14 +249,12 @@ def understand(element: Element, root: str = REQUEST) -> Message:
     return Message(tuple(integers), tuple(reals), fault)
 
 
-def reply(integers: Sequence[int], reals: Sequence[float]) -> bytes:
+def reply(integers: Sequence[int], reals: Sequence[float]) -> Element:
     """The reply with these integers (from I0) and reals (from R0), zeros elsewhere. Raises ValueError for
     a value that is not finite."""
-    numbers = [str(value).encode() for value in (*integers, *[0] * (REGISTERS - len(integers)))]
-    decimals = format_decimals((*reals, *[0.0] * (REGISTERS - len(reals)))).split(b" ")
-    named = zip((*_INTEGERS, *_REALS), (*numbers, *decimals), strict=True)
-    body = b"".join([b"<%b>%b</%b>" % (name.encode(), value, name.encode()) for name, value in named])
-    return b"<%b>%b</%b>" % (REPLY.encode(), body, REPLY.encode())
+    numbers = map(str, (*integers, *[0] * (REGISTERS - len(integers))))
+    decimals = format_decimals((*reals, *[0.0] * (REGISTERS - len(reals)))).decode().split()
+    return Element(REPLY, dict(zip(_PLACES, (*numbers, *decimals), strict=True)), "")
 
 
 def _integer(text: str) -> int:
@@ -296,8 +286,8 @@ def is_short(line: str) -> bool:
     return _BEGINS.match(line) is not None
 
 
-def written(element: Element, wire: bytes) -> str:
-    """The line for a message that came as these bytes."""
+def written(element: Element, wire: bytes = b"") -> str:
+    """The line for a message, short if it can be; else for the bytes that it came as."""
     values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
     told_in_full = not element.fault and element.name in _ROOTS
     if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
@@ -312,14 +302,6 @@ def word_for_word(wire: bytes) -> str:
     if not wire:
         return NO_MESSAGE
     return rf"\x{wire[0]:02x}{readable(wire[1:])}" if is_short(line) or line == NO_MESSAGE else line
-
-
-def short_reply(integers: Sequence[int], reals: Sequence[float]) -> str:
-    """The line for a reply with these integers (from I0) and reals (from R0)."""
-    values = [f"I{place}={value}" for place, value in enumerate(integers) if value or place < 2]
-    decimals = format_decimals(reals).decode().split() if reals else []
-    values += [f"R{place}={value}" for place, value in enumerate(decimals) if value != "0.0"]
-    return " ".join((REPLY, *values))
 
 
 def from_short(line: str) -> Element:
@@ -338,5 +320,5 @@ def from_short(line: str) -> Element:
 
 def to_xml(element: Element) -> bytes:
     """The message as XML bytes, with its values as elements."""
-    body = "".join(f"<{name}>{escape(value, quote=False)}</{name}>" for name, value in element.values.items())
+    body = "".join(f"<{name}>{escape(value)}</{name}>" for name, value in element.values.items())
     return f"<{element.name}>{body}</{element.name}>".encode()

@@ -152,7 +152,7 @@ class Recorder:
         self._put(ARM, None)
         self._show_cell()
         self._add_state()
-        for session, protocol in source.wire.peers():
+        for _, session, protocol in source.wire.peers.values():
             now = self._controller.tick, time.monotonic_ns()
             spoken = protocol or source.protocols[0]
             self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=spoken))

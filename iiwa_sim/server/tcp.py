@@ -102,8 +102,6 @@ class Connection(asyncio.BufferedProtocol):
 
     _transport: asyncio.Transport
     _session: Session
-    faulted = False
-    """True if a wire fault is set for it, as `WireFaults` says."""
 
     def __init__(self, server: "TcpServer") -> None:
         self._server = server
@@ -249,7 +247,7 @@ class Connection(asyncio.BufferedProtocol):
     def _answer(self, until_s: float) -> None:
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
         while session.waiting and not (self._ends or self._is_kept_from_answering()):
-            if self.faulted:
+            if faults.rules and faults.next_of(self._number):
                 self.take(list(faults.steps(self._number, session.answer(1))))
             else:
                 replies.append(session.answer(most))
@@ -265,7 +263,8 @@ class Connection(asyncio.BufferedProtocol):
 
     def _is_kept_from_answering(self) -> bool:
         """Return True if a wire fault or unread replies hold back the next line."""
-        silent = self.faulted and self._server.faults.silences(self._number)
+        faults = self._server.faults
+        silent = bool(faults.rules) and faults.silences(self._number)
         return silent or len(self._steps) > MOST_LATE or self._unread is not None
 
     def _make_steps(self) -> None:

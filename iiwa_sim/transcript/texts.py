@@ -23,10 +23,11 @@ from iiwa_sim.protocols.krc4_xml import (
     from_short,
     is_short,
     load_krc4_table,
-    short_reply,
     to_xml,
     understand,
+    written,
 )
+from iiwa_sim.protocols.krc4_xml import reply as reply_of
 from iiwa_sim.protocols.ports import KRC4
 from iiwa_sim.wording import Unusable, harmless, shortened
 
@@ -172,12 +173,12 @@ def deviation(protocol: str, wanted: str, within: float | None, reply: str) -> s
 
 
 def _message_deviation(wanted: Message, within: float, reply: str) -> str:
-    shown = short_reply(wanted.integers, wanted.reals)
+    shown = written(reply_of(wanted.integers, wanted.reals))
     try:
         found = understood(reply, REPLY)
     except ValueError as broken:
         return f"expected '{shown}', got '{reply}': {broken}"
-    got = short_reply(found.integers, found.reals)
+    got = written(reply_of(found.integers, found.reals))
     if found.fault or found.integers != wanted.integers:
         return f"expected '{shown}', got '{got}'{found.fault and f': {found.fault}'}"
     for place, (real, other) in enumerate(zip(found.reals, wanted.reals, strict=True)):
@@ -193,7 +194,7 @@ def _registers(tag: str, reply: str, register: str | None, more: list[float]) ->
         raise ValueError(f"expected '{tag}' to have been answered, got '{reply}'")
     added = [real + other for real, other in zip(last.reals, [*more, *[0.0] * len(last.reals)], strict=False)]
     if register is None:
-        return " ".join(short_reply((), added).split()[1:])
+        return " ".join(written(reply_of((), added)).split()[3:])
     place = int(register[1:])
     if register.startswith("I"):
         return str(last.integers[place])

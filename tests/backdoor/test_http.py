@@ -107,7 +107,7 @@ def seen(simulator: Simulator) -> dict[str, Any]:
         "tool": simulator.controller.tool_in_flange,
         "states": backdoor.states(),
         "clock": backdoor.get_clock(),
-        "faults": [(rule.fault, rule.connection, rule.left) for rule in backdoor._wire._rules],
+        "faults": [(rule.fault, rule.connection, rule.left) for rule in backdoor._wire.rules],
         "canned": {name: list(each) for name, each in backdoor._wire.canned.replies.items()},
     }
 

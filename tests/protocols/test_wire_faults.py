@@ -17,7 +17,7 @@ def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[b
     garbled = []
     for _ in range(2):
         faults = WireFaults(lambda _name, _what: None)
-        faults.arrives(SimpleNamespace(faulted=False), "a driver")
+        faults.arrives(SimpleNamespace(), "a driver")
         faults.seed(seed)
         faults.set(Garble())
         garbled.append([step.data for step in faults.steps(1, b"".join(replies)) if isinstance(step, Send)])

@@ -67,7 +67,7 @@ class Robot:
         self.cell = robot_alone() if cell is None else cell
         self.controller = controller or self.cell.controller(1.0 / RATE_HZ)
         dialogue = Dialogue(lambda: self.controller.tick)
-        silent: Any = SimpleNamespace(listeners=[], on_refused=[], peers=tuple)
+        silent: Any = SimpleNamespace(listeners=[], on_refused=[], peers={})
         events = RobotEvents(dialogue)
         source = Source(self.cell, self.controller, dialogue, silent, silent, silent, events, ["iiwa"])
         clock: Any = SimpleNamespace(rate_hz=RATE_HZ, told="stepped", in_haste=True, paused=False)
