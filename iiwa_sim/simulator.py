@@ -116,9 +116,9 @@ class Simulator:
                 each.dialogue.remember()
             word = word_of(settings.backdoor_token, settings.backdoor_token_file)
             token = None if word is None else Token(word)
-            backdoors = {name: (each.backdoor, each.log) for name, each in self.robots.items()}
+            backdoors = {name: each.backdoor for name, each in self.robots.items()}
             self._backdoor_http = http.BackdoorHttp(
-                backdoors, settings.backdoor_host, settings.backdoor_port, token
+                backdoors, first.log, settings.backdoor_host, settings.backdoor_port, token
             )
         self._status: StatusStream | None = None
         if settings.status_port is not None:

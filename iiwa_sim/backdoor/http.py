@@ -77,11 +77,11 @@ CALLS = {
 """Calls by name."""
 
 
-class NotUnderstood(Exception):
-    """A request that is not carried out, with its HTTP status."""
+class NoCall(Refused):
+    """A request that is no call, with its HTTP status."""
 
     def __init__(self, status: HTTPStatus, reason: str) -> None:
-        super().__init__(reason)
+        super().__init__(COMMUNICATION_FAILURE, harmless(reason))
         self.status = status
 
 
@@ -94,15 +94,16 @@ class BackdoorHttp:
 
     def __init__(
         self,
-        robots: Mapping[str, tuple[Backdoor, SessionLog]],
+        robots: Mapping[str, Backdoor],
+        log: SessionLog,
         host: str,
         port: int,
         token: Token | None = None,
     ) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
         self.token = token
-        self.access = WebAccess()
         self.robots = robots
+        self._log = log
         self._asked = host, port
         self._acceptor: Acceptor | None = None
         self._connections: set[socket.socket] = set()
@@ -145,37 +146,33 @@ class BackdoorHttp:
 
         threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
 
-    def refused(self, client: str, request: str, code: int, reason: str) -> None:
+    def refused(self, client: str, request: str, refused: Refused) -> None:
         """Log a request that is not carried out; from any thread."""
-        _, log = next(iter(self.robots.values()))
-        self._loop.call_soon_threadsafe(log.refused, client, request, code, reason)
+        self._loop.call_soon_threadsafe(self._log.refused, client, request, refused.code, refused.reason)
 
-    def begin(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> "Future[bytes]":
+    def begin(
+        self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str
+    ) -> "Future[bytes]":
         """Begin a call in the loop's thread; its result is the JSON of the answer, or a picture."""
-        future = asyncio.run_coroutine_threadsafe(self._made(robot, call, arguments, client), self._loop)
+        future = asyncio.run_coroutine_threadsafe(self._made(backdoor, call, arguments, client), self._loop)
         self._calls.add(future)
         future.add_done_callback(self._calls.discard)
         return future
 
-    async def _made(self, robot: str, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
-        backdoor, log = self.robots[robot]
+    async def _made(self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
         request = harmless(shortened(repr(arguments), _LONGEST_SHOWN))
         CLIENT.set(client)  # in this task only
         try:
             result = call.method(backdoor, **msgspec.structs.asdict(arguments))
             if inspect.isawaitable(result):
                 result = await result
-        except Refused as refused:
-            log.refused(client, request, refused.code, refused.reason)
-            raise
         except Exception as fault:
-            log.exception(client, request, fault)
+            if not isinstance(fault, Refused):
+                self._log.exception(client, request, fault)
             raise
-        if isinstance(result, bytes):
-            return result
-        answer = msgspec.json.encode(result) + b"\n"
-        if log.wants_commands():
-            log.command(client, request, shortened(answer.decode().rstrip(), _LONGEST_SHOWN))
+        answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
+        if self._log.wants_commands():
+            self._log.command(client, request, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN))
         return answer
 
 
@@ -192,24 +189,24 @@ class _Handler(BaseHTTPRequestHandler):
         """Answer a call, by GET one that only reads."""
         try:
             self._send(HTTPStatus.OK, self._answer())
-        except NotUnderstood as fault:
-            self._reject(fault.status, str(fault))
         except Refused as refused:
-            self._send_error(HTTPStatus.CONFLICT, refused.code, refused.reason)
+            self._reject(getattr(refused, "status", HTTPStatus.CONFLICT), refused)
         except CancelledError:
             self.close_connection = True
-            self._send_error(HTTPStatus.SERVICE_UNAVAILABLE, EXECUTION, "the robot ends")
+            self._reject(HTTPStatus.SERVICE_UNAVAILABLE, Refused(EXECUTION, "the robot ends"))
         except ConnectionError:
             raise
         except Exception:  # noqa: BLE001  # logged where it was raised
-            self._send_error(HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION, "internal error, see the log")
+            reason = "internal error, see the log"
+            self._reject(HTTPStatus.INTERNAL_SERVER_ERROR, Refused(EXECUTION, reason))
 
     do_POST = do_GET  # noqa: N815
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
         """Answer a request that http.server does not understand."""
         self.close_connection = True
-        self._reject(HTTPStatus(code), message or HTTPStatus(code).phrase)
+        status = HTTPStatus(code)
+        self._reject(status, NoCall(status, message or status.phrase))
 
     def version_string(self) -> str:
         """Name the server in headers."""
@@ -234,14 +231,14 @@ class _Handler(BaseHTTPRequestHandler):
         if path or robot not in robots:
             there_are = ", ".join(filter(None, robots)) or "one without a name"
             reason = f"there is no robot {_shown(robot)}: expected /ROBOT/{name}, with one of {there_are}"
-            raise NotUnderstood(HTTPStatus.NOT_FOUND, reason)
+            raise NoCall(HTTPStatus.NOT_FOUND, reason)
         call = CALLS.get(name)
         if call is None:
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
             hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
-            raise NotUnderstood(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
+            raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
         if self.command == "GET" and not call.reads:
-            raise NotUnderstood(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
+            raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
             if query:
                 arguments = msgspec.convert(query, call.arguments, strict=False)
@@ -249,8 +246,8 @@ class _Handler(BaseHTTPRequestHandler):
                 arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
         except (msgspec.MsgspecError, RecursionError) as fault:
             reason = f"{name}({', '.join(call.takes)}): {fault}"
-            raise NotUnderstood(HTTPStatus.BAD_REQUEST, reason) from None
-        return self._result(self.server.begin(robot, call, arguments, self._client))
+            raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
+        return self._result(self.server.begin(robots[robot], call, arguments, self._client))
 
     def _result(self, future: "Future[bytes]") -> bytes:
         """Wait for a call; cancel it if the client has gone."""
@@ -265,35 +262,33 @@ class _Handler(BaseHTTPRequestHandler):
         length = self.headers.get("Content-Length") or "0"
         if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
             self.close_connection = True
-            raise NotUnderstood(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
+            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
         if len(length) > 9 or int(length) > MOST_BYTES:
             self.close_connection = True
             reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
-            raise NotUnderstood(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
+            raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
         return self.rfile.read(int(length))
 
     def _admit(self, name: str) -> None:
         token, headers = self.server.token, self.headers
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
-        reason = self.server.access.refusal(hosts, ())
+        reason = WebAccess().refusal(hosts, ())
         if reason is None and "Origin" in headers:
             reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
         if reason is not None:
             self.close_connection = True
-            raise NotUnderstood(HTTPStatus.FORBIDDEN, reason)
+            raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
         if not known and name != HEALTH:
-            raise NotUnderstood(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
+            raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
-    def _reject(self, status: HTTPStatus, reason: str) -> None:
+    def _reject(self, status: HTTPStatus, refused: Refused) -> None:
         request = harmless(shortened(self.requestline, _LONGEST_SHOWN))
-        self.server.refused(self._client, request, COMMUNICATION_FAILURE, harmless(reason))
-        self._send_error(status, COMMUNICATION_FAILURE, reason)
-
-    def _send_error(self, status: HTTPStatus, code: int, reason: str) -> None:
-        self._send(status, msgspec.json.encode({"error": {"code": code, "reason": harmless(reason)}}) + b"\n")
+        self.server.refused(self._client, request, refused)
+        error = {"code": refused.code, "reason": refused.reason}
+        self._send(status, msgspec.json.encode({"error": error}) + b"\n")
 
     def _send(self, status: HTTPStatus, body: bytes) -> None:
         self.send_response(status)
