@@ -29,8 +29,8 @@ _KINDS = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "text
 Message = dict[str, Any]
 
 
-def frames(ns: int, arm: Arm, state: Snapshot, shows_cell: bool) -> Message:
-    """Return a foxglove.FrameTransforms: links, TCP, goal, jaws, parts and bodies of the scene."""
+def frames(ns: int, arm: Arm, state: Snapshot, shows_cell: bool, base: Transform | None = None) -> Message:
+    """Return a foxglove.FrameTransforms: links, TCP, goal, jaws, parts, bodies, and the base in the world."""
     time, q, links = stamp(ns), state.joint_position, arm.links
     transforms = [
         transform(time, links[link.parent].name, link.name, link.pose_at(q))
@@ -46,6 +46,8 @@ def frames(ns: int, arm: Arm, state: Snapshot, shows_cell: bool) -> Message:
         for name, side in JAWS.items():
             away = Transform(IDENTITY.rotation, (0.0, side * 5e-4 * state.gripper.opening_mm, 0.0))
             transforms.append(transform(time, TCP, name, away))
+    if base is not None:
+        transforms.append(transform(time, WORLD, arm.base, base))
     return {"transforms": transforms}
 
 
@@ -110,12 +112,12 @@ def transform(time: Message, parent: str, child: str, pose: Transform) -> Messag
         "timestamp": time,
         "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation]),
+        "translation": _vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation]),
         "rotation": _quaternion(pose),
     }
 
 
-def vector(values: Sequence[float]) -> Message:
+def _vector(values: Sequence[float]) -> Message:
     """Return a foxglove.Vector3."""
     return dict(zip("xyz", values, strict=True))
 
@@ -131,7 +133,7 @@ def _model(mesh: LinkMesh) -> Message:
     """Return a foxglove.ModelPrimitive with the file of a mesh."""
     return {
         "pose": _pose(mesh.pose),
-        "scale": vector(mesh.scale),
+        "scale": _vector(mesh.scale),
         "color": dict(zip("rgba", mesh.colour or (1.0, 1.0, 1.0, 1.0), strict=True)),
         "override_color": mesh.colour is not None,
         "url": "",
@@ -141,11 +143,11 @@ def _model(mesh: LinkMesh) -> Message:
 
 
 def _pose(pose: Transform) -> Message:
-    return {"position": vector(pose.translation), "orientation": _quaternion(pose)}
+    return {"position": _vector(pose.translation), "orientation": _quaternion(pose)}
 
 
 def _metres(lengths_mm: Iterable[float]) -> Message:
-    return vector([1e-3 * each for each in lengths_mm])
+    return _vector([1e-3 * each for each in lengths_mm])
 
 
 def _quaternion(pose: Transform) -> Message:

@@ -18,18 +18,16 @@ from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings import foxglove
 from iiwa_sim.recordings.recordings import Source
-from iiwa_sim.recordings.scene import TCP, Arm
+from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.recordings.schemas import (
     ARM,
     CELL,
     DIALOGUE,
     EVENTS,
     FRAMES,
-    JOINTS,
     LOG,
     SCENE,
     STATE,
-    WRENCH,
     Event,
     Spoken,
 )
@@ -38,7 +36,7 @@ from iiwa_sim.recordings.writer import Message, Writer
 
 SECOND_NS = 1_000_000_000
 VIEW_RATE_HZ = 25
-"""Rate of frames, joint states and wrench, in simulated time."""
+"""Rate of frames, in simulated time."""
 BLOCKS_HZ = 20
 """Blocks per simulated second: 25 ticks at 500 Hz."""
 _VIEW_PERIOD_NS = SECOND_NS // VIEW_RATE_HZ
@@ -276,42 +274,21 @@ class Recorder:
                 yield Message(f"{self.space}{topic}", self._encode(content), log_ns, item.real_ns)
 
     def _contents(self, item: Item, log_ns: int) -> Iterator[tuple[str, Any]]:
-        content = item.content
         if item.topic == ARM:
             yield ARM, foxglove.model(log_ns, self._arm)
-            return
-        if item.topic == STATE:
-            yield from self._views(content, log_ns)
-            return
-        yield item.topic, content
-        if item.topic == EVENTS:
-            yield LOG, _logged(content, log_ns)
-        elif item.topic == CELL:
-            yield SCENE, foxglove.scene(log_ns, self._arm, content, self._shows_cell)
-
-    def _views(self, state: Snapshot, log_ns: int) -> Iterator[tuple[str, Any]]:
-        """Yield a state, and at their rate its frames, joint states and wrench."""
-        rounded = _rounded(state)
-        yield STATE, rounded
-        late_ns = log_ns - self._view_due_ns
-        if late_ns < 0:
-            return
-        self._view_due_ns = log_ns + _VIEW_PERIOD_NS - (late_ns if late_ns < _VIEW_PERIOD_NS else 0)
-        time_of, cell = foxglove.stamp(log_ns), self.source.cell
-        frames = foxglove.frames(log_ns, self._arm, state, self._shows_cell)
-        if self.name:
-            frames["transforms"].append(
-                foxglove.transform(time_of, foxglove.WORLD, self._arm.base, cell.base)
-            )
-        yield FRAMES, frames
-        names = ("name", "position", "velocity", "effort")
-        columns = (rounded[f"joint_{name}"] for name in ("position", "velocity", "torque"))
-        rows = zip(cell.description.joints, *columns, strict=True)
-        yield JOINTS, {"timestamp": time_of, "joints": [dict(zip(names, row, strict=True)) for row in rows]}
-        force, torque = (
-            foxglove.vector(rounded["cartesian_force"][part]) for part in (slice(3), slice(3, 6))
-        )
-        yield WRENCH, {"timestamp": time_of, "frame_id": TCP, "force": force, "torque": torque}
+        elif item.topic == STATE:
+            yield STATE, _rounded(item.content)
+            late_ns = log_ns - self._view_due_ns
+            if late_ns >= 0:
+                self._view_due_ns = log_ns + _VIEW_PERIOD_NS - (late_ns if late_ns < _VIEW_PERIOD_NS else 0)
+                base = self.source.cell.base if self.name else None
+                yield FRAMES, foxglove.frames(log_ns, self._arm, item.content, self._shows_cell, base)
+        else:
+            yield item.topic, item.content
+            if item.topic == EVENTS:
+                yield LOG, _logged(item.content, log_ns)
+            elif item.topic == CELL:
+                yield SCENE, foxglove.scene(log_ns, self._arm, item.content, self._shows_cell)
 
 
 def _logged(event: Event, log_ns: int) -> dict[str, Any]:

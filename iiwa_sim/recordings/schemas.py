@@ -4,12 +4,10 @@ Schemas with the prefix `foxglove.` have the names, properties and types that Fo
 the strictest reader known, Lichtblick: each property has one `type`, and nothing is a `$ref`.
 """
 
-from importlib.resources import files
+from importlib import resources
 from typing import Any
 
 import msgspec
-
-Schema = dict[str, Any]
 
 STATE = "/state"
 DIALOGUE = "/dialogue"
@@ -19,8 +17,6 @@ FRAMES = "/tf"
 SCENE = "/scene"
 ARM = "/arm"
 CELL = "/cell"
-JOINTS = "/joint_states"
-WRENCH = "/wrench"
 CHANNELS = {
     STATE: "iiwa_sim.State",
     DIALOGUE: "iiwa_sim.Dialogue",
@@ -29,14 +25,11 @@ CHANNELS = {
     FRAMES: "foxglove.FrameTransforms",
     SCENE: "foxglove.SceneUpdate",
     ARM: "foxglove.SceneUpdate",
-    JOINTS: "foxglove.JointStates",
-    WRENCH: "iiwa_sim.Wrench",
     CELL: "iiwa_sim.Cell",
 }
 """Names of schemas by topics."""
 METADATA = "iiwa_sim"
 """Name of the metadata record by which a recording of ours is known."""
-_NULL = "null"
 
 
 class Spoken(msgspec.Struct):
@@ -70,37 +63,11 @@ class Event(msgspec.Struct):
     """Goal of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
 
 
-def schemas() -> dict[str, Schema]:
-    """Return the schemas by their names."""
-    found: dict[str, Schema] = _read("recording.schemas.json")
-    return {**found, "iiwa_sim.State": _state_schema()}
-
-
-def _read(name: str) -> Any:
-    return msgspec.json.decode(files("iiwa_sim.protocol").joinpath(name).read_bytes())
-
-
-def _state_schema() -> Schema:
-    """Return the schema of the status port; a recording leaves out what may be null there."""
-    schema: Schema = _read("status.schema.json")
-    shared = schema.pop("$defs")
-    nullable = {name for name, found in schema["properties"].items() if _NULL in found.get("type", ())}
-    schema["required"] = [name for name in schema["required"] if name not in nullable]
-    return _plain(schema, shared)
-
-
-def _plain(schema: Schema, shared: Schema) -> Schema:
-    """Return a schema in which each schema has one type; `shared` are those that a `$ref` may mean."""
-    found = dict(schema)
-    if "$ref" in found:
-        target = shared[found.pop("$ref").removeprefix("#/$defs/")]
-        found = {**target, "description": f"{found['description']}; {target['description']}"}
-    if "enum" in found:
-        found["type"] = "string"
-    if isinstance(found.get("type"), list):
-        (found["type"],) = (each for each in found["type"] if each != _NULL)
-    if "items" in found:
-        found["items"] = _plain(found["items"], shared)
-    if "properties" in found:
-        found["properties"] = {name: _plain(each, shared) for name, each in found["properties"].items()}
-    return found
+def schemas() -> dict[str, dict[str, Any]]:
+    """Return the schemas by their names; that of the state is the one of the status port."""
+    names = "recording.schemas.json", "status.schema.json"
+    files = (resources.files("iiwa_sim.protocol").joinpath(name).read_bytes() for name in names)
+    found, state = map(msgspec.json.decode, files)
+    state["properties"]["gripper"]["type"] = "object"  # a recording leaves out what is null
+    state["required"].remove("gripper")
+    return {**found, "iiwa_sim.State": state}

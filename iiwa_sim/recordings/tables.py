@@ -8,22 +8,24 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.controller.state import Snapshot
+from iiwa_sim.controller.state import RobotStatus, Snapshot
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
 
 _FRAME = ("x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad")
 _COLUMNS = {
-    **{f"{name}_frame": [f"{name}_{key}" for key in _FRAME] for name in ("flange", "tool", "goal")},
-    "cartesian_force": [
-        *(f"force_{axis}_n" for axis in "xyz"),
-        *(f"torque_{axis}_nm" for axis in "xyz"),
-    ],
-    "tool_load": [f"tool_load_{name}" for name in ("mass_kg", "x_mm", "y_mm", "z_mm")],
+    "flange_frame": [f"flange_{key}" for key in _FRAME],
+    "tool_frame": [f"tool_{key}" for key in _FRAME],
+    "goal_frame": [f"goal_{key}" for key in _FRAME],
+    "cartesian_force": ["force_x_n", "force_y_n", "force_z_n", "torque_x_nm", "torque_y_nm", "torque_z_nm"],
+    "tool_load": [f"tool_load_{key}" for key in ("mass_kg", "x_mm", "y_mm", "z_mm")],
+    "robot_status": [f"robot_status_{key}" for key in RobotStatus._fields],
+    "gripper": ["gripper_opening_mm", "gripper_state"],
+    "error": ["error_code", "error_reason"],
 }
 """Columns of fields with several values."""
-_UNITS = {
+_OF_JOINTS = {
     "joint_position": "rad",
     "joint_velocity": "rad_per_s",
     "joint_torque": "nm",
@@ -41,12 +43,12 @@ def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
     RecordingFault.
     """
     columns = _COLUMNS | {
-        name: [f"{name}_{joint}_{unit}" for joint in recorded.joints] for name, unit in _UNITS.items()
+        name: [f"{name}_{joint}_{unit}" for joint in recorded.joints] for name, unit in _OF_JOINTS.items()
     }
     tables: dict[str, Iterator[Row]] = {
-        "state": (_state_row(state, columns) for state in recorded.contents(STATE)),
-        "dialogue": map(_fields, recorded.contents(DIALOGUE)),
-        "events": map(_fields, recorded.contents(EVENTS)),
+        "state": (_row(state, columns) for state in recorded.contents(STATE)),
+        "dialogue": (_row(each, {}) for each in recorded.contents(DIALOGUE)),
+        "events": (_row(each, {}) for each in recorded.contents(EVENTS)),
         "parts": _part_rows(recorded.contents(STATE)),
     }
     written = []
@@ -66,25 +68,21 @@ def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
     return written
 
 
-def _state_row(state: Snapshot, columns: dict[str, list[str]]) -> Row:
-    fields, row = msgspec.structs.asdict(state), Row()
-    for name, value in fields.items():
+def _row(content: msgspec.Struct, columns: dict[str, list[str]]) -> Row:
+    """Return the fields of a content, some of them in several columns."""
+    row = Row()
+    for name, value in msgspec.structs.asdict(content).items():
         if name in columns:
-            row |= zip(columns[name], value, strict=True)
-        elif name in ("inputs", "outputs"):
-            row[name] = " ".join(str(int(each)) for each in value)
-        elif name == "gripper":
-            row["gripper_opening_mm"], row["gripper_state"] = (
-                ("", "") if value is None else (value.opening_mm, value.state)
-            )
+            values = msgspec.structs.astuple(value) if isinstance(value, msgspec.Struct) else value
+            row |= zip(columns[name], values or [""] * len(columns[name]), strict=True)
         elif name == "link_touches":
             row[name] = "; ".join(f"{each.link} {each.surface}" for each in value)
-        elif name == "robot_status":
-            row |= {f"robot_status_{key}": each for key, each in value._asdict().items()}
-        elif name == "error":
-            row |= {"error_code": value.code, "error_reason": value.reason}
-        elif name not in ("parts", "bodies"):
+        elif isinstance(value, tuple):  # such as inputs
+            row[name] = " ".join(f"{each:d}" if isinstance(each, bool) else str(each) for each in value)
+        else:
             row[name] = value
+    for name in ("parts", "bodies"):
+        row.pop(name, None)
     return row
 
 
@@ -96,8 +94,3 @@ def _part_rows(states: Iterable[Snapshot]) -> Iterator[Row]:
                 before[part.name] = part
                 named = {"time_s": state.time_s, "tick": state.tick, "name": part.name, "state": part.state}
                 yield named | dict(zip(_FRAME, part.frame, strict=True))
-
-
-def _fields(found: msgspec.Struct) -> Row:
-    values = msgspec.structs.asdict(found).items()
-    return {name: " ".join(map(str, value)) if isinstance(value, tuple) else value for name, value in values}

@@ -24,10 +24,8 @@ from iiwa_sim.recordings.schemas import (
     DIALOGUE,
     EVENTS,
     FRAMES,
-    JOINTS,
     LOG,
     STATE,
-    WRENCH,
 )
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
@@ -84,7 +82,7 @@ def test_every_channel_has_messages_that_fit_the_schema_in_the_file(session: Pat
         if counts[found.topic] % 40 in (0, 1) or found.topic in ("/scene", "/cell"):
             validators[found.topic].validate(found.content)
     assert set(counts) == set(CHANNELS)
-    assert counts[STATE] > counts[FRAMES] == counts[JOINTS] == counts[WRENCH] > 0
+    assert counts[STATE] > counts[FRAMES] > 0
     assert counts[EVENTS] == counts[LOG]
 
 
