@@ -10,7 +10,7 @@ skipped. Commands follow each other within one tick, except where the file says
 
 import re
 import tempfile
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -56,18 +56,18 @@ class PlotFault(Unusable):
         super().__init__(shortened(harmless(message), 400))
 
 
-@dataclass(frozen=True)
+@dataclass
 class Move:
     """A move that has begun."""
 
     goal_mm: tuple[float, ...]
     """Position of the TCP in the base at its end."""
-    name: str
-    """Command, speed and blending radius (mm), as `LIN 0.5 r30`; empty for a move that no line asked for."""
-    blending_mm: float
-    """Commanded blending radius; 0 if the command has none."""
     streamed: bool
     """True for a target of a servo mode, which the next one replaces."""
+    name: str = ""
+    """Command, speed and blending radius (mm), as `LIN 0.5 r30`; empty for a move that no line asked for."""
+    blending_mm: float = 0.0
+    """Commanded blending radius; 0 if the command has none."""
     end_s: float | None = None
     """When it reached its target, ran into the next move or was ended by a force; None if it did not."""
 
@@ -88,8 +88,8 @@ class Motion:
     """(n, 3), in the base"""
     force_n: Array
     """(n, 3), the values of `get cartesian force`, along the axes of the TCP"""
-    moves: tuple[Move, ...]
-    faults: tuple[tuple[float, int], ...]
+    moves: list[Move]
+    faults: list[tuple[float, int]]
     """Beginnings of the error state: time (s) and code."""
 
     def tcp_speed_mm_s(self) -> Array:
@@ -104,61 +104,49 @@ def motion_in(recorded: Recorded) -> Motion:
 
     Raises PlotFault if there is nothing to draw, RecordingFault and RobotFault.
     """
-    rows: list[tuple[float, ...]] = []
-    for state in recorded.contents(STATE):
-        time_s = state.tick / recorded.tick_rate_hz
-        if not rows or time_s > rows[-1][0]:
-            places = (*state.tool_frame[:3], *state.cartesian_force[:3])
-            rows.append((time_s, *state.joint_position, *state.joint_velocity, *places))
-    if len(rows) < 2:
+    states = {state.tick: state for state in recorded.contents(STATE)}
+    if len(states) < 2:
         raise PlotFault(f"{recorded.path}: expected two states at least, to draw a picture of")
-    values = np.array(rows[:: -(-len(rows) // MOST_SAMPLES)])
-    start_s, count = rows[0][0], len(recorded.joints)
+    shown = list(states.values())[:: -(-len(states) // MOST_SAMPLES)]
+    start_s = shown[0].tick / recorded.tick_rate_hz
     moves, faults = _history(recorded, start_s)
     return Motion(
         path=str(recorded.path),
         description=recorded.description(),
-        times_s=values[:, 0] - start_s,
-        joints=values[:, 1 : 1 + count],
-        velocity=values[:, 1 + count : 1 + 2 * count],
-        tcp_mm=values[:, 1 + 2 * count : 4 + 2 * count],
-        force_n=values[:, 4 + 2 * count :],
-        moves=tuple(moves),
-        faults=tuple(faults),
+        times_s=np.array([state.tick / recorded.tick_rate_hz - start_s for state in shown]),
+        joints=np.array([state.joint_position for state in shown]),
+        velocity=np.array([state.joint_velocity for state in shown]),
+        tcp_mm=np.array([state.tool_frame[:3] for state in shown]),
+        force_n=np.array([state.cartesian_force[:3] for state in shown]),
+        moves=moves,
+        faults=faults,
     )
 
 
 def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple[float, int]]]:
     """Return the moves that have begun, and times (s) and codes of faults.
 
-    A move has the name of the line that asked for it. Its acceptance is recorded between that line and the
-    reply; before the line, in the same tick, if it ends another move.
+    A recording has the acceptance of a move before the line that asked for it, in the same tick.
     """
-    line, unnamed = "", list[Event]()
-    names: dict[int, tuple[str, float]] = {}
-    moves: dict[int, Move] = {}
-    faults: list[tuple[float, int]] = []
+    accepted, names, moves, faults = list[Event](), dict[int, tuple[str, float]](), dict[int, Move](), []
     for each in recorded.contents(DIALOGUE, EVENTS):
         if isinstance(each, Spoken):
-            line = each.text if each.direction == Direction.FROM_CLIENT.value else ""
-            if line and named(line)[0]:
-                names |= {event.move: named(line) for event in unnamed if event.tick == each.tick}
-                unnamed.clear()
+            if each.direction == Direction.FROM_CLIENT.value:
+                name = named(each.text)
+                names |= {event.move: name for event in accepted if event.tick == each.tick and name[0]}
+                accepted.clear()
             continue
         time_s = each.tick / recorded.tick_rate_hz - start_s
-        if each.kind == watch.ACCEPTED and line:
-            names[each.move] = named(line)
-        elif each.kind == watch.ACCEPTED:
-            unnamed.append(each)
+        if each.kind == watch.ACCEPTED:
+            accepted.append(each)
         elif each.kind == watch.BEGINS and each.goal_frame:
-            moves[each.move] = Move(each.goal_frame[:3], "", 0.0, each.text in _STREAMED)
+            moves[each.move] = Move(each.goal_frame[:3], each.text in _STREAMED)
         elif each.kind == watch.ENDS and each.code == 0 and each.move in moves:
-            moves[each.move] = replace(moves[each.move], end_s=time_s)
+            moves[each.move].end_s = time_s
         elif each.kind == watch.FAULT:
             faults.append((time_s, each.code))
-    for number, (name, blending_mm) in names.items():
-        if number in moves:
-            moves[number] = replace(moves[number], name=name, blending_mm=blending_mm)
+    for number, move in moves.items():
+        move.name, move.blending_mm = names.get(number, ("", 0.0))
     return list(moves.values()), faults
 
 
@@ -198,9 +186,9 @@ def run(path: str | Path, cell: Cell, rate_hz: int) -> Motion:
         ):
             reasons: list[str] = []
             robot.dialogue.listeners.append(lambda said: reasons.append(said.reason))
-            for number, text, wait_s in steps:
+            for number, text in [*steps, (0, "wait stopped")]:
                 try:
-                    if wait_s is None:
+                    if (wait_s := _wait_s(text)) is None:
                         reasons.clear()
                         _ask(connection, protocol, text)
                         if any(reasons):
@@ -214,19 +202,16 @@ def run(path: str | Path, cell: Cell, rate_hz: int) -> Motion:
                     if due_s > LONGEST_S:
                         raise ValueError(f"more than {LONGEST_S:g} s of simulated time")
                 except (ValueError, OSError) as fault:  # TimeoutError, too, of a robot that still moves
-                    raise PlotFault(f"{path}: line {number}: '{text}': {fault}") from None
-            try:
-                robot.run_until_stopped(LONGEST_S)
-            except TimeoutError as fault:
-                raise PlotFault(f"{path}: {fault}") from None
+                    where = f"line {number}: '{text}': " if number else ""
+                    raise PlotFault(f"{path}: {where}{fault}") from None
             while robot.call(lambda: robot.controller.under_way):  # the gripper
                 robot.advance(1.0 / rate_hz)
             robot.advance(REST_TICKS / rate_hz)
         return replace(motion_in(Recorded(file)), path=str(path), description=cell.description)
 
 
-def _steps(path: str | Path) -> tuple[str, list[tuple[int, str, float | None]]]:
-    """Return the protocol of a file, and its lines: number, text, and seconds to wait. Raises PlotFault."""
+def _steps(path: str | Path) -> tuple[str, list[tuple[int, str]]]:
+    """Return the protocol of a file, and its lines with their numbers. Raises PlotFault."""
     try:
         lines = Path(path).read_text("utf-8-sig").splitlines()
     except OSError as fault:
@@ -243,7 +228,7 @@ def _steps(path: str | Path) -> tuple[str, list[tuple[int, str, float | None]]]:
             raise PlotFault(f"{path}: line {number}: '{text}': expected {' or '.join(DEFAULT_PORTS)}")
     if not steps:
         raise PlotFault(f"{path}: expected commands, one per line, and found none")
-    return protocol, [(number, text, _wait_s(path, number, text)) for number, text in steps]
+    return protocol, steps
 
 
 def _ask(connection: Connection, protocol: str, text: str) -> None:
@@ -256,17 +241,14 @@ def _ask(connection: Connection, protocol: str, text: str) -> None:
         connection.read_line()
 
 
-def _wait_s(path: str | Path, number: int, text: str) -> float | None:
-    """Return the seconds that a line waits, `STOPPED`, or None for a command. Raises PlotFault."""
-    words = text.lower().split()
-    if words[0] != "wait":
+def _wait_s(text: str) -> float | None:
+    """Return the seconds that a line waits, `STOPPED`, or None for a command. Raises ValueError."""
+    word, _, rest = text.lower().partition(" ")
+    if word != "wait":
         return None
-    if words[1:] == ["stopped"]:
+    if rest.strip() == "stopped":
         return STOPPED
-    try:
-        if 0.0 <= (seconds := float(" ".join(words[1:]))) <= LONGEST_S:
+    with suppress(ValueError):
+        if 0.0 <= (seconds := float(rest)) <= LONGEST_S:
             return seconds
-    except ValueError:
-        pass
-    expected = f"expected 'wait SECONDS', 0 to {LONGEST_S:g}, or 'wait stopped'"
-    raise PlotFault(f"{path}: line {number}: '{text}': {expected}")
+    raise ValueError(f"expected 'wait SECONDS', 0 to {LONGEST_S:g}, or 'wait stopped'")

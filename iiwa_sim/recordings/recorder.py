@@ -219,14 +219,13 @@ class Recorder:
             self._show_cell()
 
     def _hear(self, said: DialogueLine) -> None:
-        carried_out = said.direction is not Direction.FROM_CLIENT
-        if carried_out and self._watch is not None:
-            self._watch.look()
+        if self._watch is not None:
+            self._watch.look()  # the line has been carried out
         real_ns = said.instant_ns + self._clocks_apart_ns
         when = self._when(said.tick, real_ns)
         spoken = Spoken(*when, said.session, said.direction.value, said.text, said.reason, said.protocol)
         self._put(DIALOGUE, spoken, said.tick, real_ns)
-        if carried_out:
+        if said.direction is not Direction.FROM_CLIENT:
             self._hasten()
 
     def _when(self, tick: int, real_ns: int) -> tuple[float, int, float]:
