@@ -80,6 +80,8 @@ class ExternalWrench:
         self._pushes: tuple[Wrench, Torques] | None = None
         self._parts_push: Wrench = NO_WRENCH
         self._handed: Torques | None = None
+        self.needs_poses = False
+        """True if ticks need poses of the TCP: for an unknown payload."""
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
         self._motion: TcpMotion | None = None
@@ -164,7 +166,7 @@ class ExternalWrench:
 
         `unknown` are its moments in the flange, less than nothing where the controller believes in more.
         """
-        self._moments, self.judged = unknown, False
+        self._moments, self.judged, self.needs_poses = unknown, False, unknown is not None
         if unknown is None:
             self._motion = None
             self._set(self.wrenches, "payload", None)
@@ -208,11 +210,6 @@ class ExternalWrench:
         return self._coming_tcp.pose(joints)
 
     # Ticks
-
-    @property
-    def needs_poses(self) -> bool:
-        """True if ticks need poses of the TCP: for an unknown payload, or for bodies."""
-        return self._motion is not None or self.bodies is not None
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""

@@ -59,6 +59,10 @@ class Impedance:
         """True if it does so around the start of a hold, and not around the nominal motion."""
         self.impedance = NO_SPRINGS
         """How the TCP gives way around the nominal motion."""
+        self.tcp_contact: Reached | None = None
+        """TCP after the last tick and its contact there; None if that is not known."""
+        self.braking: RuckigCourse | None = None
+        """How the robot brakes from the velocity it had while it was compliant; None while it does not."""
         d = description
         bounds = JointBounds(
             tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
@@ -66,10 +70,9 @@ class Impedance:
         self._bounds = bounds
         self._tcp_springs = TcpSprings(kinematics, bounds, tick_s, pushes, contact)
         self._joint_springs = JointSprings(kinematics, bounds, tick_s, pushes, contact)
-        self._tick_s = tick_s
+        self._tick_s, self._still_rad = tick_s, STILL_RAD_PER_S * tick_s
         self._before = joints  # in the tick before
         self._still_ticks = 0
-        self._braking: RuckigCourse | None = None
         self._braking_s = 0.0
         task = InputParameter(len(joints))
         task.control_interface = ControlInterface.Velocity
@@ -79,19 +82,6 @@ class Impedance:
         self._task = task
 
     @property
-    def tcp_contact(self) -> Reached | None:
-        """TCP after the last tick and its contact there; None if that is not known."""
-        contact: Reached | None = None
-        if self.compliant and not self.holding:
-            contact = self._tcp_springs.tcp_contact
-        return contact
-
-    @property
-    def braking(self) -> bool:
-        """True if the robot brakes from the velocity it had while it was compliant."""
-        return self._braking is not None
-
-    @property
     def off_plan(self) -> bool:
         """True if the robot is compliant, and not exactly where the nominal motion is."""
         return self.compliant and (self.holding or not self._tcp_springs.on_plan)
@@ -99,7 +89,7 @@ class Impedance:
     @property
     def moving(self) -> bool:
         """True if the robot brakes, is held, or has not come to rest beside the nominal motion."""
-        if self.holding or self.braking:
+        if self.holding or self.braking is not None:
             return True
         return self.off_plan and self._still_ticks * self._tick_s < STILL_S
 
@@ -128,33 +118,34 @@ class Impedance:
 
     def rest_after_stop(self) -> Joints:
         """Place of rest after a stop now of a robot off the nominal motion (rad)."""
-        if self._braking is not None:
-            return self._braking.end
+        if self.braking is not None:
+            return self.braking.end
         return self._course_to_rest().end if self._is_fast else self.joints
 
     def stop(self) -> None:
         """Be stiff again. On the nominal motion the robot is where that is; off it, it brakes."""
         if self.off_plan and self._is_fast:
-            self._braking, self._braking_s = self._course_to_rest(), 0.0
-        self.active, self.compliant, self.holding = self.braking, False, False
-        self.impedance = NO_SPRINGS
+            self.braking, self._braking_s = self._course_to_rest(), 0.0
+        self.active, self.compliant, self.holding = self.braking is not None, False, False
+        self.impedance, self.tcp_contact = NO_SPRINGS, None
 
     def step(self, nominal: Joints) -> None:
         """Make a tick, in which the nominal motion has come to joint positions (rad)."""
-        self._before = self.joints
-        if self._braking is not None:
+        before, self.tcp_contact = self.joints, None
+        if self.braking is not None:
             self._braking_s += self._tick_s
-            self.joints = self._bounds.within(self._braking.joints(self._braking_s))
-            if self._braking_s >= self._braking.end_s:
-                self._braking, self.active = None, False
+            joints = self._bounds.within(self.braking.joints(self._braking_s))
+            if self._braking_s >= self.braking.end_s:
+                self.braking, self.active = None, False
         elif self.holding:
-            self.joints = self._joint_springs.step()
+            joints = self._joint_springs.step()
         else:
-            self.joints = self._tcp_springs.step(nominal, self.impedance)
+            joints = self._tcp_springs.step(nominal, self.impedance)
+            self.tcp_contact = self._tcp_springs.tcp_contact
+        self._before, self.joints = before, joints
         # In most ticks the first joint tells that the robot moves.
-        most = STILL_RAD_PER_S * self._tick_s
-        moves = abs(self.joints[0] - self._before[0]) > most
-        if moves or max(map(abs, map(sub, self.joints, self._before))) > most:
+        most = self._still_rad
+        if abs(joints[0] - before[0]) > most or max(map(abs, map(sub, joints, before))) > most:
             self._still_ticks = 0
         else:
             self._still_ticks += 1

@@ -91,9 +91,9 @@ class Motions:
         """True if anything moves, is being stopped, or waits."""
         return (
             self.executor.trajectory is not None
-            or self._nominal_moves
-            or self._next is not None
             or self._impedance.moving
+            or self._next is not None
+            or self._nominal_moves
         )
 
     @property
@@ -316,7 +316,7 @@ class Motions:
             self.joints = executor.joints
             return
         try:
-            if not impedance.braking:
+            if impedance.braking is None and not (impedance.holding and self._next is None):
                 self._step_nominal()
             if impedance.active:
                 impedance.step(executor.joints)
@@ -346,7 +346,7 @@ class Motions:
 
     @property
     def _being_stopped(self) -> bool:
-        return self.executor.stopping or self._impedance.braking
+        return self.executor.stopping or self._impedance.braking is not None
 
     def _stop_nominal(self) -> None:
         self.executor.stop()

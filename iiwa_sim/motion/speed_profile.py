@@ -27,7 +27,7 @@ MANY_SEGMENTS = 200
 SHORTEST_SEGMENT_S = 1e-4
 """With a shorter segment hardly more is left than what is kept: it is too late to plan."""
 SEGMENT_S = 0.01
-EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.0125, 1.6
+EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.015, 1.6
 """Segments of one move alone that takes no longer are even: the robot sets out in the tick that plans it."""
 LEAST_SEGMENTS, LEAST_LEFT = 24, 16
 """Least number of segments from rest, and behind segments that are kept."""
