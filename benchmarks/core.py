@@ -11,10 +11,11 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.joint_trajectories import TrajectoryPoint, TrajectoryRequest
+from iiwa_sim.controller.joint_trajectories import TrajectoryRequest
 from iiwa_sim.controller.requests import JOINT_BLENDING, MoveRequest, TcpCompliance
 from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.description import load_robot
 
 SEED = 3
@@ -78,7 +79,7 @@ def measure() -> list[Figure]:
     def follow() -> None:
         """Follow points told without velocities."""
         places = [[q + chance.uniform(-0.15, 0.15) for q in home] for _ in range(POINTS - 1)]
-        points = [TrajectoryPoint(POINT_S * k, place) for k, place in enumerate([*places, home], start=1)]
+        points = [Knot(POINT_S * k, place) for k, place in enumerate([*places, home], start=1)]
         following.follow(TrajectoryRequest(description.joints, points), None)
 
     def back_home() -> None:

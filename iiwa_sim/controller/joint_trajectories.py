@@ -4,7 +4,7 @@ Meanings, defaults and errors are those of ros2_controllers' joint_trajectory_co
 this robot, too: https://control.ros.org, joint_trajectory_controller.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from itertools import pairwise
 from math import inf, isfinite
@@ -18,6 +18,7 @@ from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, outside
 from iiwa_sim.motion.joint_trajectory import Knot, Reference
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
@@ -39,18 +40,6 @@ START_RAD = 0.087
 PREEMPTED = "preempted by a newer trajectory"
 
 
-class TrajectoryPoint(NamedTuple):
-    """Point of a trajectory, in the order of its joints' names, at a time since its beginning."""
-
-    time_s: float
-    positions: Sequence[float]
-    """rad"""
-    velocities: Sequence[float] = ()
-    """rad/s; may be empty."""
-    accelerations: Sequence[float] = ()
-    """rad/s^2; may be empty."""
-
-
 class Tolerance(NamedTuple):
     """How far a joint may be from where it shall be: 0 for the default, -1 for any distance."""
 
@@ -65,7 +54,8 @@ class TrajectoryRequest(NamedTuple):
 
     joints: Sequence[str]
     """Names, each of the robot's once, in any order."""
-    points: Sequence[TrajectoryPoint]
+    points: Sequence[Knot]
+    """In the order of these names, at times since the beginning."""
     delay_s: float = 0.0
     """How far in the future the trajectory begins; below 0 points that are over are left out."""
     path_tolerance: Mapping[str, Tolerance] = {}
@@ -109,15 +99,12 @@ class Progress(NamedTuple):
     """Positions and velocities of the robot."""
 
 
-_Bounds = tuple[Joints, Joints]  # of positions (rad) and velocities (rad/s); inf where nothing is compared
-
-
 class _Active(NamedTuple):
     """The trajectory that is followed or waits for the robot to rest."""
 
     number: int
-    path: _Bounds
-    goal: _Bounds
+    path: Array  # bounds (2, n) of errors: rad, rad/s; inf where nothing is compared
+    goal: Array
     goal_time_s: float
     end_s: float
 
@@ -211,16 +198,15 @@ class JointTrajectories:
             if fault:
                 self._end(Outcome.GOAL_TOLERANCE, f"goal tolerance: {fault}, {late_s:.3f} s after the end")
 
-    def _beyond(self, tolerances: _Bounds) -> str:
+    def _beyond(self, bounds: Array) -> str:
         """Return which joint is beyond its tolerance; nothing if none is."""
         # Most trajectories compare nothing: the progress costs more than a tick.
-        if min(map(min, tolerances)) == inf or (progress := self.progress) is None:
+        if bounds.min() == inf or (progress := self.progress) is None:
             return ""
-        quantities = zip(("rad", "rad/s"), progress.desired, progress.actual, tolerances, strict=False)
-        for unit, wanted, there, bounds in quantities:
-            for name, a, b, bound in zip(self._names, wanted, there, bounds, strict=True):
-                if abs(a - b) > bound:
-                    return f"{name} is {abs(a - b):.7g} {unit} off, more than {bound:g}"
+        off = np.abs(np.subtract(progress.desired[:2], progress.actual))
+        for k, joint in np.argwhere(off > bounds).tolist():
+            unit = ("rad", "rad/s")[k]
+            return f"{self._names[joint]} is {off[k, joint]:.7g} {unit} off, more than {bounds[k, joint]:g}"
         return ""
 
     def _check(self, reference: Reference, here: Joints) -> None:
@@ -250,41 +236,50 @@ class JointTrajectories:
 
 def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
     """Return the points in the order of the robot's joints, at their times from now on. Raises `Refused`."""
-    order, points = order_of(request.joints, names), request.points
+    order, points, delay_s = order_of(request.joints, names), request.points, request.delay_s
     if not points:
         raise Refused(EXECUTION, "a trajectory without points")
     if len(points) > MOST_POINTS:
         raise Refused(EXECUTION, f"{len(points)} points: expected up to {MOST_POINTS}")
-    if not isfinite(request.delay_s) or abs(request.delay_s) > LONGEST_S:
+    if not abs(delay_s) <= LONGEST_S:
         raise Refused(EXECUTION, "the stamp of the header is not within a day from now")
-    if not (isfinite(request.goal_time_s) and request.goal_time_s >= 0.0):
+    if not 0.0 <= request.goal_time_s < inf:
         raise Refused(EXECUTION, "goal_time_tolerance: expected 0 or more")
-    knots = [_knot(k, point, request.delay_s, order) for k, point in enumerate(points)]
-    if points[0].time_s < 0.0:
+    for k, point in enumerate(points):
+        for what, given in zip(Knot._fields[1:], point[1:], strict=True):
+            if len(given) != len(order) and (given or what == "positions"):
+                raise Refused(EXECUTION, f"point {k} has {len(given)} {what}: expected {len(order)}")
+            if not all(map(isfinite, given)):
+                raise Refused(EXECUTION, f"point {k}: {what} that are not finite")
+    if not points[0].time_s >= 0.0:
         raise Refused(EXECUTION, f"point 0 at {points[0].time_s:g} s: expected 0 or later")
-    if points[-1].time_s > LONGEST_S:
-        raise Refused(EXECUTION, f"the trajectory takes more than {LONGEST_S:g} s")
     for k, (before, point) in enumerate(pairwise(points), 1):
         if not point.time_s > before.time_s:
             later = f"is not later than the one before, at {before.time_s:g} s"
             raise Refused(EXECUTION, f"point {k} at {point.time_s:g} s {later}")
     last = points[-1]
-    if not request.may_end_fast and any(last.velocities):
+    if not last.time_s <= LONGEST_S:
+        raise Refused(EXECUTION, f"the trajectory takes more than {LONGEST_S:g} s")
+    if last.time_s + delay_s < 0.0:
+        raise Refused(EXECUTION, f"the trajectory ended {-last.time_s - delay_s:.3f} s ago")
+    knots = [
+        Knot(point.time_s + delay_s, *(tuple(row[k] for k in order) if row else () for row in point[1:]))
+        for point in points
+    ]
+    if last.velocities and not request.may_end_fast:
         if max(map(abs, last.velocities)) > END_VELOCITY_RAD_S:
             place = len(points) - 1
             raise Refused(EXECUTION, f"point {place}, the last one, has a velocity other than 0")
         knots[-1] = knots[-1]._replace(velocities=(0.0,) * len(order))
-    if knots[-1].time_s < 0.0:
-        raise Refused(EXECUTION, f"the trajectory ended {-knots[-1].time_s:.3f} s ago")
     return knots
 
 
 def tolerances_of(
     tolerances: Mapping[str, Tolerance], names: Sequence[str], velocity: float
-) -> tuple[_Bounds, str]:
-    """Return tolerances joint by joint, with a default of velocities (rad/s), and a remark.
+) -> tuple[Array, str]:
+    """Return bounds (2, n) of errors of joints, with a default of velocities (rad/s), and a remark.
 
-    If one of them makes no sense, the remark says so, and all are the defaults.
+    If one of the tolerances makes no sense, the remark says so, and all are the defaults.
     """
     remark = ""
     for name, each in tolerances.items():
@@ -292,12 +287,9 @@ def tolerances_of(
             remark = f"tolerances are the defaults: there is no joint {name}"
         elif not all(isfinite(value) and (value >= 0.0 or value == -1.0) for value in each):
             remark = remark or f"tolerances are the defaults: those of {name} are below 0, or no numbers"
-    told = [Tolerance() if remark else tolerances.get(name, Tolerance()) for name in names]
-
-    def bounds(values: Iterable[float], default: float) -> Joints:
-        return tuple(default if value == 0.0 else inf if value < 0.0 else value for value in values)
-
-    return (bounds([t.position for t in told], inf), bounds([t.velocity for t in told], velocity)), remark
+    none = Tolerance()
+    told = np.array([none if remark else tolerances.get(name, none) for name in names]).T
+    return np.where(told == 0.0, [[inf], [velocity]], np.where(told < 0.0, inf, told)), remark
 
 
 def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
@@ -310,28 +302,6 @@ def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
     if len(joints) != len(names) or len(set(joints)) != len(names):
         raise Refused(EXECUTION, f"joint_names: expected each of {', '.join(names)} once")
     return [list(joints).index(name) for name in names]
-
-
-def _knot(k: int, point: TrajectoryPoint, delay_s: float, order: Sequence[int]) -> Knot:
-    def values(what: str, given: Sequence[float]) -> Joints | None:
-        if not given:
-            return None
-        if len(given) != len(order):
-            raise Refused(EXECUTION, f"point {k} has {len(given)} {what}: expected {len(order)}")
-        if not all(map(isfinite, given)):
-            raise Refused(EXECUTION, f"point {k}: {what} that are not finite")
-        return tuple(float(given[place]) for place in order)
-
-    if not isfinite(point.time_s):
-        raise Refused(EXECUTION, f"point {k}: a time that is not finite")
-    positions = values("positions", point.positions)
-    if positions is None:
-        raise Refused(EXECUTION, f"point {k} has no positions")
-    velocities, accelerations = (
-        values("velocities", point.velocities),
-        values("accelerations", point.accelerations),
-    )
-    return Knot(point.time_s + delay_s, positions, velocities, accelerations)
 
 
 def _from_here(knots: list[Knot], position: Joints, velocity: Joints, acceleration: Joints) -> list[Knot]:

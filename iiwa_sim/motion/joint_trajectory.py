@@ -44,10 +44,10 @@ class Knot(NamedTuple):
     """Since the trajectory has begun; a first knot may lie before that."""
     positions: Joints
     """rad"""
-    velocities: Joints | None = None
-    """rad/s"""
-    accelerations: Joints | None = None
-    """rad/s^2"""
+    velocities: Joints = ()
+    """rad/s; may be empty."""
+    accelerations: Joints = ()
+    """rad/s^2; may be empty."""
 
 
 class Beyond(NamedTuple):
@@ -318,10 +318,10 @@ def _powers(times: Array, knots: Sequence[Knot]) -> Array:
     return power
 
 
-def _given(values: Sequence[Joints | None], joints: int) -> tuple[Array, NDArray[np.bool_]]:
+def _given(values: Sequence[Joints], joints: int) -> tuple[Array, NDArray[np.bool_]]:
     """Values (knots, joints), and of each piece whether both its knots have them."""
-    there = np.array([value is not None for value in values])
-    filled = np.array([[0.0] * joints if value is None else value for value in values])
+    there = np.array([len(value) > 0 for value in values])
+    filled = np.array([value or [0.0] * joints for value in values])
     return filled, there[:-1] & there[1:]
 
 

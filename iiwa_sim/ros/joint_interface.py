@@ -14,13 +14,13 @@ from iiwa_sim.controller.joint_trajectories import (
     Progress,
     Tolerance,
     TrajectoryEnd,
-    TrajectoryPoint,
     TrajectoryRequest,
     order_of,
 )
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.log import SessionLog
+from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
@@ -274,7 +274,7 @@ def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
     stamp = trajectory.header.stamp
     stamp_ns = stamp.sec * NS_PER_S + stamp.nanosec
     points = [
-        TrajectoryPoint(_seconds(p.time_from_start), p.positions, p.velocities, p.accelerations)
+        Knot(_seconds(p.time_from_start), p.positions, p.velocities, p.accelerations)
         for p in trajectory.points
     ]
     return TrajectoryRequest(trajectory.joint_names, points, 1e-9 * (stamp_ns - now_ns) if stamp_ns else 0.0)

@@ -19,10 +19,10 @@ from iiwa_sim.controller.joint_trajectories import (
     Outcome,
     Tolerance,
     TrajectoryEnd,
-    TrajectoryPoint,
     TrajectoryRequest,
 )
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
@@ -46,7 +46,7 @@ class Following:
         self.desired: list[Array] = []
         self.actual: list[Array] = []
 
-    def sends(self, points: Sequence[TrajectoryPoint], **more: Any) -> int:
+    def sends(self, points: Sequence[Knot], **more: Any) -> int:
         own: list[int] = []
 
         def ended(end: TrajectoryEnd) -> None:
@@ -83,9 +83,7 @@ class Following:
         return worst
 
 
-def swinging(
-    robot: Following, times: Array, size: float, turns: Array, *, bent: bool = True
-) -> list[TrajectoryPoint]:
+def swinging(robot: Following, times: Array, size: float, turns: Array, *, bent: bool = True) -> list[Knot]:
     """Points of a smooth motion that begins and ends at rest, with velocities, and `bent` with
     accelerations."""
     whole = float(times[-1])
@@ -98,7 +96,7 @@ def swinging(
     for k, time in enumerate(times):
         accelerations = (bend[k] * room).tolist() if bent else ()
         points.append(
-            TrajectoryPoint(
+            Knot(
                 float(time), (robot.home + bell[k] * room).tolist(), (slope[k] * room).tolist(), accelerations
             )
         )
@@ -137,7 +135,7 @@ def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
             time + seconds,
             (place + seconds * speed * turns).clip(following.home - 0.5, following.home + 0.5),
         )
-        points.append(TrajectoryPoint(time, place.tolist()))
+        points.append(Knot(time, place.tolist()))
     following.sends(points)
     following.runs()
     assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
@@ -151,9 +149,7 @@ def test_joints_may_come_in_any_order() -> None:
     following.sends(points)
     order = [3, 0, 6, 1, 5, 2, 4]
     permuted = [
-        TrajectoryPoint(
-            p.time_s, *([row[k] for k in order] for row in (p.positions, p.velocities, p.accelerations))
-        )
+        Knot(p.time_s, *([row[k] for k in order] for row in (p.positions, p.velocities, p.accelerations)))
         for p in points
     ]
     mixed.sends(permuted, joints=[mixed.names[k] for k in order])
@@ -167,7 +163,7 @@ NEAR = [0.01, 0.53, 0.01, -1.05, 0.01, 1.56, 0.01]
 
 
 def bad(**change: Any) -> dict[str, Any]:
-    whole: dict[str, Any] = {"points": [TrajectoryPoint(1.0, NEAR), TrajectoryPoint(2.0, AWAY)]}
+    whole: dict[str, Any] = {"points": [Knot(1.0, NEAR), Knot(2.0, AWAY)]}
     return whole | change
 
 
@@ -177,37 +173,37 @@ def with_value(place: int, value: float) -> list[float]:
 
 BAD = {
     "no points": (bad(points=[]), "without points"),
-    "too many": (bad(points=[TrajectoryPoint(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]), "2001"),
+    "too many": (bad(points=[Knot(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]), "2001"),
     "an unknown joint": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "B7"]), "'B7'"),
     "a joint twice": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "A6"]), "each of"),
-    "six positions": (bad(points=[TrajectoryPoint(1.0, AWAY[:6])]), "6 positions"),
-    "eight accelerations": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 7, [0.0] * 8)]), "8 acc"),
-    "nan": (bad(points=[TrajectoryPoint(1.0, with_value(3, nan))]), "not finite"),
-    "infinite velocity": (bad(points=[TrajectoryPoint(1.0, AWAY, [inf] * 7)]), "not finite"),
-    "time stands still": (bad(points=[TrajectoryPoint(2.0, NEAR), TrajectoryPoint(2.0, AWAY)]), "not later"),
-    "years": (bad(points=[TrajectoryPoint(1e8, NEAR)]), "86400 s"),
+    "six positions": (bad(points=[Knot(1.0, AWAY[:6])]), "6 positions"),
+    "eight accelerations": (bad(points=[Knot(1.0, AWAY, [0.0] * 7, [0.0] * 8)]), "8 acc"),
+    "nan": (bad(points=[Knot(1.0, with_value(3, nan))]), "not finite"),
+    "infinite velocity": (bad(points=[Knot(1.0, AWAY, [inf] * 7)]), "not finite"),
+    "time stands still": (bad(points=[Knot(2.0, NEAR), Knot(2.0, AWAY)]), "not later"),
+    "years": (bad(points=[Knot(1e8, NEAR)]), "86400 s"),
     "all over": (bad(delay_s=-3.0), "1.000 s ago"),
     "goal time below 0": (bad(goal_time_s=-0.5), "goal_time_tolerance"),
-    "moves at its end": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.1] * 7)]), "velocity"),
-    "beyond a joint limit": (bad(points=[TrajectoryPoint(5.0, with_value(1, 2.2))]), "A2 at"),
+    "moves at its end": (bad(points=[Knot(1.0, AWAY, [0.1] * 7)]), "velocity"),
+    "beyond a joint limit": (bad(points=[Knot(5.0, with_value(1, 2.2))]), "A2 at"),
     "beyond it between points": (
         bad(
             points=[
-                TrajectoryPoint(4.0, with_value(5, 2.05), [0.0] * 5 + [1.0, 0.0]),
-                TrajectoryPoint(6.0, with_value(5, 2.05), [0.0] * 7),
+                Knot(4.0, with_value(5, 2.05), [0.0] * 5 + [1.0, 0.0]),
+                Knot(6.0, with_value(5, 2.05), [0.0] * 7),
             ]
         ),
         "A6 at",
     ),
-    "too fast": (bad(points=[TrajectoryPoint(0.05, AWAY)]), "faster"),
-    "begins elsewhere": (bad(points=[TrajectoryPoint(0.0, AWAY), TrajectoryPoint(2.0, AWAY)]), "begins"),
+    "too fast": (bad(points=[Knot(0.05, AWAY)]), "faster"),
+    "begins elsewhere": (bad(points=[Knot(0.0, AWAY), Knot(2.0, AWAY)]), "begins"),
 }
 
 
 def under_way() -> tuple[Following, int]:
     """A robot 0.4 s after the begin of a trajectory, and the number of that."""
     following = Following()
-    number = following.sends([TrajectoryPoint(1.0, NEAR), TrajectoryPoint(3.0, AWAY)])
+    number = following.sends([Knot(1.0, NEAR), Knot(3.0, AWAY)])
     following.step(200)
     return following, number
 
@@ -227,7 +223,7 @@ def test_bad_trajectories_are_refused_with_their_reason_and_change_nothing() -> 
 
 def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -> None:
     following = Following()
-    number = following.sends([TrajectoryPoint(2.0, AWAY)])
+    number = following.sends([Knot(2.0, AWAY)])
     following.step(400)
     following.robot.may_stop()
     assert following.controller.cancel_trajectory(number)
@@ -239,7 +235,7 @@ def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -
     way = np.subtract(following.controller.joints, following.home) / np.subtract(AWAY, following.home)
     assert np.ptp(way) < 1e-6, "off the straight line"
     assert 0.1 < way[0] < 0.9
-    following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.sends([Knot(2.0, AWAY)])
     following.runs()
     assert following.controller.joints == tuple(AWAY)
 
@@ -251,7 +247,7 @@ def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Arra
     for ticks, turns, smooth in parts:
         target = following.home + 0.35 * turns
         still = [0.0] * 7 if smooth else ()
-        numbers.append(following.sends([TrajectoryPoint(1.5, target.tolist(), still)]))
+        numbers.append(following.sends([Knot(1.5, target.tolist(), still)]))
         following.step(ticks)
     following.runs()
     assert_within_limits(following.robot)
@@ -271,7 +267,7 @@ def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
         speed = 0.6 * np.sin(2.0 * time)
         place = following.home + way * np.array([1.0, 0, 0, 0, 0, 0, 0])
         velocity = [speed, 0, 0, 0, 0, 0, 0]
-        following.sends([TrajectoryPoint(0.02, place.tolist(), velocity)], may_end_fast=True)
+        following.sends([Knot(0.02, place.tolist(), velocity)], may_end_fast=True)
         following.step(5)
     following.runs()
     assert_within_limits(following.robot)
@@ -298,10 +294,10 @@ def test_time_runs_at_the_override_and_tolerances_do_not_mind() -> None:
     assert following.controller.joints == tuple(points[-1].positions)
 
 
-def lines(following: Following) -> list[TrajectoryPoint]:
+def lines(following: Following) -> list[Knot]:
     """To and fro in straight lines at some speed, which the robot follows with a delay."""
     places = [following.home + 0.3 * (k % 2) * np.ones(7) for k in range(4)]
-    return [TrajectoryPoint(0.5 * k, places[k].tolist()) for k in (1, 2, 3)]
+    return [Knot(0.5 * k, places[k].tolist()) for k in (1, 2, 3)]
 
 
 def of_all(bound: float) -> dict[str, Tolerance]:
@@ -337,13 +333,13 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
     following = Following()
     following.controller.move(joint_move(AWAY, [1.0] * 7))
     following.step(150)
-    first = following.sends([TrajectoryPoint(1.0, NEAR)])
+    first = following.sends([Knot(1.0, NEAR)])
     following.step(250)
     following.robot.notice_mode()
     following.controller.move(smart_joint_move(AWAY, [1.0] * 7))
     assert following.ends[first].outcome is Outcome.ENDED
     following.step(300)
-    second = following.sends([TrajectoryPoint(1.0, NEAR)])
+    second = following.sends([Knot(1.0, NEAR)])
     following.runs()
     assert following.ends[second].outcome is Outcome.REACHED
     assert following.controller.joints == tuple(NEAR)
