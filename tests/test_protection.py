@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim import Iiwa, Simulator
-from iiwa_sim.controller.state import ErrorState
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.transcript.lines import Kind, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
 from tests.cell.cells import EXAMPLES
@@ -59,7 +59,7 @@ def test_it_shows_everywhere_the_error_is_told(caplog: pytest.LogCaptureFixture)
             status = robot.get_robot_status()
         assert (status.in_error, status.error_code, status.motion_possible) == (1, 3060, 0)
         seen = simulator.call(simulator.backdoor.state)
-        assert (seen.error, seen.robot_status) == (ErrorState(3060, told), tuple(status))
+        assert (seen.error, seen.robot_status) == (ErrorRecord(3060, told), tuple(status))
         line = on_the_status_port(simulator)
         assert line["error"] == {"code": 3060, "reason": told}
         assert line["robot_status"] == list(status)

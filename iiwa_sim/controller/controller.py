@@ -28,7 +28,7 @@ from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, body_touched
-from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, TRANSITIONS, Event, Mode
+from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
 from iiwa_sim.controller.state import RobotStatus
@@ -102,12 +102,7 @@ class Controller:
             on_fault: Called with code and reason of an error between commands.
             on_contact: Called with the force that has ended a move.
             on_touch: Called with a line about a link that begins to touch a surface or another link.
-
-        Raises ValueError for a timeout out of range.
         """
-        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
-            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
-            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
         start = description.home if start is None else start
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         self.description = description
@@ -431,6 +426,9 @@ class Controller:
         A shift is resolved now, for good. `when_ended` is called at the end of the move.
         """
         endings, guard = self.endings, None
+        self.errors.check()
+        if request.kind is not Kind.HOLD and request.compliance is None:
+            self.check_hold()
         if request.shift is not None:
             way, in_tool = request.shift
             target = shifted(self.tcp(self.end_of_queue), way, in_tool=in_tool)
@@ -488,8 +486,6 @@ class Controller:
 
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
-        self.errors.check()
-        self.check_hold()
         if self.motions.executor.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
@@ -509,7 +505,6 @@ class Controller:
             raise Refused(EXECUTION, "a force that is not finite")
         fx, fy, fz, tx, ty, tz = (0.0 - value for value in compliance.balanced)
         impedance = CartesianImpedance(compliance.stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
-        self.errors.check()
         stops = TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE].stops
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         if motions.moving and not stops:
@@ -520,7 +515,6 @@ class Controller:
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
-        self.errors.check()
         _check_stiffness(stiffness_nm_per_rad, LARGEST_NM_PER_RAD, "Nm/rad")
         number = self.accept(Event.IMPEDANCE_MOVE)
         with self.endings.because(STOP_TRIGGERED, REPLACED):
@@ -530,8 +524,6 @@ class Controller:
     def _head_for(self, request: MoveRequest) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
         event = SERVO_EVENTS[request.kind]
-        self.errors.check()
-        self.check_hold()
         change = TRANSITIONS[self.mode, event]
         here = self.motions.rest_after_stop() if change.stops else self.motions.present
         moving = self.motions.moving and not change.stops

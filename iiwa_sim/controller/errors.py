@@ -4,7 +4,7 @@ Codes are robot_movement_interface's results. More of them, those of unreachable
 `iiwa_sim.robot.nearest`.
 """
 
-from typing import NamedTuple
+import msgspec
 
 SUCCESS = 0
 EXECUTION = 3000
@@ -35,7 +35,7 @@ class Refused(Exception):
         self.reason = reason
 
 
-class ErrorRecord(NamedTuple):
+class ErrorRecord(msgspec.Struct, frozen=True):
     """An error: a refusal, or a fault the robot met with on its own."""
 
     code: int
@@ -93,7 +93,7 @@ class RobotErrors:
             raise Refused(self.standing.code, f"no move before reset error: {self.standing.reason}")
         if self.next_refusal is not None:
             refusal, self.next_refusal = self.next_refusal, None
-            raise Refused(*refusal)
+            raise Refused(refusal.code, refusal.reason)
 
     def reset(self) -> None:
         """End the error state and forget the last refusal; raise `Refused` while its cause lasts."""

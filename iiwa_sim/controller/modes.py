@@ -53,7 +53,6 @@ direct    |stop, normal|stop, impedance|stop, smart|direct      |stop, trajector
 trajectory|stop, normal|stop, impedance|stop, smart|stop, direct|trajectory      |stop, unknown|trajectory
 """
 SERVO_MODES = (Mode.SMART, Mode.DIRECT)
-LONGEST_SERVO_TIMEOUT_S = 86400.0
 
 
 def _read(grid: str) -> dict[tuple[Mode, Event], Transition]:

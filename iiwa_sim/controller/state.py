@@ -50,13 +50,6 @@ class LinkTouch(msgspec.Struct, frozen=True):
     """Force on the link there (N, in the base)."""
 
 
-class ErrorState(msgspec.Struct, frozen=True):
-    """The last error, as `get error` replies."""
-
-    code: int
-    reason: str
-
-
 class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     """State in one tick. A field that a command gets, too, has its name, units and order."""
 
@@ -97,7 +90,8 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     inputs: tuple[bool, ...]
     """Digital inputs, from number 1 on."""
     outputs: tuple[bool, ...]
-    error: ErrorState
+    error: ErrorRecord
+    """The last error, as `get error` replies."""
 
 
 def snapshot(controller: Controller) -> Snapshot:
@@ -133,5 +127,5 @@ def snapshot(controller: Controller) -> Snapshot:
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,
-        error=ErrorState(*(controller.errors.last or NO_ERROR)),
+        error=controller.errors.last or NO_ERROR,
     )

@@ -79,7 +79,7 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
     off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
     assert off <= np.abs(np.diff(way, axis=0)).max(), "it rests between two places of the way it was on"
     assert robot.controller.last_error == cause
-    assert robot.faults == [cause], "and the log hears of it"
+    assert robot.faults == [(cause.code, cause.reason)], "and the log hears of it"
     status = robot.controller.status()
     assert (status.in_error, status.error_code, status.motion_possible) == (1, cause.code, 0)
     assert status.drives_powered == (how == "fault")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, TARGET_NOT_REACHABLE, ErrorRecord, Refused
 from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import DIRECT_REACH_RAD
 from iiwa_sim.controller.requests import MoveRequest
@@ -213,7 +213,7 @@ def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
     assert robot.controller.joints == rest
     mode = REQUESTS[command][0].value
     assert robot.faults == [(COMMUNICATION_FAILURE, f"no {mode} command for 0.03 s: the robot stops")]
-    assert robot.controller.last_error == robot.faults[0]
+    assert robot.controller.last_error == ErrorRecord(*robot.faults[0])
     robot.step(200)
     assert len(robot.faults) == 1
     assert_within_limits(robot)

@@ -11,7 +11,7 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
+from iiwa_sim.controller.errors import STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
@@ -71,7 +71,7 @@ def assert_stopped_itself(robot: SteppedRobot, *words: str) -> None:
     assert code == STOP_TRIGGERED
     assert reason.startswith("protective stop: ")
     assert all(word in reason for word in words), reason
-    assert robot.controller.last_error == (code, reason)
+    assert robot.controller.last_error == ErrorRecord(code, reason)
     assert (robot.controller.status().in_error, robot.controller.status().error_code) == (1, STOP_TRIGGERED)
     with pytest.raises(Refused, match="no move before reset error: protective stop"):
         robot.controller.move(joint_move(robot.controller.joints, [0.1] * len(robot.controller.joints)))

@@ -7,7 +7,8 @@ from math import dist
 import numpy as np
 import pytest
 
-from iiwa_sim.controller.state import ErrorState, Snapshot, snapshot
+from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.frames import Frame
 from tests.asked import gravity_hold, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
 from tests.states import SCHEMA
@@ -101,7 +102,7 @@ def test_targets_and_spheres_of_planned_moves_are_those_that_were_asked_for() ->
 
 
 def test_the_schema_describes_every_field_and_no_other() -> None:
-    for struct, schema in ((Snapshot, SCHEMA), (ErrorState, SCHEMA["properties"]["error"])):
+    for struct, schema in ((Snapshot, SCHEMA), (ErrorRecord, SCHEMA["properties"]["error"])):
         of_each_robot = [name for name in schema["properties"] if name != "robot"]
         assert of_each_robot == schema["required"] == [*struct.__struct_fields__]
 
