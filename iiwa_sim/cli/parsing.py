@@ -104,7 +104,7 @@ def server_parser(*, everything: bool) -> Parser:
 
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
-    cell = words[0] if words else ""
+    cell = words[0] if words and not words[0].startswith("-") else ""
     if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
         raise unknown(cell, COMMANDS, "no file and no command")
     return server_parser(everything="--help-all" in words).parsed(words)[1]

@@ -19,7 +19,7 @@ from iiwa_sim.protocols.krc4_xml import (
     Message,
     XmlStream,
     load_krc4_table,
-    reply,
+    reply_of,
     to_xml,
     understand,
     word_for_word,
@@ -168,7 +168,7 @@ class Krc4Session(Session):
         message, text = understand(element), written(element, wire)
         try:
             integers, reals = self._carry_out(message)
-            answer = reply((message.id, message.command, *integers), reals)
+            answer = reply_of((message.id, message.command, *integers), reals)
         except Refused as refused:
             return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # an internal error must not cost the client its connection
@@ -186,7 +186,7 @@ class Krc4Session(Session):
         told = harmless(reason)
         self.log.refused(self.name, _in_log(text), code, told)
         self.controller.record_error(code, told)
-        answer = reply((message.id, -abs(message.command), code), ())
+        answer = reply_of((message.id, -abs(message.command), code), ())
         self.dialogue.exchange(self.name, text, written(answer), f"{code} {told}", _tag(message))
         return to_xml(answer)
 

@@ -249,7 +249,7 @@ def understand(element: Element, root: str = REQUEST) -> Message:
     return Message(tuple(integers), tuple(reals), fault)
 
 
-def reply(integers: Sequence[int], reals: Sequence[float]) -> Element:
+def reply_of(integers: Sequence[int], reals: Sequence[float]) -> Element:
     """The reply with these integers (from I0) and reals (from R0), zeros elsewhere. Raises ValueError for
     a value that is not finite."""
     numbers = map(str, (*integers, *[0] * (REGISTERS - len(integers))))

@@ -23,11 +23,11 @@ from iiwa_sim.protocols.krc4_xml import (
     from_short,
     is_short,
     load_krc4_table,
+    reply_of,
     to_xml,
     understand,
     written,
 )
-from iiwa_sim.protocols.krc4_xml import reply as reply_of
 from iiwa_sim.protocols.ports import KRC4
 from iiwa_sim.wording import Unusable, harmless, shortened
 
