@@ -171,7 +171,7 @@ class SimulatedRobot:
             RecordingFault: The file cannot be written, or mcap is not installed.
             ValueError: The rate is out of range.
         """
-        return self._recordings.recording(Path(path), rate_hz, [self.source], self._call)
+        return self._recordings.begin(Path(path), rate_hz, [self.source], self._call)
 
     @property
     def host(self) -> str:

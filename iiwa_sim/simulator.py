@@ -158,7 +158,7 @@ class Simulator:
             if self.settings.record is not None:
                 listening.callback(self._recordings.end_all)
                 record = Path(self.settings.record), self.settings.record_rate_hz, self._sources
-                self._recordings.start(self._recordings.new(*record))
+                self._recordings.begin(*record)
             for server in self._listeners:
                 await server.start()
                 listening.push_async_callback(server.close)
@@ -266,7 +266,7 @@ class Simulator:
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
         """Record all robots from now on into one file, as `SimulatedRobot.record` does for one."""
-        return self._recordings.recording(Path(path), rate_hz, self._sources, self.call)
+        return self._recordings.begin(Path(path), rate_hz, self._sources, self.call)
 
     @property
     def controller(self) -> Controller:

@@ -92,6 +92,7 @@ class Recorder:
 
     out: Writer
     """The file, which other robots may share."""
+    has_commands = False
 
     def __init__(
         self, source: Source, clock: Clock, rate_hz: int | None, name: str = "", shows_cell: bool = True
@@ -156,9 +157,8 @@ class Recorder:
             self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=spoken))
 
     def stop(self) -> None:
-        """Record no more. Does nothing a second time."""
-        if self._watch is None:
-            return
+        """Record no more."""
+        assert self._watch is not None
         if self._last_state != self._controller.tick:
             self._add_state()
         self._hand_over()
@@ -190,11 +190,6 @@ class Recorder:
     def watching(self) -> bool:
         """True if the recorder has to see each tick, also of a robot at rest."""
         return self._watch is not None
-
-    @property
-    def has_commands(self) -> bool:
-        """False: a recorder never makes the robot move."""
-        return False
 
     def event(
         self, kind: str, text: str = "", move: int = 0, code: int = 0, goal_frame: tuple[float, ...] = ()

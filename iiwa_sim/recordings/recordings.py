@@ -35,6 +35,19 @@ def check_mcap() -> None:
         raise RecordingFault("a recording needs the library mcap: pip install -e '.[record]'")
 
 
+class Source(NamedTuple):
+    """A robot as recordings see it."""
+
+    cell: Cell
+    controller: Controller
+    dialogue: Dialogue
+    wire: WireFaults
+    backdoor: Backdoor
+    log: SessionLog
+    events: RobotEvents
+    protocols: Sequence[str]
+
+
 class Recording:
     """A recording that has begun."""
 
@@ -49,19 +62,6 @@ class Recording:
         self.close()
 
 
-class Source(NamedTuple):
-    """A robot as recordings see it."""
-
-    cell: Cell
-    controller: Controller
-    dialogue: Dialogue
-    wire: WireFaults
-    backdoor: Backdoor
-    log: SessionLog
-    events: RobotEvents
-    protocols: Sequence[str]
-
-
 class Recordings:
     """Any number of recordings at a time, each begun and ended between two ticks."""
 
@@ -71,8 +71,14 @@ class Recordings:
         self._clock = clock
         self._on_change = on_change
 
-    def new(self, path: Path, rate_hz: int | None, sources: Sequence[Source]) -> "list[Recorder]":
-        """Return recorders of a new file that have not begun; any thread may call it.
+    def begin(
+        self,
+        path: Path,
+        rate_hz: int | None,
+        sources: Sequence[Source],
+        call: Callable[[Callable[[], None]], None] = lambda function: function(),
+    ) -> Recording:
+        """Record robots into a file; `call` runs a function in their thread, between two ticks.
 
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
@@ -80,44 +86,33 @@ class Recordings:
         check_mcap()
         from iiwa_sim.recordings.recorder import recorders_into
 
-        return recorders_into(path, sources, self._clock, rate_hz)
+        recorders = recorders_into(path, sources, self._clock, rate_hz)
 
-    def start(self, recorders: "Sequence[Recorder]") -> None:
-        """Have recorders see all from here on."""
-        self.recorders += recorders
-        self._on_change()
-        self._clock.look()  # ticks go on from here, each of them seen
-        for recorder in recorders:
-            recorder.start()
+        def start() -> None:
+            self.recorders += recorders
+            self._on_change()
+            self._clock.look()  # ticks go on from here, each of them seen
+            for recorder in recorders:
+                recorder.start()
 
-    def stop(self, recorders: "Sequence[Recorder]") -> None:
+        def close() -> None:
+            call(lambda: self._stop(recorders))
+            recorders[0].out.close()
+
+        call(start)
+        return Recording(close)
+
+    def end_all(self) -> None:
+        """End those that have not been ended."""
+        recorders = list(self.recorders)
+        self._stop(recorders)
+        for out in {each.out for each in recorders}:
+            out.close()
+
+    def _stop(self, recorders: "Sequence[Recorder]") -> None:
         """Have recorders see nothing more; does nothing for those that have been stopped."""
         for recorder in recorders:
             if recorder in self.recorders:
                 recorder.stop()
                 self.recorders.remove(recorder)
         self._on_change()
-
-    def recording(
-        self,
-        path: Path,
-        rate_hz: int | None,
-        sources: Sequence[Source],
-        call: Callable[[Callable[[], None]], None],
-    ) -> Recording:
-        """Make recorders, here, and start them by `call`, in the robots' thread. Raises as `new` does."""
-        recorders = self.new(path, rate_hz, sources)
-        call(lambda: self.start(recorders))
-
-        def close() -> None:
-            call(lambda: self.stop(recorders))
-            recorders[0].out.close()
-
-        return Recording(close)
-
-    def end_all(self) -> None:
-        """End those that have not been ended."""
-        recorders = list(self.recorders)
-        self.stop(recorders)
-        for out in {each.out for each in recorders}:
-            out.close()

@@ -19,7 +19,7 @@ from iiwa_sim.view.access import open_page
 from iiwa_sim.view.app import Shown, add_surroundings, run_frames
 from iiwa_sim.view.connection import MOST_SAID
 from iiwa_sim.view.panel import Readout, acting, dialogue
-from iiwa_sim.view.scene import TRAIL_S, Scene
+from iiwa_sim.view.scene import Scene
 
 if TYPE_CHECKING:
     import viser
@@ -28,8 +28,8 @@ LINES_S = 0.4
 """Period of updates of dialogue and events."""
 MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
-JUMP_S, PATH_STATES = 0.5, 60
-"""Simulated time between two pictures that is a jump, and the states before it that draw the path."""
+LONGEST_S = 0.5
+"""Longest time of the viewer between two pictures that playing makes up for."""
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Times of the robot in a second of the viewer."""
 STEPS = {"Tick back": -1, "Tick forward": 1}
@@ -59,7 +59,6 @@ class Playback:
         """The time that is shown."""
         self._is_playing, self._speed = False, 1.0
         self.scene = Scene(server.scene, robot)
-        self._shown_s = timeline.start_s
         self._shown_at_s = time.monotonic()
         self._listed_s, self._next_list_s = -1.0, 0.0
         gui = server.gui
@@ -91,15 +90,11 @@ class Playback:
         """Show the recording at the time that the player has reached."""
         was_playing, now_s = self._is_playing, time.monotonic()
         if was_playing:
-            self.go_to(self.time_s + self._speed * min(now_s - self._shown_at_s, JUMP_S))
+            self.go_to(self.time_s + self._speed * min(now_s - self._shown_at_s, LONGEST_S))
             self._is_playing = self.time_s < self._timeline.end_s
         self._shown_at_s = now_s
         time_s = self.time_s
-        before_s, self._shown_s = self._shown_s, time_s
         self.scene.show_cell(self._timeline.last(CELL, time_s)[0])
-        if not before_s <= time_s <= before_s + JUMP_S:
-            for number in range(PATH_STATES):
-                self.scene.show(self._timeline.state_at(time_s - TRAIL_S * (1.0 - number / PATH_STATES)))
         self.scene.show(self._state())
         self._readout.show(self._state())
         self._button.label = "Pause" if self._is_playing else "Play"

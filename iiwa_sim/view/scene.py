@@ -37,7 +37,7 @@ FORCE, TORQUE, CONTACT, TRAIL = (230, 90, 20), (150, 60, 200), (230, 30, 30), (6
 M_PER_N, M_PER_NM, LONGEST_ARROW_M = 0.005, 0.02, 0.5
 LEAST_N, LEAST_NM = 0.5, 0.1
 MOST_CONTACTS = 4
-TRAIL_S, TRAIL_STEP_M, TRAIL_JUMP_M, TRAIL_POINTS = 10.0, 0.004, 0.5, 400
+TRAIL_STEP_M, TRAIL_POINTS, TRAIL_JUMP_S = 0.004, 400, 2.0
 FAR_M = 1.5
 """Distance from the base beyond which bodies do not count for the camera."""
 
@@ -91,7 +91,8 @@ class Scene:
         self._tool: Any = line(scene, f"{flange}/tool", (90, 90, 90), 5.0)
         self._trail: Any = line(scene, f"{root}/trail", TRAIL, 3.0)
         self._trail.visible = False
-        self._path: deque[tuple[float, Vector]] = deque(maxlen=TRAIL_POINTS)
+        self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
+        self._path_s = 0.0
         self._bodies: dict[str, tuple[Any, list[Any]]] = {}  # node and shapes of each
         self._count = 0
         self._cell: Mapping[str, Any] = {}
@@ -202,20 +203,15 @@ class Scene:
         return self._scene.add_arrows(f"{self.root}/tcp/{name}", points, colour, visible=False, **sizes)
 
     def _add_to_path(self, time_s: float, point: Vector) -> None:
-        """Add a point (m) to the path of the TCP. Time that goes back, and a jump, begin a new path."""
-        path = self._path
-        step_m = float(np.linalg.norm(np.subtract(point, path[-1][1]))) if path else 0.0
-        if path and (time_s < path[-1][0] or step_m > TRAIL_JUMP_M):
-            path.clear()
-        if not path or step_m > TRAIL_STEP_M:
-            path.append((time_s, point))
-        elif len(path) == 1:
-            path[0] = (time_s, path[0][1])  # the path begins where the motion does
-        while len(path) > 1 and time_s - path[0][0] > TRAIL_S:
-            path.popleft()
-        self._trail.visible = len(path) > 1
+        """Add a point (m) to the path of the TCP. Time that goes back or jumps begins a new one."""
+        if not 0.0 <= time_s - self._path_s <= TRAIL_JUMP_S:
+            self._path.clear()
+        self._path_s = time_s
+        if not self._path or np.linalg.norm(np.subtract(point, self._path[-1])) > TRAIL_STEP_M:
+            self._path.append(point)
+        self._trail.visible = len(self._path) > 1
         if self._trail.visible:
-            points = np.array([each for _, each in path])
+            points = np.array(self._path)
             self._trail.points = np.stack([points[:-1], points[1:]], axis=1)
 
 
