@@ -176,9 +176,6 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
         await told((done) => ros.on("connection", done));
         const { position } = await heard("/joint_states", "cbor");
         console.log(position.constructor.name, position.length);
-        console.log((await heard("/current_speed_scale", "cbor-raw")).bytes.join());
-        const { topics, typedefs_full_text } = await told((...then) => ros.getTopicsAndRawTypes(...then));
-        console.log(typedefs_full_text[topics.indexOf("/current_speed_scale")].trim());
         console.log((await told((...then) => ros.getActionServers(...then))).length);
         console.log(await told((...then) => new Param({ ros, name: "robot_description" }).get(...then)));
         ros.close();
@@ -190,7 +187,7 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
     async with asyncio.timeout(DEADLINE_S):
         said, faults = await node.communicate()
     assert node.returncode == 0, faults
-    assert said.decode().splitlines() == ["Float64Array 7", "0,0,128,63", "float32 data", "1", "null"]
+    assert said.decode().splitlines() == ["Float64Array 7", "1", "null"]
 
 
 async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) -> None:

@@ -10,7 +10,9 @@ import json
 import logging
 import os
 from asyncio.subprocess import PIPE, Process
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -53,39 +55,51 @@ class Relay:
         name: str,
         python: Path,
         config: Message,
-        lacks: str,
         open_session: Callable[[str, Outbox], RosbridgeSession],
         turns: Turns,
     ) -> None:
-        """`name` is ROS 1 or ROS 2, `config` the first line that the process gets.
-
-        `lacks` is the message if the interpreter has no library for it, with places for `python` and `fault`.
-        """
-        self._name, self._python, self._config, self._lacks = name, python, config, lacks
+        """`name` is ROS 1 or ROS 2, `config` the first line that the process gets."""
+        self._name, self._python, self._config = name, python, config
         self._open_session = open_session
         self._turns = turns
-        self._watching: asyncio.Task[None] | None = None
+        self._running: asyncio.Task[None] | None = None
         self._process: Process | None = None
-        self._session: RosbridgeSession | None = None
-        self._tasks: list[asyncio.Task[None]] = []
         self.ready: Message = {}
         """The line by which the process has told that it is a node."""
 
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
-        await self._begin()
-        self._watching = asyncio.create_task(self._watch())
+        ready = asyncio.get_running_loop().create_future()
+        self._running = asyncio.create_task(self._run(ready))
+        await ready
 
     async def close(self) -> None:
         """End the node and its process."""
-        if self._watching is not None:
-            self._watching.cancel()
-            await asyncio.wait([self._watching])
-            self._watching = None
-        await self._end()
+        if self._running is not None:
+            self._running.cancel()
+            await asyncio.wait([self._running])
 
-    async def _begin(self) -> None:
-        environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **os.environ}
+    async def _run(self, ready: "asyncio.Future[None]") -> None:
+        """Be a node until cancelled: a process that ends by itself is started again."""
+        while True:
+            try:
+                async with self._node() as process:
+                    if ready.done():
+                        logger.warning("the node of %s runs again", self._name)
+                    else:
+                        ready.set_result(None)
+                    code = await process.wait()
+                    logger.warning("the node of %s ended with code %s: it is started again", self._name, code)
+            except RosFault as fault:
+                if not ready.done():
+                    ready.set_exception(fault)
+                    return
+                logger.warning("%s", fault)
+            await asyncio.sleep(AGAIN_S)
+
+    @asynccontextmanager
+    async def _node(self) -> AsyncIterator[Process]:
+        """A process that is the node; it ends with the block. Raises RosFault."""
         try:
             process = await asyncio.create_subprocess_exec(
                 *(self._python, "-c", START, str(Path(__file__).parent)),
@@ -93,90 +107,57 @@ class Relay:
                 stdin=PIPE,
                 stdout=PIPE,
                 stderr=PIPE,
-                env=environment,
+                env={"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **os.environ},
                 limit=LONGEST_LINE_BYTES,
                 start_new_session=True,  # a Ctrl-C is for us: the process ends when its input does
             )
         except OSError as fault:
             raise RosFault(f"{self._python} cannot be run: {fault.strerror}") from None
-        self._process = process
         assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
         process.stdin.transport.set_write_buffer_limits(MOST_UNREAD_BYTES)
         process.stdin.write(msgspec.json.encode(self._config) + b"\n")
-        self._tasks = [asyncio.create_task(self._log_errors(process))]
+        tasks, outbox = [asyncio.create_task(self._log(process.stderr))], Outbox()
+        session: RosbridgeSession | None = None
         try:
-            ready = await self._first_line(process)
-        except BaseException:
-            await self._end()
-            raise
-        if ready != self.ready and ready["without"]:
-            logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
-        self.ready, outbox = ready, Outbox()
-        self._session = session = self._open_session(self._name, outbox)
-        self._tasks.append(asyncio.create_task(self._read(process, session)))
-        self._tasks.append(asyncio.create_task(outbox.deliver(lambda frame: self._send(process, frame))))
-
-    async def _end(self) -> None:
-        """End the process, if there is one: it ends when its input does."""
-        if self._session is not None:
-            self._session.end()
-            self._session = None
-        process, self._process = self._process, None
-        if process is None:
-            return
-        assert process.stdin is not None
-        process.stdin.close()
-        try:
-            async with asyncio.timeout(END_S):
-                await process.wait()
-        except TimeoutError:
-            with contextlib.suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.wait(self._tasks)
-
-    async def _watch(self) -> None:
-        """Start the process again whenever it has ended by itself."""
-        name = self._name
-        while True:
-            if self._process is not None:
-                code = await self._process.wait()
-                logger.warning("the node of %s has ended with code %s: it is started again", name, code)
-                await self._end()
-            await asyncio.sleep(AGAIN_S)
+            ready = await self._first_line(process.stdout)
+            if ready != self.ready and ready["without"]:
+                logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
+            session = self._open_session(self._name, outbox)
+            tasks.append(asyncio.create_task(self._read(process.stdout, session)))
+            tasks.append(asyncio.create_task(outbox.deliver(partial(_send, process.stdin))))
+            self.ready, self._process = ready, process
+            yield process
+        finally:
+            if session is not None:
+                session.end()
+            process.stdin.close()
             try:
-                await self._begin()
-            except RosFault as fault:
-                logger.warning("%s", fault)
-            else:
-                logger.warning("the node of %s runs again", name)
+                async with asyncio.timeout(END_S):
+                    await process.wait()
+            except TimeoutError:
+                with contextlib.suppress(ProcessLookupError):
+                    process.kill()
+                await process.wait()
+            for task in tasks:
+                task.cancel()
+            await asyncio.wait(tasks)
 
-    async def _first_line(self, process: Process) -> Message:
-        assert process.stdout is not None
+    async def _first_line(self, stdout: asyncio.StreamReader) -> Message:
         try:
             async with asyncio.timeout(START_S):
-                told: Message = json.loads(await process.stdout.readline())
+                told: Message = json.loads(await stdout.readline())
         except TimeoutError:
             raise RosFault(f"{self._python} has made no node of {self._name} within {START_S:g} s") from None
         except ValueError:
             raise RosFault(f"{self._python} has ended before it was a node of {self._name}") from None
-        if told["op"] == "lacks":
-            raise RosFault(self._lacks.format(python=self._python, fault=told["msg"]))
         if told["op"] == "fault":
             raise RosFault(told["msg"])
         return told
 
-    async def _read(self, process: Process, session: RosbridgeSession) -> None:
-        assert process.stdout is not None
-        while True:
-            try:
-                line = await process.stdout.readline()
-            except ValueError:  # beyond the limit, which the process keeps
-                continue
-            if not line:
-                return
+    async def _read(self, stdout: asyncio.StreamReader, session: RosbridgeSession) -> None:
+        async for line in _lines(stdout):
             message: Message = json.loads(line)  # msgspec is faster, and reads no NaN
             if message["op"] == "status":
                 logger.warning("%s: %s", self._name, message["msg"])
@@ -184,21 +165,23 @@ class Relay:
                 shown = line[:1000]
                 await self._turns.take(lambda m=message, s=shown: session.handle(m, s))  # type: ignore[misc]
 
-    async def _send(self, process: Process, frame: Frame) -> None:
-        assert process.stdin is not None
-        process.stdin.write(f"{frame}\n".encode())
-        with contextlib.suppress(ConnectionError):  # it is started again
-            await process.stdin.drain()
-
-    async def _log_errors(self, process: Process) -> None:
-        """Log what the process writes to standard error."""
-        assert process.stderr is not None
-        while True:
-            try:
-                line = await process.stderr.readline()
-            except ValueError:
-                continue
-            if not line:
-                return
+    async def _log(self, stderr: asyncio.StreamReader) -> None:
+        async for line in _lines(stderr):
             text = shortened(harmless(line.decode("utf-8", "backslashreplace").strip()), 500)
             logger.info("%s: %s", self._name, text)
+
+
+async def _lines(stream: asyncio.StreamReader) -> AsyncIterator[bytes]:
+    """The lines of a stream but those beyond the limit."""
+    while True:
+        with contextlib.suppress(ValueError):
+            line = await stream.readline()
+            if not line:
+                return
+            yield line
+
+
+async def _send(stdin: asyncio.StreamWriter, frame: Frame) -> None:
+    stdin.write(f"{frame}\n".encode())
+    with contextlib.suppress(ConnectionError):  # it is started again
+        await stdin.drain()

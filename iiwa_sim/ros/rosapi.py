@@ -29,16 +29,15 @@ class RosApi:
         self._graph = graph
         self._answers: dict[str, Callable[[str, bool], Message]] = {
             "topics": lambda _, ros2: _listed(self._topics(ros2)),
-            "topics_and_raw_types": self._raw_types,
             "topic_type": lambda name, ros2: {"type": self._topics(ros2).get(rooted(name), "")},
             "topics_for_type": lambda kind, ros2: {"topics": _of(self._topics(ros2), kind)},
             "services": lambda _, ros2: {"services": [*self._services(ros2), *self.services]},
             "service_type": lambda name, ros2: {"type": self._services(ros2).get(rooted(name), "")},
             "services_for_type": lambda kind, ros2: {"services": _of(self._services(ros2), kind)},
             "nodes": lambda _, __: {"nodes": [NODE]},
-            "message_details": lambda kind, ros2: _details(kind, "msg", 0, ros2),
-            "service_request_details": lambda kind, ros2: _details(kind, "srv", 0, ros2),
-            "service_response_details": lambda kind, ros2: _details(kind, "srv", 1, ros2),
+            "message_details": lambda kind, _: _details(kind, "msg", 0),
+            "service_request_details": lambda kind, _: _details(kind, "srv", 0),
+            "service_response_details": lambda kind, _: _details(kind, "srv", 1),
             "action_servers": lambda _, __: {"action_servers": [ACTION]},
             "get_time": lambda _, ros2: {"time": graph.stamp if ros2 else to_ros1(graph.stamp)},
             "get_ros_version": lambda _, __: {"version": 2, "distro": ""},
@@ -59,11 +58,6 @@ class RosApi:
 
     def _services(self, ros2: bool) -> Types:
         return _told(self._graph.services, ros2)
-
-    def _raw_types(self, _: str, ros2: bool) -> Message:
-        topics = self._topics(ros2)
-        texts = [interface(kind, "msg", ros2=ros2)[0].full_text for kind in topics.values()]
-        return {**_listed(topics), "typedefs_full_text": texts}
 
 
 def argument_of(arguments: Any) -> str:
@@ -86,5 +80,5 @@ def _of(types: Types, wanted: str) -> list[str]:
     return [name for name, kind in types.items() if kind == wanted]
 
 
-def _details(name: str, kind: str, part: int, ros2: bool) -> Message:
-    return {"typedefs": interface(name, kind, ros2=ros2)[part].details}
+def _details(name: str, kind: str, part: int) -> Message:
+    return {"typedefs": interface(name, kind)[part].details}

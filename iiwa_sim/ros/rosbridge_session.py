@@ -22,14 +22,11 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, GoalEnd, JointInterface
-from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, serialized, short_name, to_ros1
+from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
 from iiwa_sim.ros.rosapi import ROS_VERSION, RosApi, argument_of, rooted
 from iiwa_sim.wording import harmless, shortened
 
-COMPRESSIONS = ("none", "cbor", "cbor-raw")
-"""JSON; CBOR; CBOR around the bytes of ROS 1. Of several subscriptions to a topic the last in this order
-counts, as in rosbridge_suite."""
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 """How roslibjs cancels all goals of an action."""
 CLOCKS_APART_S = 5
@@ -55,17 +52,12 @@ class _Asked(msgspec.Struct):
     msg: Any = {}
     throttle_rate: _Count = None
     queue_length: _Count = None
-    compression: Literal["none", "cbor", "cbor-raw"] | None = None
+    compression: Literal["none", "cbor"] | None = None
     service: str = ""
     action: str = ""
     action_type: str | None = None
     args: Any = None
     feedback: bool | None = None
-
-    @property
-    def encoding(self) -> int:
-        """The place of the compression in `COMPRESSIONS`."""
-        return COMPRESSIONS.index(self.compression or "none")
 
 
 class _Auth(msgspec.Struct):
@@ -199,8 +191,6 @@ class RosbridgeSession:
         published = self._graph.published[topic]
         _check_type(topic, published.kind, asked.type)
         self._notice(asked.type)
-        if asked.compression == "cbor-raw" and self._in_ros2(published):
-            raise Misuse("compression cbor-raw: expected none or cbor in the form of ROS 2")
         self._subscriptions.setdefault(topic, {})[asked.id] = asked
         self._set_feed(topic)
 
@@ -233,14 +223,11 @@ class RosbridgeSession:
         self._outbox.end_feed(topic)
 
     def _frame(self, topic: str, content: Message, seq: int) -> Frame:
-        published, wishes = self._graph.published[topic], list(self._subscriptions[topic].values())
-        in_ros2, encoding = self._in_ros2(published), max(each.encoding for each in wishes)
-        told = content if in_ros2 else to_ros1(content, seq)
-        if COMPRESSIONS[encoding] == "cbor-raw" and not in_ros2:
-            (definition,) = interface(published.kind, "msg", ros2=False)
-            told = {**to_ros1(self._graph.stamp), "bytes": serialized(definition, told)}
+        wishes = list(self._subscriptions[topic].values())
+        told = content if self._in_ros2(self._graph.published[topic]) else to_ros1(content, seq)
         frame = {"op": "publish", "topic": wishes[-1].topic, "msg": told}  # clients tell topics by this name
-        return frame if encoding else _encode(frame).decode()
+        in_cbor = any(each.compression == "cbor" for each in wishes)  # it counts, as in rosbridge_suite
+        return frame if in_cbor else _encode(frame).decode()
 
     # Services
 

@@ -17,7 +17,7 @@ from iiwa_sim.ros.appendix_a import AppendixA
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.images import IMAGE, Images
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
-from iiwa_sim.ros.messages import Message, result_text, short_name
+from iiwa_sim.ros.messages import Message, short_name
 from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.relay import Relay, RosFault
 from iiwa_sim.ros.ros2_env import found_python
@@ -32,6 +32,11 @@ NODE_NAME = "iiwa_sim"
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """The folder of Debian's and Ubuntu's packages for that Python."""
+RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
+"""Number of constants of robot_movement_interface's message Result, by the year of the package.
+
+Constants count in the MD5 sum that both ends of a ROS 1 topic compare.
+"""
 ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy, or source the setup.bash of a ROS 1"
 ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env makes an environment that has it"
 
@@ -59,12 +64,12 @@ class RosSide:
         self._rosbridge = self._rosbridge_server(settings, turns)
         self._ros1 = self._ros2 = None
         if settings.ros:
-            config = self._config(settings, ros2=False)
-            self._ros1 = Relay("ROS 1", _ros1_python(), config, ROS1_LACKS, self._open_session, turns)
+            config = self._config(settings, ros2=False) | {"lacks": ROS1_LACKS}
+            self._ros1 = Relay("ROS 1", _ros1_python(), config, self._open_session, turns)
         if settings.ros2:
             python = Path(settings.ros2_python) if settings.ros2_python else found_python()
-            config = self._config(settings, ros2=True)
-            self._ros2 = Relay("ROS 2", python, config, ROS2_LACKS, self._open_session, turns)
+            config = self._config(settings, ros2=True) | {"lacks": ROS2_LACKS}
+            self._ros2 = Relay("ROS 2", python, config, self._open_session, turns)
 
     def tick(self) -> None:
         """Notice a tick; to be called after each."""
@@ -146,7 +151,7 @@ class RosSide:
             "node": NODE_NAME,
             "namespace": settings.ros_namespace.strip("/"),
             "packages": str(files("iiwa_sim.protocol").joinpath("rmi")),
-            "result": result_text(settings.ros_result),
+            "result_constants": RESULT_CONSTANTS[settings.ros_result],
             "publish": [
                 [name, named(topic.kind), topic.recurs, topic.is_latched]
                 for name, topic in graph.published.items()

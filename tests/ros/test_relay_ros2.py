@@ -96,7 +96,7 @@ async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
         assert first is not None
         assert first.stdin is not None
         first.stdin.close()  # killed it would leave segments of shared memory
-        await until(lambda: relay._session is not None and relay._process is not first)
+        await until(lambda: relay._process is not first)
         client = await Client.connect(simulator.port)
         assert await client.ask("get status") == "stopped"
         await client.leaves()

@@ -77,35 +77,27 @@ def test_a_call_that_fails_answers_false_and_a_string(
     assert robot.controller.override == 1.0
 
 
-def test_raw_cbor_has_the_bytes_of_ros_1(client: Client, robot: RosRobot) -> None:
+def test_a_topic_comes_in_cbor_while_a_subscription_asks_for_it(client: Client, robot: RosRobot) -> None:
     plain = Client(robot)
     for each in (client, plain):
         each.says("subscribe", topic="/joint_states")
     client.says("subscribe", topic="/joint_states", id="2", compression="cbor")
-    client.says("subscribe", topic="/joint_states", id="3", compression="cbor-raw")
     robot.step(5)
-    (raw,), (told,) = client.hears(), plain.hears()
-    assert (raw["op"], raw["topic"]) == ("publish", "/joint_states")
-    assert (raw["msg"]["secs"], raw["msg"]["nsecs"]) == divmod(NOW_NS, 10**9)
-    header, names, joints = told["msg"]["header"], told["msg"]["name"], robot.controller.joints
-    expected = struct.pack("<IIII", header["seq"], header["stamp"]["secs"], header["stamp"]["nsecs"], 0)
-    expected += struct.pack("<I", 7) + b"".join(struct.pack("<I2s", 2, name.encode()) for name in names)
-    expected += struct.pack("<I7d", 7, *joints) + struct.pack("<I7dI", 7, *[0.0] * 7, 0)
-    assert raw["msg"]["bytes"] == expected
-    client.says("unsubscribe", topic="/joint_states", id="3")
+    (binary,), (told,) = client.hears(), plain.hears()
+    assert binary["msg"]["position"].tag == 86, "float64, little-endian"
+    assert binary["msg"]["position"].value == struct.pack("<7d", *told["msg"]["position"])
     client.says("unsubscribe", topic="/joint_states", id="2")
     robot.step(5)
-    assert client.hears() == plain.hears(), "the subscription without an encoding is left"
+    assert client.hears() == plain.hears()
 
 
 def test_what_tools_ask_when_they_connect(client: Client) -> None:
-    """Foxglove asks for the texts of all types, roslibjs for the rest where a program does."""
-    raw = client.calls("/rosapi/topics_and_raw_types")["values"]
-    assert set(raw) == {"topics", "types", "typedefs_full_text"}
-    texts = dict(zip(raw["types"], raw["typedefs_full_text"], strict=True))
-    own, *parts = texts["sensor_msgs/JointState"].split("\n" + 80 * "=" + "\n")
-    assert "float64[] position" in own
-    assert [part.splitlines()[0] for part in parts] == ["MSG: std_msgs/Header"]
+    (joint_state, *parts) = client.calls("/rosapi/message_details", {"type": "sensor_msgs/JointState"})[
+        "values"
+    ]["typedefs"]
+    assert joint_state["fieldnames"] == ["header", "name", "position", "velocity", "effort"]
+    assert joint_state["fieldtypes"][:3] == ["std_msgs/Header", "string", "float64"]
+    assert [part["type"] for part in parts] == ["std_msgs/Header", "builtin_interfaces/Time"]
     assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": [ACTION]}
     assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
     assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}

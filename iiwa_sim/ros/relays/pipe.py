@@ -91,12 +91,12 @@ def shortest(value: float) -> float:
 def run(name: str) -> None:
     """Be a relay until standard input ends."""
     pipe = Pipe()
-    first = sys.stdin.readline()
+    config = json.loads(sys.stdin.readline() or "null")  # none if iiwa-sim has ended already
     try:
-        if first:
-            import_module(f"relays.{name}").serve(pipe, json.loads(first))
+        if config:
+            import_module(f"relays.{name}").serve(pipe, config)
     except ImportError as fault:
-        pipe.say("lacks", msg=str(fault))
+        pipe.say("fault", msg=config["lacks"].format(python=sys.executable, fault=fault))
     except Fault as fault:
         pipe.say("fault", msg=" ".join(str(fault).split())[:300])
     except (BrokenPipeError, KeyboardInterrupt):

@@ -17,7 +17,6 @@ from typing import Any
 import genpy
 import rosgraph
 import rospy
-from genpy.dynamic import generate_dynamic
 
 from .pipe import Fault, Pipe, shortest
 
@@ -69,7 +68,7 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
         super().__init__()
         self.ends = False
         self._pipe = pipe
-        self._types = _Types(config["packages"], config["result"])
+        self._types = _Types(config["packages"], config["result_constants"])
         rospy.on_shutdown(self._shut_down)
         self._publishers = {
             topic: rospy.Publisher(
@@ -123,12 +122,15 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
 class _Types:
     """Classes of messages and services that genpy makes of the definitions in iiwa-sim's folder."""
 
-    def __init__(self, packages: str, result: str) -> None:
-        """`result` is the definition of the message Result, of which years have different ones."""
+    def __init__(self, packages: str, result_constants: int) -> None:
+        """`result_constants` is the number of those that the message Result has."""
         sys.path.append(str(Path(packages, "iiwa_sim_msgs", "src")))
         self._generated = import_module("iiwa_sim_msgs.generated")
-        name = "robot_movement_interface/Result"
-        self._made: dict[str, Any] = {name: generate_dynamic(name, result)[name]}
+        name, texts = "robot_movement_interface/Result", self._generated.texts("msg")
+        lines = texts[name].splitlines(keepends=True)
+        later = [line for line in lines if "=" in line][result_constants:]
+        texts[name] = "".join(line for line in lines if line not in later)
+        self._made: dict[str, Any] = self._generated.classes_of(texts, [name])
 
     def of(self, name: str, kind: str = "msg") -> Any:
         """Return the class of package/Type."""

@@ -19,23 +19,23 @@ HALVES = ("Request", "Response")
 
 def messages(package: str) -> dict[str, Any]:
     """The classes of a package's messages, by name without package."""
-    texts = _texts("msg")
-    made = _made(texts, [name for name in texts if name.startswith(f"{package}/")])
+    found = texts("msg")
+    made = classes_of(found, [name for name in found if name.startswith(f"{package}/")])
     return {name.split("/")[1]: each for name, each in made.items()}
 
 
 def services(package: str) -> dict[str, Any]:
     """The classes of a package's services, of their requests and of their responses."""
-    texts = {name: text for name, text in _texts("srv").items() if name.startswith(f"{package}/")}
+    found = {name: text for name, text in texts("srv").items() if name.startswith(f"{package}/")}
     halves = {
         name + half: part
-        for name, text in texts.items()
+        for name, text in found.items()
         for half, part in zip(HALVES, text.split("---\n"))  # noqa: B905  # Python 3.8
     }
-    made = _made({**_texts("msg"), **halves}, list(halves))
+    made = classes_of({**texts("msg"), **halves}, list(halves))
     context = _context()
     classes = {}
-    for name, text in texts.items():
+    for name, text in found.items():
         request, response = (made[name + half] for half in HALVES)
         members = {
             "_type": name,
@@ -49,7 +49,7 @@ def services(package: str) -> dict[str, Any]:
     return classes
 
 
-def _texts(kind: str) -> dict[str, str]:
+def texts(kind: str) -> dict[str, str]:
     """All definitions of messages (msg) or services (srv), by name with package."""
     paths = sorted(PACKAGES.glob(f"*/{kind}/*.{kind}"))
     return {f"{path.parts[-3]}/{path.stem}": path.read_text() for path in paths}
@@ -57,14 +57,15 @@ def _texts(kind: str) -> dict[str, str]:
 
 def _context() -> MsgContext:
     context = MsgContext.create_default()
-    for name, text in _texts("msg").items():
+    for name, text in texts("msg").items():
         context.register(name, load_msg_from_string(context, text, name))
     return context
 
 
-def _made(texts: dict[str, str], wanted: list[str]) -> dict[str, Any]:
-    first, *others = texts
-    sections = [texts[first], *(f"MSG: {name}\n{texts[name]}" for name in others)]
+def classes_of(definitions: dict[str, str], wanted: list[str]) -> dict[str, Any]:
+    """The classes of the wanted messages, by name with package."""
+    first, *others = definitions
+    sections = [definitions[first], *(f"MSG: {name}\n{definitions[name]}" for name in others)]
     made = generate_dynamic(first, ("\n" + 80 * "=" + "\n").join(sections))
     for name in wanted:  # the names that tools show
         made[name].__name__ = name.split("/")[1]
