@@ -38,7 +38,7 @@ class Camera:
     def names(self) -> tuple[str, ...]:
         """Names of the cameras."""
         handling = self._controller.handling
-        return () if handling is None else handling.cameras
+        return () if handling is None or handling.scene is None else handling.scene.cameras
 
     def picture(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> Future[bytes]:
         """Begin to render what a camera sees now; the result is a PNG.

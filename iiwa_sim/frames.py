@@ -84,23 +84,7 @@ def rotate(rotation: Rotation, vector: Vector) -> Vector:
 
 def compose(a: Transform, b: Transform) -> Transform:
     """Pose of c in the outer frame: `a` is the pose of b in the outer frame, `b` the pose of c in b."""
-    # Written out: calls of `multiply` and `apply` cost as much as what they do.
-    (a0, a1, a2, a3, a4, a5, a6, a7, a8), (ax, ay, az) = a
-    (b0, b1, b2, b3, b4, b5, b6, b7, b8), (x, y, z) = b
-    return Transform(
-        (
-            a0 * b0 + a1 * b3 + a2 * b6,
-            a0 * b1 + a1 * b4 + a2 * b7,
-            a0 * b2 + a1 * b5 + a2 * b8,
-            a3 * b0 + a4 * b3 + a5 * b6,
-            a3 * b1 + a4 * b4 + a5 * b7,
-            a3 * b2 + a4 * b5 + a5 * b8,
-            a6 * b0 + a7 * b3 + a8 * b6,
-            a6 * b1 + a7 * b4 + a8 * b7,
-            a6 * b2 + a7 * b5 + a8 * b8,
-        ),
-        (a0 * x + a1 * y + a2 * z + ax, a3 * x + a4 * y + a5 * z + ay, a6 * x + a7 * y + a8 * z + az),
-    )
+    return Transform(multiply(a.rotation, b.rotation), apply(a, b.translation))
 
 
 def inverse(t: Transform) -> Transform:

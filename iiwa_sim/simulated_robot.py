@@ -74,7 +74,7 @@ class SimulatedRobot:
         """The controller, for who steps it."""
         controller.endings.on_discarded = self._named(log_discarded)
         if controller.handling is not None:
-            controller.handling.tell_of_parts(self._named(events.part))
+            controller.handling.arm.tell = self._named(events.part)
         self.log = SessionLog()
         self.faults = faults = WireFaults(self.dialogue.on_wire)
         ports = cell.ports or dict[str, int](zip(settings.protocol, settings.port, strict=True))

@@ -48,7 +48,9 @@ def described_cell(controller: Controller) -> dict[str, Any]:
         "outputs": io.output_names,
         "surfaces": list(map(_surface, world.surfaces.values())),
         "parts": [{"name": part.name, **_shape(part.shape)} for part in parts_of(controller)],
-        "bodies": [] if handling is None else list(map(_body, handling.scene_shapes)),
+        "bodies": []
+        if handling is None or handling.scene is None
+        else list(map(_body, handling.scene.bodies)),
         "jaw_mm": _mm(gripper.jaw_m) if isinstance(gripper, Jaws) else (),
         "tool_capsules": [
             {"start_mm": _mm(each.start), "end_mm": _mm(each.end), "radius_mm": 1e3 * each.radius_m}

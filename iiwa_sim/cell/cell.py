@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import degrees, inf, radians
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import astuple
 
@@ -27,7 +27,6 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Contact
 from iiwa_sim.controller.handling import NO_HANDLING, HandlingSetup
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
@@ -91,16 +90,7 @@ class Cell:
         to_base = inverse(self.base)
         return tuple(each._replace(pose=compose(to_base, each.pose)) for each in self.surfaces)
 
-    def controller(
-        self,
-        tick_s: float,
-        *,
-        arm: Arm | None = None,
-        servo_timeout_s: float | None = None,
-        on_fault: Callable[[int, str], None] | None = None,
-        on_contact: Callable[[Contact], None] | None = None,
-        on_touch: Callable[[str], None] | None = None,
-    ) -> Controller:
+    def controller(self, tick_s: float, *, arm: Arm | None = None, **others: Any) -> Controller:
         """A new controller of the robot in this cell, with the other arguments as `Controller` takes them.
 
         A robot that is not alone needs its `arm` of `shared_world`.
@@ -119,10 +109,7 @@ class Cell:
             tool=self.tool,
             handled=self.handled,
             arm=arm,
-            servo_timeout_s=servo_timeout_s,
-            on_fault=on_fault,
-            on_contact=on_contact,
-            on_touch=on_touch,
+            **others,
         )
 
     def noise(self) -> Noise | None:

@@ -18,12 +18,12 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.motions import Motions
 from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.wording import harmless
-from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
+from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Jaws
 from iiwa_sim.world.part import GONE, Part
 
 if TYPE_CHECKING:
-    from iiwa_sim.world.arm import Arm, Tell
-    from iiwa_sim.world.scene import Scene, SceneBody
+    from iiwa_sim.world.arm import Arm
+    from iiwa_sim.world.scene import Scene
 
 SENSORS = ("open", "closed", "holds")
 MOST_CAPSULES = 8
@@ -114,7 +114,7 @@ class Handling:
         """The robot is at rest; forces on its `arm`, which is among the bodies of a world, go to `load`."""
         self._setup, self._io, self._load = setup, io, load
         self.arm = load.bodies = arm
-        self.world, self.gripper = arm.world, arm.gripper
+        self.world, self.gripper, self.scene = arm.world, arm.gripper, setup.scene
         self.coming_tcp: Transform | None = None
         """Pose of the TCP in the base in the next tick, if that is known."""
         sensors = () if self.gripper is None else SENSORS
@@ -223,7 +223,7 @@ class Handling:
         return self._bodies
 
     def _look(self) -> None:
-        world, arm, scene = self.world, self.arm, self._setup.scene
+        world, arm, scene = self.world, self.arm, self.scene
         if world.changes == self._seen_at:
             return
         self._seen_at = world.changes
@@ -240,11 +240,6 @@ class Handling:
     def bodies(self) -> list[Part]:
         """The parts that are there, in the order in which the cell names them."""
         return [part for number, part in enumerate(self.world.parts) if self.world.state(number) != GONE]
-
-    def tell_of_parts(self, tell: Tell) -> None:
-        """Have `tell` take a line, and whether it warns, whenever a part is gripped, leaves the jaws, or is
-        taken away."""
-        self.arm.tell = tell
 
     def lose(self) -> None:
         """Have the held part fall. Raises `Refused` where the gripper holds none."""
@@ -271,10 +266,11 @@ class Handling:
 
     def stick(self, stuck: bool) -> None:
         """Have the jaws stay where they are, until they are told not to."""
-        gripper = self._its_gripper
-        gripper.stuck = stuck
+        if self.gripper is None:
+            raise Refused(EXECUTION, "the cell has no gripper")
+        self.gripper.stuck = stuck
         if not stuck:
-            gripper.driven = STAYS  # it looks at its outputs anew
+            self.gripper.driven = STAYS  # it looks at its outputs anew
 
     def mistake(self, sensor: str, tells: bool) -> None:
         """Have a sensor tell this, whatever is true. Raises `Refused` where there is no such sensor."""
@@ -300,22 +296,6 @@ class Handling:
         news = [each.drive(world.model, world.data, io.output(each.number)) for each in self._setup.outputs]
         if any(news):
             world.wake()
-
-    @property
-    def cameras(self) -> tuple[str, ...]:
-        """Return the names of the scene's cameras."""
-        return () if self._setup.scene is None else self._setup.scene.cameras
-
-    @property
-    def scene_shapes(self) -> tuple[SceneBody, ...]:
-        """Return what the bodies of the scene look like, in the same order."""
-        return () if self._setup.scene is None else self._setup.scene.bodies
-
-    @property
-    def _its_gripper(self) -> Gripper:
-        if self.gripper is None:
-            raise Refused(EXECUTION, "the cell has no gripper")
-        return self.gripper
 
     def _driven(self) -> int:
         """Return in which direction outputs drive the jaws."""

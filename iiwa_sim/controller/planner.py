@@ -84,15 +84,7 @@ class Planner:
         again: Callable[[Joints], Move | None] = lambda _: None,
     ) -> Move:
         """Return a PTP or LIN from joint positions (rad) with this TCP; `number` and `again` are its own."""
-        try:
-            path, speed_rel = self._path(request, start, tcp)
-        except Refused as refused:
-            if request.shift is None or refused.code != OUT_OF_REACH:
-                raise
-            way = " ".join(f"{mm:.1f}" for mm in request.shift.way[:3])
-            axes = "tool" if request.shift.in_tool else "base"
-            asked = f"asked for as a way of {way} mm in the axes of the {axes}"
-            raise Refused(OUT_OF_REACH, f"{refused.reason}; {asked}") from None
+        path, speed_rel = self._path(request, start, tcp)
         blending, zone = request.blending, None
         if request.kind is Kind.PTP and not isinstance(request.target, Frame):
             if not 0.0 <= blending <= 1.0:

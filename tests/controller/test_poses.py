@@ -97,8 +97,8 @@ def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
 
 
 @pytest.mark.requirement("FRC007")
-@pytest.mark.parametrize(("in_tool", "axes"), [(False, "base"), (True, "tool")])
-def test_a_relative_move_out_of_reach_is_told_in_the_words_of_who_asked(in_tool: bool, axes: str) -> None:
+@pytest.mark.parametrize("in_tool", [False, True])
+def test_a_relative_move_out_of_reach_is_told_with_its_target(in_tool: bool) -> None:
     controller = SteppedRobot().controller
     way = Frame(1500.0, 0.0, -20.0, 0.0, 0.0, 0.0)
     for move in (lin_relative_move, ptp_relative_move):
@@ -106,7 +106,6 @@ def test_a_relative_move_out_of_reach_is_told_in_the_words_of_who_asked(in_tool:
         assert refused is not None
         assert refused[0] == OUT_OF_REACH
         assert refused[1].startswith("the TCP at ")
-        assert refused[1].endswith(f"; asked for as a way of 1500.0 0.0 -20.0 mm in the axes of the {axes}")
 
 
 def state(controller: Controller) -> tuple[object, ...]:

@@ -116,7 +116,7 @@ class Scene:
             self.robot = SteppedRobot(cell=load_cell(file), tick_s=tick_s)
         self.controller = self.robot.controller
         self.told: list[str] = []
-        self.handling.tell_of_parts(lambda line, _warns: self.told.append(line))
+        self.handling.arm.tell = lambda line, _warns: self.told.append(line)
 
     @property
     def handling(self) -> Handling:
