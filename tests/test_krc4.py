@@ -62,14 +62,6 @@ def test_a_client_that_sends_no_more_gets_its_replies(simulator: Simulator) -> N
     assert [reply.integers[:3] for reply in replies(wire)] == [(1, 100, 1), (2, 320, 0), (0, 0, 3040)]
 
 
-def test_a_client_that_closes_the_connection_stops_its_move(simulator: Simulator) -> None:
-    with Krc4Client(simulator.port) as one:
-        assert one.ask("PTA", *FAR_DEG).error is None
-    with Krc4Client(simulator.port) as another:
-        another.until_idle()
-        assert another.ask("GOA").reals[:6] != pytest.approx(FAR_DEG, abs=1.0)
-
-
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     told = refused("--robot", "kr_6_r900_sixx")
     expected = "expected 7 joints for protocol iiwa; for 6 there is: krc4 (--protocol krc4)\n"

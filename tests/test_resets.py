@@ -29,39 +29,23 @@ def request(method: str, path: str, body: str = "", *headers: str) -> bytes:
 
 
 ANSWER_S = 0.01  # for an answer, where there is one
-TEXT, CLOSE, PING = 1, 8, 9
+TEXT, CLOSE = 1, 8
 SUBSCRIBED = b'{"op": "subscribe", "topic": "/joint_states"}'
-CALLED = b'{"op": "call_service", "service": "/nothing"}'
 SAID = {
-    "iiwa": [
-        b"get status\r\nget mode\r\n",
-        b"get st",
-        b"\xff\xfb\x01",
-        b"nonsense\r\n" * 3000,
-    ],
-    "krc4": [b"<RobotCommand/>", b"<", b"bye\r\n", b"<a></b>", b"GET / HTTP/1.1\r\n\r\n"],
-    "status": [b"stop\r\n", b"sto", b"GET / HTTP/1.1\r\n\r\n"],
+    "iiwa": [b"get status\r\nget mode\r\n", b"nonsense\r\n" * 3000],
+    "krc4": [b"<RobotCommand/>", b"<a></b>"],
+    "status": [b"stop\r\n", b"GET / HTTP/1.1\r\n\r\n"],
     "backdoor": [
-        b"hello\r\n\r\n",
         request("GET", "/state"),
         request("POST", "/advance", '{"seconds": 0.1}'),
         request("POST", "/advance", "x" * 70_000),
-        request("POST", "/advance", "", "Expect: 100-continue"),
     ],
     "rosbridge": [
-        b"hello\r\n\r\n",
         b"GET / HTTP/1.1\r\n\r\n",
-        OPENING,
-        OPENING + frame(TEXT, SUBSCRIBED) + frame(TEXT, CALLED),
-        OPENING + frame(PING, b"") + frame(CLOSE, b"\x03\xe8"),
+        OPENING + frame(TEXT, SUBSCRIBED) + frame(CLOSE, b"\x03\xe8"),
         OPENING + frame(TEXT, b"\xff\xff"),
     ],
-    "page": [
-        b"hello\r\n\r\n",
-        request("GET", "/"),
-        OPENING,
-        OPENING + frame(2, b"nonsense"),
-    ],
+    "page": [request("GET", "/"), OPENING + frame(2, b"nonsense")],
 }
 """What a client says on a port before it resets the connection."""
 
@@ -89,19 +73,11 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
 
 STAGES = ("closes", "resets, answered")
 PORTS = ("krc4", "status", "rosbridge", "backdoor", "page")
-OPTIONS = (
-    "--protocol",
-    "iiwa,krc4",
-    "--status-port",
-    "0",
-    "--backdoor-port",
-    "0",
-)
-OPTIONS += ("--rosbridge-port", "0", "--view-port", "0")
+OPTIONS = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0 --view-port 0"
 
 
 def test_clients_that_go_at_any_moment_are_no_fault() -> None:
-    with running(*OPTIONS) as process:
+    with running(*OPTIONS.split()) as process:
         ports = {"iiwa": process.port}
         for name in PORTS:
             said = process.line().strip().rstrip("/")

@@ -1,5 +1,8 @@
 """Adds, moves and removes surfaces while the simulator runs."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import msgspec
 
 from iiwa_sim.cell.bodies import AnySurface, surface_of
@@ -16,6 +19,15 @@ MOST_SURFACES = 256
 """Most surfaces: all of them are evaluated in every tick."""
 
 
+@contextmanager
+def refusing(*faults: type[Exception]) -> Iterator[None]:
+    """Raise these faults as `Refused`, with their message as the reason."""
+    try:
+        yield
+    except faults as fault:
+        raise Refused(EXECUTION, str(fault)) from None
+
+
 def add(group: ControllerGroup, controller: Controller, settings: AnySurface) -> None:
     """Add a surface to the world of a group, at a pose in the base of a robot of it.
 
@@ -27,11 +39,9 @@ def add(group: ControllerGroup, controller: Controller, settings: AnySurface) ->
     if len(world.surfaces) >= MOST_SURFACES:
         raise Refused(EXECUTION, f"{MOST_SURFACES} surfaces are there already: remove one first")
     reader = Reader("surface", CellFault)
-    try:
+    with refusing(CellFault):
         reader.converted(msgspec.to_builtins(settings), type(settings))
         reader.check("name", settings.name, settings.name not in taken, "a name no surface and no part has")
-    except CellFault as fault:
-        raise Refused(EXECUTION, str(fault)) from None
     _put(group, controller, surface_of(settings))
 
 

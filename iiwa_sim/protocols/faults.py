@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from random import Random
-from typing import NamedTuple, Protocol
+from typing import Annotated, NamedTuple, Protocol
 
 import msgspec
 
@@ -25,7 +25,7 @@ NEXT = -1
 """Stands for the next connection that will be opened."""
 UNTIL_CLEARED = 0
 """Stands for any number of replies."""
-LONGEST_WAIT_S = 3600.0
+Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 
 _LONGEST_TOLD = 80  # characters of a reply shown in the log
 _PRINTABLE = range(33, 127)
@@ -64,14 +64,14 @@ class Pass(msgspec.Struct, frozen=True, tag_field="type", tag=True):
 class Delay(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The reply is delayed, and so are later ones."""
 
-    seconds: float
+    seconds: Seconds
 
 
 class Split(msgspec.Struct, frozen=True, tag_field="type", tag=True):
     """The first bytes of the reply are sent, and the rest after a pause. A shorter reply is sent whole."""
 
-    byte: int
-    pause_s: float
+    byte: Annotated[int, msgspec.Meta(ge=1)]
+    pause_s: Seconds
 
 
 class Drop(msgspec.Struct, frozen=True, tag_field="type", tag=True):
