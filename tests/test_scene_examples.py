@@ -14,8 +14,6 @@ from iiwa_sim import CommandError, Iiwa, Simulator
 from iiwa_sim.controller.state import Snapshot
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-CLOCKS = ("stepped", "stepped", "fast")
-"""Twice the same clock, then another one."""
 
 
 def program(name: str) -> ModuleType:
@@ -40,7 +38,7 @@ def driven(cell: Path, clock: str) -> Iterator[tuple[Simulator, Iiwa, Callable[[
 def test_a_block_is_picked_from_the_moving_belt_the_same_to_the_last_bit_on_both_clocks() -> None:
     conveyor = program("13_conveyor")
     states: list[Snapshot] = []
-    for clock in CLOCKS:
+    for clock in ("stepped", "fast"):
         with driven(conveyor.CELL, clock) as (simulator, robot, wait):
             conveyor.pick(robot, wait)
             held = simulator.state()
@@ -51,30 +49,27 @@ def test_a_block_is_picked_from_the_moving_belt_the_same_to_the_last_bit_on_both
             conveyor.moved(robot, wait, 500, 0, 512)
             conveyor.place(robot, wait, 0)
             states.append(simulator.state())
-    assert states[0] == states[1] == states[2]
+    assert states[0] == states[1]
     assert states[0].parts[0].state == "lies"
     assert states[0].parts[0].frame[:3] == pytest.approx((398.0, 350.0, 320.0), abs=3.0), "in the tray"
 
 
 def test_the_arm_goes_in_where_the_door_is_open_and_stops_at_a_closed_one() -> None:
     door = program("14_door")
-    states: list[Snapshot] = []
-    for clock in CLOCKS:
-        with driven(door.CELL, clock) as (simulator, robot, wait):
-            robot.ptp_move((*door.OUTSIDE, *door.AHEAD), speed=0.5, blending=0)
-            simulator.run_until_stopped(10)
-            robot.set_output(door.OPEN, value=True)
-            wait(0.5)
-            assert simulator.state().inputs[:2] == (False, False), "neither open nor closed"
-            door.reach_in(robot, wait)
-            wait(3)
-            assert simulator.state().inputs[:2] == (False, True)
-            with pytest.raises(CommandError, match=r"the sphere round the TCP touches body 'door'"):
-                door.reach_in(robot, wait, looks=False)
-            states.append(simulator.state())
-    assert states[0] == states[1] == states[2]
-    assert states[0].error.code == 3060
-    assert 702.0 < states[0].tool_frame.x_mm < 712.0, "its sphere is at the door"
+    with driven(door.CELL, "fast") as (simulator, robot, wait):
+        robot.ptp_move((*door.OUTSIDE, *door.AHEAD), speed=0.5, blending=0)
+        simulator.run_until_stopped(10)
+        robot.set_output(door.OPEN, value=True)
+        wait(0.5)
+        assert simulator.state().inputs[:2] == (False, False), "neither open nor closed"
+        door.reach_in(robot, wait)
+        wait(3)
+        assert simulator.state().inputs[:2] == (False, True)
+        with pytest.raises(CommandError, match=r"the sphere round the TCP touches body 'door'"):
+            door.reach_in(robot, wait, looks=False)
+        state = simulator.state()
+    assert state.error.code == 3060
+    assert 702.0 < state.tool_frame.x_mm < 712.0, "its sphere is at the door"
 
 
 @pytest.mark.slow

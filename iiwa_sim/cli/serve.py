@@ -6,23 +6,22 @@ import gc
 import logging
 import os
 import resource
+import signal
 import sys
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.output import reached_at, say
 from iiwa_sim.cli.page import Page, page_url
 from iiwa_sim.cli.parsing import from_command_line
 from iiwa_sim.frames import Frame
-from iiwa_sim.options.model import LISTENS_AT, WRITTEN, Settings
-from iiwa_sim.options.robots import Robots, ports_of, robots_of
+from iiwa_sim.options.model import Settings
+from iiwa_sim.options.robots import Robots, robots_of
 from iiwa_sim.options.sources import from_environment, merged
 from iiwa_sim.server.listening import host_and_port
 from iiwa_sim.server.token import word_of
-from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
 
 Cells = dict[tuple[str | None, str | None], "tuple[Cell, ...]"]
 """Files that have been read."""
-SPARE_DESCRIPTORS = 64
-"""Open files for clients, libraries and short use during the start."""
 
 logger = logging.getLogger(__name__)
 
@@ -50,57 +47,39 @@ def run(words: Sequence[str]) -> int:
         log.configure(common.log_level, common.log_json, sys.stderr.fileno())
     for warning in warnings:
         logger.warning("environment variable %s", warning)
-    if len(robots) > 1:
-        _allow_descriptors(robots)
+    with contextlib.suppress(OSError, ValueError):  # 500 robots open more files than the default of 1,024
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
     asyncio.run(_serve(robots))
     return 0
 
 
 async def _serve(robots: Robots) -> None:
-    ending = Ending()
+    over = asyncio.Event()
     cells: Cells = {}
     page = None if robots[0][1].view_port is None else Page(robots[0][1])
     try:
         async with AsyncExitStack() as running:
             listening = None if page is None else running.enter_context(await page.listen())
-            simulators = {name: _simulator(name, settings, cells, ending) for name, settings in robots}
+            simulators = {name: _simulator(name, settings, cells, over.set) for name, settings in robots}
             for name, simulator in simulators.items():
                 await running.enter_async_context(_entered(name, simulator))
-            ending.watch()
+            for number in (signal.SIGTERM, signal.SIGINT):
+                asyncio.get_running_loop().add_signal_handler(number, over.set)
             lines = "".join(_announcement(name, simulator) for name, simulator in simulators.items())
             if page is not None and listening is not None:
                 lines += f"page on {page_url(listening)}\n"
                 places = [place for name, each in simulators.items() for place in _places(name, each)]
                 await page.start(listening, places)
                 running.push_async_callback(page.end)  # before the robots, or it would miss them
-            ending.announce(lines, sys.stdout)
+            say(lines)
             if sys.stderr is not None and sys.stderr.isatty():
-                ending.announce(_banner(next(iter(simulators.values()))), sys.stderr)
+                say(_banner(next(iter(simulators.values()))), sys.stderr)
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
-            await ending.wait()
+            await over.wait()
     finally:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
-
-
-def _allow_descriptors(robots: Robots) -> None:
-    """Raise the limit of open files, whose default of 1,024 is too low for 500 robots.
-
-    Each robot needs one for its clock and one for each port and each file that it writes. Raises Unusable if
-    that is more than the system allows.
-    """
-    needed = SPARE_DESCRIPTORS + sum(
-        1
-        + sum(len(ports_of(settings, key)) for key in LISTENS_AT if key != "view_port")
-        + sum(getattr(settings, key) is not None for key in WRITTEN)
-        for _, settings in robots
-    )
-    few, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with contextlib.suppress(OSError, ValueError):  # a system with another limit besides
-        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
-        few = most
-    if few != resource.RLIM_INFINITY and needed > few:
-        raise Unusable(f"{len(robots)} robots need {needed} open files: expected up to {few} (ulimit -Hn)")
 
 
 @asynccontextmanager
@@ -114,13 +93,13 @@ async def _entered(name: str, simulator: "Simulator") -> AsyncIterator[None]:
             await simulator.__aexit__(None, None, None)
 
 
-def _simulator(name: str, settings: Settings, cells: "Cells", ending: Ending) -> "Simulator":
+def _simulator(name: str, settings: Settings, cells: Cells, end: Callable[[], None]) -> "Simulator":
     """Return the simulator of a robot, or of the robots in its cell."""
     # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
     place = settings.robot, settings.cell
-    on_bye = ending.asked.set if settings.bye_shuts_down else None
+    on_bye = end if settings.bye_shuts_down else None
     with log.named(name):
         simulator = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
     cells.setdefault(place, simulator.cells)

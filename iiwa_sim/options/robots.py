@@ -24,7 +24,6 @@ from iiwa_sim.server.token import is_loopback
 
 Robots = list[tuple[str, Settings]]
 """Name and settings of each robot of a process; a single robot has an empty name."""
-_EVERYWHERE = ("0.0.0.0", "::")
 
 
 def settings_of(given: Given, defaults: Mapping[str, Any] | None = None) -> Settings:
@@ -190,32 +189,15 @@ def _check(given: Given, found: Settings) -> None:
 
 
 def _check_overlaps(robots: Robots, before: str = "") -> None:
-    taken: dict[object, dict[str, str]] = {}
+    """Check what no system call would refuse: files and names on ROS 2 that two robots share."""
     spaces = [robot.ros_namespace.strip("/") for _, robot in robots if robot.ros2]
     if len(set(spaces)) < len(spaces):
         raise SettingError(f"{before}--ros-namespace: expected a different one for each robot on ROS 2")
-    for name, robot in robots:
-        places = [
-            (key, p, getattr(robot, host))
-            for key, host in model.LISTENS_AT.items()
-            for p in ports_of(robot, key)
-        ]
-        paths = [(key, Path(getattr(robot, key))) for key in model.WRITTEN if getattr(robot, key)]
-        files = [(key, path.resolve(), "") for key, path in paths if not path.is_char_device()]
-        for key, place, host in places + files:
-            if not place or (key in model.PROCESS and name != robots[0][0]):
-                continue
-            here = f"{OPTIONS[key].flag}{name and f' of {name}'}"
-            hosts = taken.setdefault(place, {})
-            for other, what in hosts.items():
-                if other == host or host in _EVERYWHERE or other in _EVERYWHERE:
-                    raise SettingError(f"{before}{here}: {place} is taken by {what}")
-            hosts[host] = here
-
-
-def ports_of(robot: Settings, key: str) -> tuple[int, ...]:
-    ports = getattr(robot, key)
-    return ports if isinstance(ports, tuple) else () if ports is None else (ports,)
+    written = [Path(file) for _, robot in robots for key in model.WRITTEN if (file := getattr(robot, key))]
+    files = [path.resolve() for path in written if not path.is_char_device()]
+    for path in files:
+        if files.count(path) > 1:
+            raise SettingError(f"{before}{path}: expected a file of its own for each robot and option")
 
 
 def _error(given: Given, key: str, expected: str) -> SettingError:

@@ -75,9 +75,8 @@ WRONG = {
     "a.toml --robot lbr_iiwa_7_r800": "--robot lbr_iiwa_7_r800: expected no CELL.toml with it",
     "chek-cell a.toml": "chek-cell: no file and no command, did you mean check-cell?",
     "shwo": "shwo: no file and no command, did you mean show?",
-    "--status-port 30000": "--status-port: 30000 is taken by --port",
     "--count 2 --ros": "--ros: expected one robot",
-    "--count 2 --status-port 30001": "--port of robot-1: 30001 is taken by --status-port of robot-0",
+    "--transcript /tmp/a --record /tmp/a": "/tmp/a: expected a file of its own for each robot and option",
     "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host 0.0.0.0: expected --backdoor-token or "
     "--backdoor-token-file with it",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",

@@ -72,11 +72,10 @@ def test_capsules_fit_the_shapes_of_the_links(name: str) -> None:
     outside = np.min([distances(corners, each) for each in capsules], axis=0).max()
     faces = np.arange(triangles.size // 3).reshape(-1, 3)
     samples, _ = trimesh.remesh.subdivide_to_size(triangles.reshape(-1, 3), faces, 0.015)
-    off = 0.0
-    for capsule in capsules:
-        for point in on_surface(capsule, rng):
-            near = float(np.linalg.norm(samples - point, axis=1).min())
-            if near > off and not is_within(point, triangles):
-                off = near
+    points = np.concatenate([on_surface(each, rng) for each in capsules])
+    squared = (samples**2).sum(1)
+    squares = [(point @ point) + (squared - 2.0 * samples @ point).min() for point in points]
+    farthest = sorted(zip(np.sqrt(squares), map(tuple, points), strict=True), reverse=True)
+    off = next(near for near, point in farthest if not is_within(np.array(point), triangles))
     assert 1e3 * outside < OUTSIDE_MM[name]
     assert 1e3 * off < OFF_MM
