@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import re
-from asyncio import AbstractEventLoop, get_running_loop
-from collections.abc import Callable
-from concurrent.futures import Future
-from contextlib import suppress
+from asyncio import Future, wrap_future
 from functools import partial
 
 from iiwa_sim.camera import Camera
@@ -38,9 +35,8 @@ class Images:
             if not self._graph.published[topic].listeners or not self._graph.is_due(RATE_HZ):
                 continue
             if topic not in self._rendered:
-                tell = partial(self._publish, topic, self._graph.header(name))
-                self._rendered[topic] = future = self._camera.picture(name)
-                future.add_done_callback(partial(_call_soon, get_running_loop(), tell))
+                self._rendered[topic] = future = wrap_future(self._camera.picture(name))
+                future.add_done_callback(partial(self._publish, topic, self._graph.header(name)))
 
     def _publish(self, topic: str, header: dict[str, object], done: Future[bytes]) -> None:
         try:
@@ -50,8 +46,3 @@ class Images:
             return
         del self._rendered[topic]
         self._graph.published[topic].publish(message)
-
-
-def _call_soon(loop: AbstractEventLoop, tell: Callable[[Future[bytes]], None], done: Future[bytes]) -> None:
-    with suppress(RuntimeError):  # the robot has ended
-        loop.call_soon_threadsafe(tell, done)

@@ -5,7 +5,7 @@ Codes and statuses of goals are those of joint_trajectory_controller; MoveIt jud
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
@@ -49,13 +49,8 @@ _ENDS = {
 """Status, and error_code of FollowJointTrajectory's result."""
 
 
-class GoalEnd(NamedTuple):
-    """The end of a goal."""
-
-    status: int
-    """A status of action_msgs/GoalStatus."""
-    result: Message
-    """control_msgs/FollowJointTrajectory_Result."""
+Ended = Callable[[int, Message], None]
+"""Takes a status of action_msgs/GoalStatus and a control_msgs/FollowJointTrajectory_Result."""
 
 
 class JointInterface:
@@ -103,9 +98,7 @@ class JointInterface:
         """True if a tick may tell somebody feedback."""
         return bool(self._feedback)
 
-    def send_goal(
-        self, args: Any, ended: Callable[[GoalEnd], None], hear: Callable[[Message], None] | None, who: str
-    ) -> int:
+    def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None, who: str) -> int:
         """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
 
         Args:
@@ -120,7 +113,7 @@ class JointInterface:
         def end(told: TrajectoryEnd) -> None:
             self._feedback.pop(number, None)
             status, code = _ENDS[told.outcome]
-            ended(GoalEnd(status, {"error_code": code, "error_string": told.reason}))
+            ended(status, {"error_code": code, "error_string": told.reason})
 
         number, remark = self._recorded(lambda: self._controller.follow(request, end))
         if remark:

@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-MOST_REPLIES = 1000
 MOST_REPLY_LETTERS = 4_194_304
 LONGEST_FEED = 1000
 
@@ -42,7 +41,7 @@ class Outbox:
             return
         self._replies.append(message)
         self._reply_letters += len(message)
-        if len(self._replies) > MOST_REPLIES or self._reply_letters > MOST_REPLY_LETTERS:
+        if self._reply_letters > MOST_REPLY_LETTERS:
             self.overflown = True
             self._replies.clear()
             self._feeds.clear()

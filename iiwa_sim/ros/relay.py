@@ -35,7 +35,7 @@ END_S = 10.0
 """Time (s) in which the process has to end when it is asked to, before it is killed."""
 AGAIN_S = 2.0
 """Time (s) after which a process that has ended by itself is started again."""
-LONGEST_LINE_BYTES = 1 << 21
+LONGEST_LINE_BYTES = 1 << 28
 MOST_UNREAD_BYTES = 1 << 17
 """Bytes that the process may leave unread before messages wait in the outbox, the newest of each topic."""
 
@@ -157,7 +157,7 @@ class Relay:
         return told
 
     async def _read(self, stdout: asyncio.StreamReader, session: RosbridgeSession) -> None:
-        async for line in _lines(stdout):
+        async for line in stdout:
             message: Message = json.loads(line)  # msgspec is faster, and reads no NaN
             if message["op"] == "status":
                 logger.warning("%s: %s", self._name, message["msg"])
@@ -166,19 +166,9 @@ class Relay:
                 await self._turns.take(lambda m=message, s=shown: session.handle(m, s))  # type: ignore[misc]
 
     async def _log(self, stderr: asyncio.StreamReader) -> None:
-        async for line in _lines(stderr):
+        async for line in stderr:
             text = shortened(harmless(line.decode("utf-8", "backslashreplace").strip()), 500)
             logger.info("%s: %s", self._name, text)
-
-
-async def _lines(stream: asyncio.StreamReader) -> AsyncIterator[bytes]:
-    """The lines of a stream but those beyond the limit."""
-    while True:
-        with contextlib.suppress(ValueError):
-            line = await stream.readline()
-            if not line:
-                return
-            yield line
 
 
 async def _send(stdin: asyncio.StreamWriter, frame: Frame) -> None:

@@ -21,7 +21,7 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import Graph, Served, Topic
-from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, GoalEnd, JointInterface
+from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
 from iiwa_sim.ros.rosapi import ROS_VERSION, RosApi, argument_of, rooted
@@ -273,10 +273,10 @@ class RosbridgeSession:
             told = {"op": "action_result", "action": asked.action, "values": values, "status": status}
             self._reply({**told, "result": ran}, asked.id)
 
-        def ended(end: GoalEnd) -> None:
+        def ended(status: int, values: Message) -> None:
             self._goals.pop(identifier, None)
             self._outbox.end_feed(feed)  # clients take feedback behind the result for a fault
-            result(end.result, end.status, ran=True)
+            result(values, status, ran=True)
 
         def hear(values: Message) -> None:
             told = {"op": "action_feedback", "action": asked.action, "values": values, "id": asked.id}

@@ -16,8 +16,6 @@ from typing import Any
 
 ANSWER_S = 60.0
 """A call without a response by then fails: iiwa-sim is there while standard input is, but may be slow."""
-LONGEST_BYTES = 1 << 20
-"""A trajectory of 2,000 points with all they can have fits."""
 
 
 class Fault(Exception):
@@ -35,16 +33,12 @@ class Pipe:
         self._closed = False
         self._waiting: dict[int, Future[Any]] = {}  # by the id of the call
 
-    def say(self, op: str, **fields: Any) -> bool:
-        """Send a message, unless it is too long; return whether it was sent."""
+    def say(self, op: str, **fields: Any) -> None:
+        """Send a message."""
         text = json.dumps({"op": op, **fields})
-        if len(text) > LONGEST_BYTES:
-            self.warn(f"{op} of {len(text)} bytes as JSON: that is too long")
-            return False
         with self._lock:
             self._out.write(text + "\n")
             self._out.flush()
-        return True
 
     def warn(self, text: str) -> None:
         """Have a line put into the log of iiwa-sim."""
@@ -54,7 +48,8 @@ class Pipe:
         """Call a service of iiwa-sim; return its values, or the reason for which there are none."""
         number, answer = next(self._numbers), Future()  # type: tuple[int, Future[Any]]
         self._waiting[number] = answer
-        if not self.say("call_service", service=service, args=args, id=number) or self._closed:
+        self.say("call_service", service=service, args=args, id=number)
+        if self._closed:
             answer.cancel()
         try:
             response = answer.result(ANSWER_S)

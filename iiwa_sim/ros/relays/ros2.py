@@ -183,13 +183,13 @@ class Relay:
         number = f"goal {self._count}"
         goal = self._goals[number] = _Goal(number)
         asked = {"action": self._action[0], "action_type": self._action[1], "id": number, "feedback": True}
-        sent = self._pipe.say("send_action_goal", args=plain(request), **asked)
-        values, _ = self._pipe.call(BARRIER, {}) if sent else (None, "")
+        self._pipe.say("send_action_goal", args=plain(request), **asked)
+        values, _ = self._pipe.call(BARRIER, {})
         if values is not None and goal.end["result"]:
             self._wished[id(request)] = goal
             return rclpy.action.GoalResponse.ACCEPT
         del self._goals[number]
-        if sent and not goal.ended.is_set():  # late, it would be followed for nobody
+        if not goal.ended.is_set():  # late, it would be followed for nobody
             self._pipe.say("cancel_action_goal", id=number)
         return rclpy.action.GoalResponse.REJECT
 
