@@ -6,6 +6,7 @@ out, since they begin where it should have ended; their results say so.
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
@@ -31,14 +32,14 @@ NO_ERROR, NO_SUCH_GROUP = 0, 3
 _RMI = "robot_movement_interface"
 
 
+@dataclass
 class _Command:
     """A command whose result is not published yet."""
 
-    def __init__(self, message: Any) -> None:
-        self.message = message
-        self.remark = ""
-        self.result: tuple[int, str] | None = None
-        """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
+    message: Any
+    remark: str = ""
+    result: tuple[int, str] | None = None
+    """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
 
     def end(self, code: int, information: str) -> None:
         self.result = self.result or (code, information)

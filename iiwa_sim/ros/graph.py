@@ -101,6 +101,7 @@ class Graph:
         try:
             topic.take(checked(content, topic.kind))
         except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
             raise BadMessage(refused.reason) from None
 
     def call(self, name: str, request: Any) -> Message:

@@ -5,7 +5,7 @@ Codes and statuses of goals are those of joint_trajectory_controller; MoveIt jud
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
@@ -24,8 +24,6 @@ from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
-
-T = TypeVar("T")
 
 _CONTROLLER = "/joint_trajectory_controller"  # as examples of ros2_control name it
 ACTION = f"{_CONTROLLER}/follow_joint_trajectory"
@@ -115,7 +113,11 @@ class JointInterface:
             status, code = _ENDS[told.outcome]
             ended(status, {"error_code": code, "error_string": told.reason})
 
-        number, remark = self._recorded(lambda: self._controller.follow(request, end))
+        try:
+            number, remark = self._controller.follow(request, end)
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            raise
         if remark:
             self._log.odd(who, ACTION, remark)
         self._goal = number
@@ -141,7 +143,7 @@ class JointInterface:
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
-        _, remark = self._recorded(lambda: self._controller.follow(request, None))
+        _, remark = self._controller.follow(request, None)
         if remark:
             self._log.odd("ros", TRAJECTORY, remark)
 
@@ -150,24 +152,13 @@ class JointInterface:
         if len(wanted.position) != len(order):
             raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
         target = tuple(wanted.position[place] for place in order)
-        move = MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order))
-        self._recorded(lambda: self._controller.move(move))
+        self._controller.move(MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order)))
 
     def _set_speed_scale(self, message: Any) -> None:
         scale = message.data
-        if not 0.0 <= scale <= 1.0:
-            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0 to 1")
-        if 0.0 < scale < LEAST_OVERRIDE:
+        if scale != 0.0 and not LEAST_OVERRIDE <= scale <= 1.0:
             raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self._controller.set_override(scale)
-
-    def _recorded(self, do: Callable[[], T]) -> T:
-        """Do it; a refusal is the robot's last error, too."""
-        try:
-            return do()
-        except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
-            raise
 
     def _emergency_stop(self, pressed: bool) -> None:
         if pressed:
@@ -279,10 +270,9 @@ def _feedback(progress: Progress, names: Sequence[str], header: Message) -> Mess
     desired, actual = progress.desired, progress.actual
     error = ([a - b for a, b in zip(*both, strict=True)] for both in zip(desired[:2], actual, strict=True))
 
-    def point(positions: Sequence[float], velocities: Sequence[float], *rest: Sequence[float]) -> Message:
-        accelerations = list(rest[0]) if rest else []
-        told = {"positions": list(positions), "velocities": list(velocities), "accelerations": accelerations}
-        return {**told, "effort": [], "time_from_start": since}
+    def point(*found: Sequence[float]) -> Message:
+        told = dict(zip(("positions", "velocities", "accelerations"), map(list, found), strict=False))
+        return {"accelerations": [], **told, "effort": [], "time_from_start": since}
 
     return {
         "header": header,

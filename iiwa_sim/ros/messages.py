@@ -52,20 +52,13 @@ class Definition(NamedTuple):
     """Name and value of each."""
 
     @property
-    def within(self) -> "list[Definition]":
-        """This definition and those of all messages in it, each once."""
-        found = {self.name: self}
-        waiting = [self]
-        while waiting:
-            for field in waiting.pop(0).fields:
-                if "/" in field.type and field.type not in found:
-                    found[field.type] = interface(field.type, "msg")[0]
-                    waiting.append(found[field.type])
-        return list(found.values())
-
-    @property
     def details(self) -> list[Message]:
-        """Each definition of `within` as a rosapi/TypeDef."""
+        """This definition and those of all messages in it, each once, as a rosapi/TypeDef."""
+        found = [self]
+        for each in found:  # it grows
+            for kind in dict.fromkeys(field.type for field in each.fields if "/" in field.type):
+                if kind not in [other.name for other in found]:
+                    found.append(interface(kind, "msg")[0])
         return [
             {
                 "type": each.name,
@@ -76,7 +69,7 @@ class Definition(NamedTuple):
                 "constnames": [name for name, _ in each.constants],
                 "constvalues": [value for _, value in each.constants],
             }
-            for each in self.within
+            for each in found
         ]
 
 

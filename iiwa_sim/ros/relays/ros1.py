@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import http.client
 import logging
 import os
 import sys
 import tempfile
-import threading
-import xmlrpc.client
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -22,7 +19,6 @@ from .pipe import Fault, Pipe, shortest
 
 STATES_WAIT, RESULTS_WAIT = 10, 1000
 """Messages of a topic kept for a slow subscriber."""
-FAULTS = (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error)
 
 
 def serve(pipe: Pipe, config: dict[str, Any]) -> None:
@@ -45,7 +41,7 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
             quiet = {"disable_signals": True, "disable_rosout": True, "disable_rostime": True}
             rospy.init_node(config["node"], argv=[], **quiet)
         relay = Relay(pipe, config)
-    except (*FAULTS, rospy.ROSException, ValueError) as fault:
+    except (OSError, rosgraph.MasterException, rospy.ROSException, ValueError) as fault:
         raise Fault(f"no ROS node with the master at {master}: {fault}") from None
     pipe.say("ready", without=[], node=master)
     for topic, _, recurs, _ in config["publish"]:
@@ -55,10 +51,7 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
         pipe.read(relay.take)
     finally:
         relay.ends = True
-        # A master that hangs must not keep the process.
-        leaving = threading.Thread(target=lambda: rospy.signal_shutdown("the robot ends"), daemon=True)
-        leaving.start()
-        leaving.join(5.0)
+        rospy.signal_shutdown("the robot ends")
 
 
 class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
