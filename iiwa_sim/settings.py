@@ -23,6 +23,7 @@ from iiwa_sim.wording import Unusable, harmless, shortened
 LONGEST_NAME = 100
 LONGEST_VALUE = 60
 """Most characters of a key or a value that a message shows."""
+LONGEST_FILE = 200
 LONGEST_EXPECTED = 400
 """Most characters of the expectation in a message, which may quote paths and names."""
 MISSING = "(missing)"
@@ -80,6 +81,7 @@ class SettingsFault(Unusable):
     """A settings file cannot be used."""
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:
+        file = shortened(file, LONGEST_FILE)
         place = f"{file}: {_shown(key)} = {_shown(value)}" if key else file
         wanted = shortened(" ".join(expected.split()), LONGEST_EXPECTED)
         super().__init__(harmless(f"{place}: expected {wanted}"))
@@ -118,7 +120,7 @@ class Reader:
             raise self.fault("", "", missing) from None
         except OSError as fault:
             raise self.fault("", "", f"a readable text file ({fault.strerror})") from None
-        except UnicodeDecodeError as fault:
+        except ValueError as fault:
             raise self.fault("", "", f"a readable text file ({fault})") from None
 
     def settings(self, text: str, kind: type[Settings]) -> Settings:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import degrees, inf, radians
+from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
-from iiwa_sim.settings import Reader, quoted
+from iiwa_sim.settings import Reader
 from iiwa_sim.world.gripper import Gripper
 from iiwa_sim.world.part import Part
 
@@ -195,12 +196,6 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     folder cannot be used. A relative robot folder starts at the folder of the file.
     """
     file = Path(path)
-    try:
-        is_there, why = str(path) != "" and file.exists(), ""
-    except (OSError, ValueError) as fault:  # too long a name, a NUL in it, or no permission
-        is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
-    if not is_there:
-        raise CellFault("cell", "file", quoted(str(path)), f"an existing file{why}")
     reader = Reader(str(file), CellFault)
     text = reader.text(file, "an existing file")
     alone = re.search(r"^\s*robot\s*=(.*)$", text, re.MULTILINE)
@@ -298,11 +293,8 @@ def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:
     if name in names:
         return name
     own = folder / name
-    try:
-        is_folder = name != "" and own.is_dir()
-    except (OSError, ValueError):  # a name that is too long, or a parent folder without permission
-        is_folder = False
-    reader.check(key, name, is_folder, f"a folder, or one of {', '.join(names)}")
+    there = name != "" and isdir(own)  # noqa: PTH112 a name may be too long
+    reader.check(key, name, there, f"a folder, or one of {', '.join(names)}")
     return own
 
 

@@ -206,9 +206,7 @@ def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str,
 @pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000])
 def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(
-        CellFault, match=r"^(cell: file = .*: expected an existing file|\.: expected a regular)"
-    ) as fault:
+    with pytest.raises(CellFault, match=r": expected (an existing|a regular|a readable text) file") as fault:
         load_cell(path)
     assert str(fault.value).isprintable()
     assert len(str(fault.value)) < 300
