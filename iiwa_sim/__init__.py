@@ -15,83 +15,50 @@ warning where this was imported before.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+# ruff: noqa: I001 - one import for each module, also of names that are exported again
 if TYPE_CHECKING:
-    from iiwa_sim.backdoor.client import BackdoorClient
-    from iiwa_sim.cell.bodies import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
-    from iiwa_sim.cell.settings import CellFault
+    from iiwa_sim.backdoor.client import BackdoorClient as BackdoorClient
+    from iiwa_sim.cell.bodies import (
+        BoxSettings as BoxSettings,
+        CylinderSettings as CylinderSettings,
+        PlaneSettings as PlaneSettings,
+        SphereSettings as SphereSettings,
+    )
+    from iiwa_sim.cell.settings import CellFault as CellFault
     from iiwa_sim.client import (
-        CommandError,
-        Iiwa,
-        Krc4,
-        Krc4Error,
-        ReplyError,
-        UnknownCommandError,
+        CommandError as CommandError,
+        Iiwa as Iiwa,
+        Krc4 as Krc4,
+        Krc4Error as Krc4Error,
+        ReplyError as ReplyError,
+        UnknownCommandError as UnknownCommandError,
     )
-    from iiwa_sim.clock.clock import StillMoving
-    from iiwa_sim.controller.errors import Refused
-    from iiwa_sim.controller.state import Snapshot
-    from iiwa_sim.frames import Frame
-    from iiwa_sim.options.model import Settings
-    from iiwa_sim.options.sources import SettingError
+    from iiwa_sim.clock.clock import StillMoving as StillMoving
+    from iiwa_sim.controller.errors import Refused as Refused
+    from iiwa_sim.controller.state import Snapshot as Snapshot
+    from iiwa_sim.frames import Frame as Frame
+    from iiwa_sim.options.model import Settings as Settings
+    from iiwa_sim.options.sources import SettingError as SettingError
     from iiwa_sim.protocols.faults import (
-        EVERY,
-        NEXT,
-        UNTIL_CLEARED,
-        CloseAfter,
-        CloseBefore,
-        Delay,
-        Drop,
-        Garble,
-        Pass,
-        ResetBefore,
-        Silence,
-        Split,
+        EVERY as EVERY,
+        NEXT as NEXT,
+        UNTIL_CLEARED as UNTIL_CLEARED,
+        CloseAfter as CloseAfter,
+        CloseBefore as CloseBefore,
+        Delay as Delay,
+        Drop as Drop,
+        Garble as Garble,
+        Pass as Pass,
+        ResetBefore as ResetBefore,
+        Silence as Silence,
+        Split as Split,
     )
-    from iiwa_sim.robot.description import RobotFault
-    from iiwa_sim.ros.relay import RosFault
-    from iiwa_sim.server.listening import ListenFault
-    from iiwa_sim.simulator import Simulator
-    from iiwa_sim.transcript.texts import TranscriptFault
-    from iiwa_sim.wording import Unusable
-
-__all__ = [
-    "EVERY",
-    "NEXT",
-    "UNTIL_CLEARED",
-    "BackdoorClient",
-    "BoxSettings",
-    "CellFault",
-    "CloseAfter",
-    "CloseBefore",
-    "CommandError",
-    "CylinderSettings",
-    "Delay",
-    "Drop",
-    "Frame",
-    "Garble",
-    "Iiwa",
-    "Krc4",
-    "Krc4Error",
-    "ListenFault",
-    "Pass",
-    "PlaneSettings",
-    "Refused",
-    "ReplyError",
-    "ResetBefore",
-    "RobotFault",
-    "RosFault",
-    "SettingError",
-    "Settings",
-    "Silence",
-    "Simulator",
-    "Snapshot",
-    "SphereSettings",
-    "Split",
-    "StillMoving",
-    "TranscriptFault",
-    "UnknownCommandError",
-    "Unusable",
-]
+    from iiwa_sim.robot.description import RobotFault as RobotFault
+    from iiwa_sim.ros.relay import RosFault as RosFault
+    from iiwa_sim.server.listening import ListenFault as ListenFault
+    from iiwa_sim.simulator import Simulator as Simulator
+    from iiwa_sim.transcript.texts import TranscriptFault as TranscriptFault
+    from iiwa_sim.wording import Unusable as Unusable
 
 _HOMES = {
     "backdoor.client": ("BackdoorClient",),
@@ -118,6 +85,7 @@ _HOMES = {
 """The modules that define what is offered, said a second time since the imports above are not carried out."""
 
 _HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names}
+__all__ = [*_HOME_OF]
 
 if not TYPE_CHECKING:  # or every misspelt name would count as one
 

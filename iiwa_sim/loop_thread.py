@@ -7,11 +7,9 @@ import threading
 import traceback
 from collections.abc import Callable, Coroutine
 from concurrent.futures import CancelledError
-from pathlib import Path
 from typing import Any, TypeVar
 
 CLOSED = "the loop is closed"
-ELSEWHERE = "the loop runs in the process that this one was forked from"
 
 T = TypeVar("T")
 
@@ -37,22 +35,16 @@ class LoopThread:
         """Return True if the caller runs in this thread."""
         return threading.current_thread() is self._thread
 
-    @property
-    def elsewhere(self) -> bool:
-        """Return True if this process was forked from the one with the thread, which has no copy here."""
-        return os.getpid() != self._process
-
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
         """Run a coroutine in the loop and wait for its result; what it raises is raised here.
 
         Raises TimeoutError, with what the thread is busy with, after `limit_s`.
 
         If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
-        where it would wait for ever, and if the loop is closed, closes meanwhile, or belongs to another
-        process.
+        where it would wait for ever, in a forked process, and if the loop is closed or closes meanwhile.
         """
-        if self.elsewhere:
-            raise RuntimeError(ELSEWHERE)
+        if os.getpid() != self._process:
+            raise RuntimeError("the loop runs in the process that this one was forked from")
         if self.current:
             raise RuntimeError("the loop cannot wait for itself")
         with self._lock:
@@ -73,12 +65,10 @@ class LoopThread:
         return value  # type: ignore[return-value]  # None only beside a fault, or as the result
 
     def close(self, *, wait: bool = True) -> None:
-        """Cancel what runs in the loop, end the thread and wait for that; does nothing in a forked process.
+        """Cancel what runs in the loop, end the thread and wait for that.
 
         Without `wait` a blocked thread is left alone: it ends when it is free, or with the program.
         """
-        if self.elsewhere:
-            return
         with self._lock:
             if not self._closed:
                 self._closed = True  # before the loop stops: pending coroutines start, and are cancelled
@@ -87,16 +77,11 @@ class LoopThread:
             self._thread.join()
 
     def _busy_with(self) -> str:
-        """The line of code that was called from outside of this package, or the innermost line."""
+        """The line of Python that the thread carries out."""
         frame = sys._current_frames().get(self._thread.ident or 0)
         if frame is None:
             return "nothing: it has ended"
-        stack = traceback.extract_stack(frame)
-        import sysconfig  # late: it takes some ms, for a message that is hardly ever needed
-
-        own, standard_library = str(Path(__file__).parent), sysconfig.get_path("stdlib")
-        theirs = [line for line in stack if not line.filename.startswith((own, standard_library))]
-        line = theirs[-1] if theirs else stack[-1]
+        line = traceback.extract_stack(frame)[-1]
         return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 
     def _run(self) -> None:

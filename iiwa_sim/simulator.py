@@ -12,7 +12,7 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
 from iiwa_sim.clock.clock import Clock, Stepped
-from iiwa_sim.clock.pace import Pace, pace
+from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.loop_thread import LoopThread
@@ -87,7 +87,7 @@ class Simulator:
             raise SettingError(
                 f"--rosbridge-port, --ros, --ros2: expected none, with several robots in {self.cells[0].path}"
             )
-        self.clock = Clock(settings.rate_hz, _pace(settings.clock))
+        self.clock = Clock(settings.rate_hz, pace(settings.clock))
         budget = Budget(self.clock.catch_up)
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
@@ -259,9 +259,9 @@ class Simulator:
         """Resume simulated time."""
         self.call(self.clock.resume)
 
-    def set_clock(self, clock: str | Pace) -> None:
+    def set_clock(self, clock: str) -> None:
         """Set the clock: "real", "10x", "fast" or "stepped". Raises ValueError for others."""
-        wanted = _pace(clock)
+        wanted = pace(clock)
         self.call(lambda: self.clock.set_pace(wanted))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
@@ -365,15 +365,10 @@ class Simulator:
 
         blocked = False
         try:
-            if not thread.elsewhere:  # a forked child that leaves would end its parent's robot
-                thread.wait_for(leave, LEAVE_S)
+            thread.wait_for(leave, LEAVE_S)
         except TimeoutError:
             blocked = True
             raise
         finally:
             thread.close(wait=not blocked)
             self._thread = None
-
-
-def _pace(clock: str | Pace) -> Pace:
-    return clock if isinstance(clock, Pace) else pace(clock)

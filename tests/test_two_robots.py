@@ -6,7 +6,6 @@ import json
 import logging
 import signal
 import socket
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -121,17 +120,6 @@ def test_a_part_is_handed_over_twice_with_the_same_bits() -> None:
     assert right.parts[0].frame[:3] == pytest.approx((660, 0, 460), abs=0.5)
 
 
-def test_the_bar_falls_if_the_giver_opens_before_the_other_holds_it(cell: Simulator) -> None:
-    with Drivers(cell) as drivers:
-        for name, command, _ in HAND_OVER[:10]:
-            drivers.rests(name) if command == RESTS else drivers.ask(name, command)
-            cell.advance(1.0)
-        drivers.ask("left", OPEN)
-        cell.advance(2.0)
-    assert states(cell)[0].parts[0].state == "lies"
-    assert states(cell)[0].parts[0].frame.z_mm < 400.0
-
-
 def answers(simulator: Simulator, name: str) -> list[str]:
     """Return replies to a driver, while others rest."""
     said = []
@@ -165,26 +153,6 @@ def test_each_driver_is_answered_as_alone(tmp_path: Path) -> None:
     with Simulator(cell=CELL, clock="stepped") as simulator:
         for name in simulator.robots:
             assert answers(simulator, name) == expected
-
-
-def test_both_robots_answer_every_line_of_a_flood() -> None:
-    count = 1500
-    found: dict[str, list[bytes]] = {}
-    with Simulator(cell=CELL, clock="fast") as simulator:
-
-        def flood(name: str, port: int) -> None:
-            with socket.create_connection(("127.0.0.1", port), 60) as connection:
-                connection.sendall(b"set output : 4 1\r\nget output : 4\r\nsmart get\r\n" * (count // 3))
-                connection.shutdown(socket.SHUT_WR)
-                found[name] = connection.makefile("rb").read().splitlines()
-
-        each = [threading.Thread(target=flood, args=(n, r.port)) for n, r in simulator.robots.items()]
-        for thread in each:
-            thread.start()
-        for thread in each:
-            thread.join()
-    assert list(map(len, found.values())) == [count, count]
-    assert found["left"] == found["right"]
 
 
 def test_there_is_one_time(cell: Simulator) -> None:

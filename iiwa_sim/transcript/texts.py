@@ -5,14 +5,13 @@ both, bytes that do not print are written `\x09`, a backslash `\\`, and a litera
 
 `{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its third number, and
 `{get tool frame + 0 0 9 0 0 0}` for its numbers with these added. Of KRC4 messages `{GOP}` stands for the
-reals of the last reply, `{GOP + 0 0 10}` for them with these added, and `{GOP R2}` for one register.
+reals of the last reply, and `{GOP + 0 0 10}` for them with these added.
 """
 
 import math
 import re
 from collections.abc import Mapping
 
-from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.krc4_xml import (
     LARGEST_INTEGER,
     REPLY,
@@ -34,9 +33,7 @@ from iiwa_sim.wording import Unusable, harmless, shortened
 LONGEST_MESSAGE = 400
 """Most characters of a message, which may quote paths and lines."""
 
-_PLACEHOLDER = re.compile(
-    r"\{(?P<topic>[a-z ]+?|[A-Z]{3})(?: (?P<place>\d+|[IR]\d))?\s*(?:\+(?P<more>[^{}]*))?\}"
-)
+_PLACEHOLDER = re.compile(r"\{(?P<topic>[a-z ]+?|[A-Z]{3})(?: (?P<place>\d+))?\s*(?:\+(?P<more>[^{}]*))?\}")
 _TAGS = {command.id: command.tag for command in load_krc4_table().values()}
 _FIN = next(number for number, name in _TAGS.items() if name == "FIN")
 
@@ -136,7 +133,7 @@ def filled(protocol: str, text: str, heard: Mapping[str, str]) -> str:
             raise ValueError(f"'{found['topic']}' has not been asked yet")
         more = None if found["more"] is None else _numbers(found["more"])
         if protocol == KRC4:
-            return _registers(found["topic"], reply, found["place"], more or [])
+            return _reals(found["topic"], reply, more or [])
         place = int(found["place"] or 0)
         if place:
             if place > len(reply.split()):
@@ -187,22 +184,17 @@ def _message_deviation(wanted: Message, within: float, reply: str) -> str:
     return ""
 
 
-def _registers(tag: str, reply: str, register: str | None, more: list[float]) -> str:
-    """Return the reals of a KRC4 reply, or one register of it, with numbers added."""
+def _reals(tag: str, reply: str, more: list[float]) -> str:
+    """Return the reals of a KRC4 reply, with numbers added."""
     last = understood(reply, REPLY)
     if last.fault or _TAGS.get(last.command) != tag:
         raise ValueError(f"expected '{tag}' to have been answered, got '{reply}'")
     added = [real + other for real, other in zip(last.reals, [*more, *[0.0] * len(last.reals)], strict=False)]
-    if register is None:
-        return " ".join(written(reply_of((), added)).split()[3:])
-    place = int(register[1:])
-    if register.startswith("I"):
-        return str(last.integers[place])
-    return format_decimals([last.reals[place] + (more or [0.0])[0]]).decode()
+    return " ".join(written(reply_of((), added)).split()[3:])
 
 
 def _without_placeholders(text: str) -> str:
-    return _PLACEHOLDER.sub(lambda found: "0" if found["place"] else "", text)
+    return _PLACEHOLDER.sub("", text)
 
 
 def _numbers(text: str) -> list[float]:
