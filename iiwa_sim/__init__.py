@@ -85,7 +85,7 @@ _HOMES = {
 """The modules that define what is offered, said a second time since the imports above are not carried out."""
 
 _HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names}
-__all__ = [*_HOME_OF]
+__all__ = [*_HOME_OF]  # noqa: PLE0604
 
 if not TYPE_CHECKING:  # or every misspelt name would count as one
 

@@ -107,7 +107,7 @@ class Simulator:
             self._only = first
             self.cell, self.dialogue, self.backdoor = first.cell, first.dialogue, first.backdoor
             self.state, self.reply = first.state, first.reply
-        self._transcripts: list[Recorder] = []
+        self._opened = AsyncExitStack()
         self._backdoor_http: BackdoorHttp | None = None
         if settings.backdoor_port is not None:
             from iiwa_sim.backdoor import http
@@ -148,27 +148,27 @@ class Simulator:
     async def __aenter__(self) -> Self:
         if self._runs:
             raise RuntimeError(RUNNING)
-        async with AsyncExitStack() as listening:
-            transcripts = []
+        async with AsyncExitStack() as opened:
             if self.settings.transcript is not None:
                 path = Path(self.settings.transcript)
                 for robot in self.robots.values():
                     own = path.with_stem(f"{path.stem}-{robot.name}") if len(self.robots) > 1 else path
-                    transcripts.append(listening.enter_context(self._transcript(own, robot)))
+                    opened.enter_context(self._transcript(own, robot))
+            opened.callback(self._recordings.end_all)
             if self.settings.record is not None:
-                listening.callback(self._recordings.end_all)
-                record = Path(self.settings.record), self.settings.record_rate_hz, self._sources
-                self._recordings.begin(*record)
-            for server in self._listeners:
-                await server.start()
-                listening.push_async_callback(server.close)
+                record = Path(self.settings.record), self.settings.record_rate_hz
+                self._recordings.begin(*record, self._sources)
+            opened.callback(self.clock.stop)
+            for server in (self._status, self._ros, self._backdoor_http):
+                if server is not None:  # who has reached the robots' own ports finds these open
+                    await server.start()
+                    opened.push_async_callback(server.close)
             for robot in self.robots.values():
                 with log.named(robot.log_name):
                     for port in robot.servers.values():
                         await port.start()
-                        listening.push_async_callback(port.close)
-            listening.pop_all()
-            self._transcripts = transcripts
+                        opened.push_async_callback(port.close)
+            self._opened = opened.pop_all()
         self.clock.start(self._watched())
         return self
 
@@ -176,17 +176,7 @@ class Simulator:
         self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
     ) -> None:
         self._group.stop()  # or the log would say that the clients have vanished
-        try:
-            for robot in self.robots.values():
-                for port in reversed(robot.servers.values()):
-                    await port.close()
-            for server in reversed(self._listeners):
-                await server.close()
-        finally:
-            self.clock.stop()
-            while self._transcripts:
-                self._transcripts.pop().close()
-            self._recordings.end_all()
+        await self._opened.aclose()
 
     def __enter__(self) -> Self:
         if self._thread is not None or self._runs:
@@ -326,11 +316,6 @@ class Simulator:
     @property
     def _runs(self) -> bool:
         return any(server.listening for each in self.robots.values() for server in each.servers.values())
-
-    @property
-    def _listeners(self) -> "list[StatusStream | RosSide | BackdoorHttp]":
-        """Listeners that open before the robots' own ports: who has reached those finds these open."""
-        return [each for each in (self._status, self._ros, self._backdoor_http) if each is not None]
 
     def _watched(self) -> Stepped:
         """The robots for the clock; with nobody else in between where nobody watches."""
