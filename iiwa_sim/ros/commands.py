@@ -84,13 +84,11 @@ def _with_speed(move: MoveRequest, command: Any, robot: Controller) -> MoveReque
     if word == "RAD/S":
         if not on_each_joint:
             raise _bad(f"velocity_type RAD/S: only for PTP, SMART and DIRECT to {JOINTS}")
-        if min(values) < 0.0:
-            raise _bad("velocity in RAD/S: expected 0 or more")
         limits = robot.description.velocity
         each = values * (len(joints) // len(values))
         for name, speed, limit in zip(joints, each, limits, strict=True):
-            if speed > limit:
-                raise _bad(f"velocity {speed:g} rad/s: {name} goes up to {limit:.7g} rad/s")
+            if not 0.0 <= speed <= limit:
+                raise _bad(f"velocity {speed:g} rad/s: {name} goes up to {limit:.7g} rad/s, from 0")
         return move._replace(speeds=tuple(speed / limit for speed, limit in zip(each, limits, strict=True)))
     if word not in _SHARES:
         raise _unknown("velocity_type", word, (*_SHARES, "M/S", "RAD/S"))

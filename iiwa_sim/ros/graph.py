@@ -1,13 +1,16 @@
-"""The topics and services of one robot on ROS, whatever the transport."""
+"""The topics and services of one robot on ROS, whatever the transport, and questions about them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.ros.messages import BadMessage, Message, checked, time_of
+from iiwa_sim.ros.messages import BadMessage, Message, checked, interface, short_name, time_of, to_ros1
+
+NODE = "/iiwa_sim"
+ROS_VERSION = "/rosapi/get_ros_version"
 
 Content = Callable[[], Message]
 Listener = Callable[[Message, int], None]
@@ -29,14 +32,9 @@ class Topic:
     listeners: list[Listener] = field(default_factory=list)
 
     @property
-    def recurs(self) -> bool:
-        """True if a message may be left out, since the next one says it anew."""
-        return self.rate_hz > 0
-
-    @property
     def is_latched(self) -> bool:
         """True if every subscriber gets one message, at once."""
-        return self.content is not None and not self.recurs
+        return self.content is not None and not self.rate_hz
 
     def publish(self, message: Message) -> None:
         """Tell all listeners a message."""
@@ -58,14 +56,20 @@ class Served:
 class Graph:
     """Topics and services by name, with a leading slash. Appendix A and the joint interface add theirs."""
 
-    def __init__(self, controller: Controller, now_ns: Callable[[], int]) -> None:
-        """`now_ns` returns the time that goes into headers (ns)."""
+    def __init__(self, controller: Controller, now_ns: Callable[[], int] | None) -> None:
+        """`now_ns` returns the time that goes into headers (ns), by default simulated time."""
         self._controller = controller
         self._tick_rate_hz = round(1.0 / controller.tick_s)
-        self.now_ns = now_ns
+        self.now_ns = now_ns or self.simulated_ns
         self.published: dict[str, Topic] = {}
         self.subscribed: dict[str, Served] = {}
         self.services: dict[str, Served] = {}
+        self.actions: dict[str, str] = {}
+        """Types of actions."""
+
+    def simulated_ns(self) -> int:
+        """Return the simulated time (ns)."""
+        return round(1e9 * self._controller.tick * self._controller.tick_s)
 
     def is_due(self, rate_hz: int) -> bool:
         """Return whether something that recurs at a rate (Hz of simulated time) is due in this tick."""
@@ -84,7 +88,7 @@ class Graph:
     @property
     def watching(self) -> bool:
         """True if a tick may publish something that somebody hears."""
-        return any(topic.listeners and topic.recurs for topic in self.published.values())
+        return any(topic.listeners and topic.rate_hz for topic in self.published.values())
 
     def listen(self, name: str, listener: Listener) -> Callable[[], None]:
         """Register a listener for a topic; return what ends that."""
@@ -115,3 +119,70 @@ class Graph:
         for topic in self.published.values():
             if topic.listeners and topic.content is not None and self.is_due(topic.rate_hz):
                 topic.publish(topic.content())
+
+
+class RosApi:
+    """Answers questions about a graph, as the services of the package rosapi do in ROS 1 and ROS 2.
+
+    https://github.com/RobotWebTools/rosbridge_suite/tree/ros2/rosapi
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._answers: dict[str, Callable[[str, bool], Message]] = {
+            "topics": lambda _, ros2: _listed(self._topics(ros2)),
+            "topic_type": lambda name, ros2: {"type": self._topics(ros2).get(rooted(name), "")},
+            "topics_for_type": lambda kind, ros2: {"topics": _of(self._topics(ros2), kind)},
+            "services": lambda _, ros2: {"services": [*self._services(ros2), *self.services]},
+            "service_type": lambda name, ros2: {"type": self._services(ros2).get(rooted(name), "")},
+            "services_for_type": lambda kind, ros2: {"services": _of(self._services(ros2), kind)},
+            "nodes": lambda _, __: {"nodes": [NODE]},
+            "message_details": lambda kind, _: _details(kind, "msg", 0),
+            "service_request_details": lambda kind, _: _details(kind, "srv", 0),
+            "service_response_details": lambda kind, _: _details(kind, "srv", 1),
+            "action_servers": lambda _, __: {"action_servers": list(graph.actions)},
+            "get_time": lambda _, ros2: {"time": graph.stamp if ros2 else to_ros1(graph.stamp)},
+            "get_ros_version": lambda _, __: {"version": 2, "distro": ""},
+        }
+        self.services = [f"/rosapi/{name}" for name in self._answers]
+
+    def answer(self, service: str, arguments: Any, ros2: bool) -> Message:
+        """Return a response. Raises KeyError with the name of a service or type that does not exist."""
+        if service not in self.services:
+            raise KeyError(service)
+        return self._answers[service.removeprefix("/rosapi/")](argument_of(arguments), ros2)
+
+    def _topics(self, ros2: bool) -> dict[str, str]:
+        return {**_told(self._graph.published, ros2), **_told(self._graph.subscribed, ros2)}
+
+    def _services(self, ros2: bool) -> dict[str, str]:
+        return _told(self._graph.services, ros2)
+
+
+def rooted(name: str) -> str:
+    """Return a name with its leading slash, which many clients leave out."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def argument_of(arguments: Any) -> str:
+    """Return the first argument of a call: no service of rosapi here needs another."""
+    values = [*arguments.values()] if isinstance(arguments, dict) else arguments
+    return values[0] if isinstance(values, list) and values and isinstance(values[0], str) else ""
+
+
+def _told(named: Mapping[str, Topic] | Mapping[str, Served], ros2: bool) -> dict[str, str]:
+    """The types by name, as a client of that ROS knows them."""
+    shown = {name: each for name, each in named.items() if ros2 or each.in_ros1}
+    return {name: each.kind if ros2 else short_name(each.kind) for name, each in shown.items()}
+
+
+def _listed(topics: dict[str, str]) -> Message:
+    return {"topics": list(topics), "types": list(topics.values())}
+
+
+def _of(types: dict[str, str], wanted: str) -> list[str]:
+    return [name for name, kind in types.items() if kind == wanted]
+
+
+def _details(name: str, kind: str, part: int) -> Message:
+    return {"typedefs": interface(name, kind)[part].details}

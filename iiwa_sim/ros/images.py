@@ -31,10 +31,8 @@ class Images:
 
     def step(self) -> None:
         """Notice a tick: begin the pictures that are due, unless the last one is not done yet."""
-        for topic, name in self._topics.items():
-            if not self._graph.published[topic].listeners or not self._graph.is_due(RATE_HZ):
-                continue
-            if topic not in self._rendered:
+        for topic, name in self._topics.items() if self._graph.is_due(RATE_HZ) else ():
+            if self._graph.published[topic].listeners and topic not in self._rendered:
                 self._rendered[topic] = future = wrap_future(self._camera.picture(name))
                 future.add_done_callback(partial(self._publish, topic, self._graph.header(name)))
 

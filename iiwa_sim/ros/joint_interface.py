@@ -76,6 +76,7 @@ class JointInterface:
             ("/robot_description", "std_msgs/msg/String", 0, lambda: {"data": controller.description.urdf}),
         ):
             graph.published[topic] = Topic(kind, rate_hz, content)
+        graph.actions[ACTION] = ACTION_TYPE
         graph.subscribed |= {
             TRAJECTORY: Served("trajectory_msgs/msg/JointTrajectory", self._follow),
             COMMANDS: Served("sensor_msgs/msg/JointState", self._head_for),
@@ -135,11 +136,10 @@ class JointInterface:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        is_due = self._feedback and self._graph.is_due(FEEDBACK_HZ)
-        progress = self._controller.trajectories.progress if is_due else None
-        hear = None if progress is None else self._feedback.get(progress.number)
-        if progress is not None and hear is not None:
-            hear(_feedback(progress, self._names, self._graph.header()))
+        if self._feedback and self._graph.is_due(FEEDBACK_HZ):
+            progress = self._controller.trajectories.progress
+            if progress is not None and progress.number in self._feedback:
+                self._feedback[progress.number](_feedback(progress, self._names, self._graph.header()))
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
@@ -169,7 +169,7 @@ class JointInterface:
     # States
 
     def _clock(self) -> Message:
-        return {"clock": time_of(round(1e9 * self._controller.tick * self._controller.tick_s))}
+        return {"clock": time_of(self._graph.simulated_ns())}
 
     def _moving_transforms(self) -> Message:
         controller, header = self._controller, self._graph.header
@@ -238,10 +238,9 @@ def _seconds(time: Any) -> float:
 
 def _goal(goal: Any, now_ns: int) -> TrajectoryRequest:
     """A FollowJointTrajectory_Goal as a request. Raises `Refused`."""
-    if goal.multi_dof_trajectory.joint_names or goal.multi_dof_trajectory.points:
-        raise Refused(EXECUTION, "multi_dof_trajectory: expected an empty one")
-    if goal.component_path_tolerance or goal.component_goal_tolerance:
-        raise Refused(EXECUTION, "component tolerances: expected none")
+    multi = goal.multi_dof_trajectory
+    if multi.joint_names or multi.points or goal.component_path_tolerance or goal.component_goal_tolerance:
+        raise Refused(EXECUTION, "multi_dof_trajectory and tolerances of components: expected none")
     path, end = (
         {each.name: Tolerance(each.position, each.velocity) for each in told}
         for told in (goal.path_tolerance, goal.goal_tolerance)

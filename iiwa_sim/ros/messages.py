@@ -30,7 +30,7 @@ _CONSTANT = re.compile(r"(\w+)\s+([A-Z]\w*)\s*=\s*(\S+)")
 
 
 class BadMessage(Exception):
-    """A message does not fit its type. One line, with the place."""
+    """A message does not fit its type, or its operation is refused. One line, for the client."""
 
 
 class Field(NamedTuple):
@@ -65,7 +65,7 @@ class Definition(NamedTuple):
                 "fieldnames": [field.name for field in each.fields],
                 "fieldtypes": [field.type for field in each.fields],
                 "fieldarraylen": [field.length for field in each.fields],
-                "examples": [_example(field) for field in each.fields],
+                "examples": [""] * len(each.fields),
                 "constnames": [name for name, _ in each.constants],
                 "constvalues": [value for _, value in each.constants],
             }
@@ -140,12 +140,6 @@ def time_of(ns: int) -> dict[str, int]:
     """Return a time or a duration (ns) as ROS 2 has it."""
     sec, nanosec = divmod(ns, NS_PER_S)
     return {"sec": sec, "nanosec": nanosec}
-
-
-def _example(field: Field) -> str:
-    if field.length != SINGLE:
-        return "[]"
-    return str(_TYPES[field.type][1]) if field.type in _TYPES else "{}"
 
 
 def _text(package: str, kind: str, own: str) -> str:

@@ -1,7 +1,6 @@
 """The environment of the node of ROS 2: where it is looked for, and how one is made from wheels."""
 
 import os
-import shutil
 import subprocess
 import sys
 import venv
@@ -83,9 +82,6 @@ def make(folder: Path) -> str:
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet"]
     if subprocess.run([*pip, "install", *PACKAGES], stdout=sys.stderr, check=False).returncode:
         raise RosFault(f"pip could not install {PACKAGES[0]} into {folder}: what it says is above")
-    for compiler in ("cc", "c++"):
-        if shutil.which(compiler) is None:
-            return f"there is no compiler {compiler}"
     made = subprocess.run([str(python), script, *packages], capture_output=True, text=True, check=False)
     if made.returncode:
         return shortened(" ".join(made.stderr.split()), 500)

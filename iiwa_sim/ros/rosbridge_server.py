@@ -100,9 +100,8 @@ class RosbridgeServer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._server is None:
-            raise RuntimeError("the server does not listen")
+        """Host and port listened on between `start` and `close`."""
+        assert self._server is not None
         host, port = next(iter(self._server.sockets)).getsockname()[:2]
         return host, port
 

@@ -20,11 +20,10 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
-from iiwa_sim.ros.graph import Graph, Served, Topic
+from iiwa_sim.ros.graph import ROS_VERSION, Graph, RosApi, Served, Topic, argument_of, rooted
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
-from iiwa_sim.ros.rosapi import ROS_VERSION, RosApi, argument_of, rooted
 from iiwa_sim.wording import harmless, shortened
 
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
@@ -36,10 +35,6 @@ _Count = Annotated[float, msgspec.Meta(ge=0, le=2**31)] | None
 
 _encode = msgspec.json.Encoder().encode
 _decoder = msgspec.json.Decoder(dict[str, Any])
-
-
-class Misuse(Exception):
-    """An operation is refused. The message is for the client."""
 
 
 class _Asked(msgspec.Struct):
@@ -132,9 +127,9 @@ class RosbridgeSession:
                 self._authenticate(message)
                 return
             if not isinstance(operation, str) or operation not in self._operations:
-                raise Misuse(f"op {_shown(operation)}: expected {', '.join(self._operations)}")
+                raise BadMessage(f"op {_shown(operation)}: expected {', '.join(self._operations)}")
             self._operations[operation](msgspec.convert(message, _Asked))
-        except (Misuse, BadMessage, msgspec.ValidationError) as fault:
+        except (BadMessage, msgspec.ValidationError) as fault:
             self._refuse(text, identifier, str(fault))
         except Exception as fault:  # noqa: BLE001  # an internal error must not cost the client its connection
             self._log.exception(self._name, _shown(text), fault)
@@ -176,7 +171,7 @@ class RosbridgeSession:
     def _heard(self, topic: str) -> Served:
         """A topic that the robot subscribes to."""
         if topic not in self._graph.subscribed:
-            raise Misuse(f"nobody listens to {topic}: expected {', '.join(self._graph.subscribed)}")
+            raise BadMessage(f"nobody listens to {topic}: expected {', '.join(self._graph.subscribed)}")
         return self._graph.subscribed[topic]
 
     def _publish(self, asked: _Asked) -> None:
@@ -187,7 +182,7 @@ class RosbridgeSession:
     def _subscribe(self, asked: _Asked) -> None:
         topic = rooted(asked.topic)
         if topic not in self._graph.published:
-            raise Misuse(f"nobody publishes {topic}: expected one of {', '.join(self._graph.published)}")
+            raise BadMessage(f"nobody publishes {topic}: expected one of {', '.join(self._graph.published)}")
         published = self._graph.published[topic]
         _check_type(topic, published.kind, asked.type)
         self._notice(asked.type)
@@ -203,7 +198,7 @@ class RosbridgeSession:
     def _unsubscribe(self, asked: _Asked) -> None:
         topic = rooted(asked.topic)
         if topic not in self._subscriptions:
-            raise Misuse(f"{topic} is not subscribed to")
+            raise BadMessage(f"{topic} is not subscribed to")
         self._subscriptions[topic].pop(asked.id, None)
         if asked.id is None or not self._subscriptions[topic]:
             self._end_feed(topic)
@@ -284,13 +279,13 @@ class RosbridgeSession:
 
         try:
             if rooted(asked.action) != ACTION:
-                raise Misuse(f"there is no action {_shown(asked.action)}: expected {ACTION}")
+                raise BadMessage(f"there is no action {_shown(asked.action)}: expected {ACTION}")
             _check_type(ACTION, ACTION_TYPE, asked.action_type)
             if identifier in self._goals:
-                raise Misuse("expected an id of its own")
+                raise BadMessage("expected an id of its own")
             wanted = hear if asked.feedback else None
             self._goals[identifier] = self._joints.send_goal(asked.args or {}, ended, wanted, self._name)
-        except (Misuse, BadMessage, Refused) as fault:
+        except (BadMessage, Refused) as fault:
             reason = fault.reason if isinstance(fault, Refused) else str(fault)
             self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, reason)
             result(f"Action goal was rejected: {reason}", _UNKNOWN, ran=False)
@@ -301,44 +296,38 @@ class RosbridgeSession:
     def _cancel_goal(self, asked: _Asked) -> None:
         number = self._goals.get(str(asked.id))
         if number is None:
-            raise Misuse("there is no such goal, or it has ended")
+            raise BadMessage("there is no such goal, or it has ended")
         self._joints.cancel(number)
 
     def _authenticate(self, message: Message) -> None:
         assert self._secret is not None
         self.closing = True
         if message.get("op") != "auth":
-            raise Misuse("expected op auth before any other")
-        wrong = fault_of(message, self._secret, int(self._now_s()))
-        if wrong is not None:
-            raise Misuse(f"not let in: {wrong}")
+            raise BadMessage("expected op auth before any other")
+        _check_auth(message, self._secret, int(self._now_s()))
         self._known, self.closing = True, False
 
 
-def fault_of(message: Message, secret: str, now_s: int) -> str | None:
-    """Return the fault in the fields of an `auth`; None if they are right.
+def _check_auth(message: Message, secret: str, now_s: int) -> None:
+    """Raise BadMessage for an `auth` with wrong fields.
 
     The code is that of rosauth (https://wiki.ros.org/rosauth): SHA-512 over the secret, client, dest, rand,
     t, level and end; `t` must be near the present time (s since 1970), and `end` in the future.
     """
-    try:
-        auth = msgspec.convert(message, _Auth)
-    except msgspec.ValidationError as fault:
-        return str(fault)
-    if abs(now_s - auth.t) > CLOCKS_APART_S:
-        return f"t is more than {CLOCKS_APART_S} s from the time here"
-    if auth.end < now_s:
-        return "end is over"
+    auth = msgspec.convert(message, _Auth)
     mac, *fields = map(str, msgspec.structs.astuple(auth))
     expected = sha512("".join([secret, *fields]).encode("utf-8", "backslashreplace")).hexdigest()
     if not compare_digest(expected.encode(), mac.encode("utf-8", "backslashreplace")):
-        return "mac: made with another secret, or of other fields"
-    return None
+        raise BadMessage("not let in: mac: made with another secret, or of other fields")
+    if abs(now_s - auth.t) > CLOCKS_APART_S:
+        raise BadMessage(f"not let in: t is more than {CLOCKS_APART_S} s from the time here")
+    if auth.end < now_s:
+        raise BadMessage("not let in: end is over")
 
 
 def _check_type(name: str, kind: str, told: Any) -> None:
     if told not in (None, "", "*") and short_name(str(told)) != short_name(kind):
-        raise Misuse(f"{name} is of type {short_name(kind)}, not {_shown(told)}")
+        raise BadMessage(f"{name} is of type {short_name(kind)}, not {_shown(told)}")
 
 
 def _request_of(names: Sequence[str], arguments: Any) -> Any:

@@ -14,9 +14,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.log import SessionLog
 from iiwa_sim.options.model import Settings
 from iiwa_sim.ros.appendix_a import AppendixA
-from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.graph import NODE, Graph
 from iiwa_sim.ros.images import IMAGE, Images
-from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
+from iiwa_sim.ros.joint_interface import JointInterface
 from iiwa_sim.ros.messages import Message, short_name
 from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.relay import Relay, RosFault
@@ -28,7 +28,6 @@ from iiwa_sim.server.web_access import WebAccess
 if TYPE_CHECKING:
     from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
-NODE_NAME = "iiwa_sim"
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """The folder of Debian's and Ubuntu's packages for that Python."""
@@ -48,12 +47,7 @@ class RosSide:
     """
 
     def __init__(self, controller: Controller, log: SessionLog, settings: Settings, clock: Clock) -> None:
-        now_ns = time.time_ns
-        if settings.ros_stamps == "simulated":
-
-            def now_ns() -> int:
-                return round(1e9 * controller.tick * controller.tick_s)
-
+        now_ns = None if settings.ros_stamps == "simulated" else time.time_ns
         self._graph = graph = Graph(controller, now_ns)
         apply = settings.ros_reference == "apply"
         self._appendix_a = AppendixA(graph, controller, log, apply_reference=apply)
@@ -148,12 +142,12 @@ class RosSide:
             return kind if ros2 else short_name(kind)
 
         return {
-            "node": NODE_NAME,
+            "node": NODE.lstrip("/"),
             "namespace": settings.ros_namespace.strip("/"),
             "packages": str(files("iiwa_sim.protocol").joinpath("rmi")),
             "result_constants": RESULT_CONSTANTS[settings.ros_result],
             "publish": [
-                [name, named(topic.kind), topic.recurs, topic.is_latched]
+                [name, named(topic.kind), topic.rate_hz > 0, topic.is_latched]
                 for name, topic in graph.published.items()
                 if (ros2 or topic.in_ros1) and topic.kind != IMAGE
             ],
@@ -161,7 +155,7 @@ class RosSide:
                 key: [[name, named(each.kind)] for name, each in served.items() if ros2 or each.in_ros1]
                 for key, served in (("subscribe", graph.subscribed), ("serve", graph.services))
             },
-            "actions": [[ACTION, ACTION_TYPE]],
+            "actions": list(graph.actions.items()),
         }
 
 

@@ -135,7 +135,7 @@ def test_an_emergency_stop_ends_all_and_refuses_new_ones(robot: RosRobot) -> Non
 
 @pytest.mark.requirement("FRC017", "FRA007")
 def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
-    published = {name: topic for name, topic in robot.graph.published.items() if topic.recurs}
+    published = {name: topic for name, topic in robot.graph.published.items() if topic.rate_hz}
     heard = {name: robot.hears(name) for name in published}
     robot.controller.move(joint_move(B, [0.5] * 7))
     robot.controller.io.set_output(2, True)

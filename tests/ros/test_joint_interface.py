@@ -214,7 +214,7 @@ def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
 
 
 def test_topics_come_at_their_rates(client: Client, robot: RosRobot) -> None:
-    recurring = {name: topic for name, topic in robot.graph.published.items() if topic.recurs}
+    recurring = {name: topic for name, topic in robot.graph.published.items() if topic.rate_hz}
     for name, topic in recurring.items():
         assert client.says("subscribe", topic=name, type=topic.kind, queue_length=1000) == []
     robot.step(1000)

@@ -99,8 +99,6 @@ def test_what_tools_ask_when_they_connect(client: Client) -> None:
     assert joint_state["fieldtypes"][:3] == ["std_msgs/Header", "string", "float64"]
     assert [part["type"] for part in parts] == ["std_msgs/Header", "builtin_interfaces/Time"]
     assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": [ACTION]}
-    assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
-    assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}
     assert client.calls("/rosapi/topic_type", ["/joint_states"])["values"] == {
         "type": "sensor_msgs/JointState"
     }

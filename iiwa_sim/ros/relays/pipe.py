@@ -40,10 +40,6 @@ class Pipe:
             self._out.write(text + "\n")
             self._out.flush()
 
-    def warn(self, text: str) -> None:
-        """Have a line put into the log of iiwa-sim."""
-        self.say("status", level="warning", msg=text)
-
     def call(self, service: str, args: Any) -> tuple[Any, str]:
         """Call a service of iiwa-sim; return its values, or the reason for which there are none."""
         number, answer = next(self._numbers), Future()  # type: tuple[int, Future[Any]]

@@ -95,7 +95,8 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
 
     def _shut_down(self) -> None:
         if not self.ends:
-            self._pipe.warn("the ROS node was shut down from outside: its topics and services are gone")
+            gone = "the ROS node was shut down from outside: its topics and services are gone"
+            self._pipe.say("status", level="warning", msg=gone)
 
     def _hears(self, topic: str) -> Callable[[Any], object]:
         return lambda message: self._pipe.say("publish", topic=topic, msg=_plain(message))

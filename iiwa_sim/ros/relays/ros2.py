@@ -155,13 +155,11 @@ class Relay:
 
     def _matched(self, topic: str, kind: str) -> Callable[[Any], None]:
         """Hear a topic as long as somebody subscribes: a robot at rest that nobody watches does not tick."""
-        return lambda now: self._heed(topic, kind, now.current_count)
 
-    def _heed(self, topic: str, kind: str, subscribers: int) -> None:
-        if subscribers:
-            self._pipe.say("subscribe", topic=topic, type=kind)
-        else:
-            self._pipe.say("unsubscribe", topic=topic)
+        def heed(now: Any) -> None:
+            self._pipe.say("subscribe" if now.current_count else "unsubscribe", topic=topic, type=kind)
+
+        return heed
 
     def _hears(self, topic: str) -> Callable[[Any], object]:
         return lambda message: self._pipe.say("publish", topic=topic, msg=plain(message))
