@@ -65,7 +65,7 @@ class Push:
     def leave(self, client: Any = None) -> None:
         """End the push, if it is of this client."""
         grabbed = self._grabbed
-        if grabbed is not None and (client is None or grabbed.client.client_id == client.client_id):
+        if grabbed is None or client is None or grabbed.client.client_id == client.client_id:
             self._grabbed = None
             self._push()  # the station follows no longer if this was the last client
 
