@@ -107,17 +107,3 @@ def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float) -
     places = np.array([robot.tcp(q).translation for q in robot.joints])
     speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / robot.tick_s
     assert 0.9 * speed_m_s < speeds.max() <= speed_m_s * (1.0 + 1e-6)
-
-
-def test_a_joint_move_blends_as_far_as_it_is_told() -> None:
-    passes = {}
-    for blending_rel in (0.0, 0.1, 0.4):
-        stepped = SteppedRobot()
-        far = [q + 0.4 for q in stepped.controller.joints]
-        stepped.controller.move(joint_move(far, [1.0] * 7, blending_rel))
-        stepped.controller.move(joint_move([far[0] + 0.5, *far[1:]], [1.0] * 7))
-        stepped.runs_until_stopped()
-        passes[blending_rel] = min(np.abs(np.subtract(q, far)).max() for q in stepped.joints)
-    assert passes[0.0] < 1e-8
-    assert 1e-3 < passes[0.1] < 0.1 * 0.4
-    assert passes[0.1] <= passes[0.4]

@@ -21,7 +21,6 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.executor import Executor
-from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import (
     direct_cartesian_move,
     direct_joint_move,
@@ -179,18 +178,6 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller.reset_error()
     assert controller.status().drives_powered == 1
     controller.move(joint_move(AWAY, FULL))
-
-
-@pytest.mark.requirement("FRC021")
-def test_a_refused_command_is_no_state_of_error() -> None:
-    robot = SteppedRobot()
-    talk = Conversation(robot.controller)
-    assert talk.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
-    assert talk.ask("get error").startswith(f"{JOINT_LIMIT} A1")
-    assert talk.ask("get robot status") == "2 0 1 1 0 0 0"
-    assert talk.ask("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 1") == "done"
-    assert talk.ask("reset error") == "done"
-    assert talk.ask("get error") == "0 none"
 
 
 # What a test bench does

@@ -293,30 +293,6 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     assert controller.joints == tuple(AWAY)
 
 
-@pytest.mark.parametrize("kind", ["lin", "ptp"])
-@both
-def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, kind: str) -> None:
-    robot = at_start(name)
-    controller = robot.controller
-
-    def move(*parameters: Any) -> int:
-        return controller.move(getattr(asked, f"{kind}_stiff_move")(*parameters))
-
-    first = move(robot.tcp_frame(PLACES[name][1]), 1.0, 2000.0, NO_FORCE)
-    robot.step(100)
-    assert speeds(robot, 2)[-1] > 0.1
-    home = robot.tcp_frame(PLACES[name][0])
-    second = move(home, 0.5, 2000.0, NO_FORCE)
-    assert (controller.motions.is_pending(first), controller.motions.is_pending(second)) == (False, True)
-    assert controller.queue == 0
-    fastest = speeds(robot, 2)[-1]
-    robot.step(2)
-    assert speeds(robot, 2)[-1] > 0.8 * fastest, "no stop between"
-    robot.runs_until_stopped()
-    np.testing.assert_allclose(controller.tool_frame(), home, atol=1e-6)
-    assert_within_limits(robot)
-
-
 @pytest.mark.parametrize(("kind", "hz", "mm_per_s"), [("lin", 20, 20.0), ("ptp", 50, 100.0)])
 def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
     kind: str, hz: int, mm_per_s: float

@@ -12,7 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
-from tests.asked import gravity_hold, joint_move, lin_stiff_move
+from tests.asked import gravity_hold, joint_move
 from tests.contact.materials import at
 from tests.stepped import strong
 
@@ -99,25 +99,6 @@ def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
     # The push, the spring of the hold, and the wall are in balance about A1.
     assert c.joint_torque()[0] == pytest.approx(60.0 * (c.joints[0] - STRETCHED[0]), rel=1e-3)
     assert np.max(way) < c.joints[0] + 0.05, "it has not swung far into the wall"
-
-
-def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
-    robot = Robot(wall(), start=(0.45, *STRETCHED[1:]), unbreakable=True)
-    c = robot.controller
-    target = c.tool_frame(INTO_THE_WALL)
-    c.move(lin_stiff_move(target, 0.5, 500.0, (0.0,) * 6))
-    for _ in range(900):
-        c.step()
-    assert c.load.link_contacts
-    assert robot.told
-    off_mm = np.linalg.norm(np.subtract(c.tool_frame()[:3], target[:3]))
-    assert off_mm > 20.0, "the wall keeps it from its target"
-    deepest = max(np.linalg.norm(contact.force) for contact in c.load.link_contacts)
-    assert deepest < 500.0, "and it does not press as a stiff robot would"
-    before = c.joints
-    for _ in range(200):
-        c.step()
-    assert np.abs(np.subtract(c.joints, before)).max() < 1e-4, "it is at rest there"
 
 
 FOLDED: Joints = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)

@@ -138,21 +138,6 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, 
     assert_within_limits(changed)
 
 
-@pytest.mark.requirement("FRC003")
-@pytest.mark.parametrize("command", COMMANDS)
-def test_a_stop_ends_every_mode_on_the_path(command: str) -> None:
-    robot = in_mid_motion(command)
-    number = sends(robot, command, AWAY)
-    rest = rest_after_stop(robot.controller)
-    robot.stop()
-    assert robot.controller.mode is Mode.UNKNOWN
-    assert not robot.controller.motions.is_pending(number)
-    assert robot.controller.moving
-    robot.runs_until_stopped(0.1)
-    assert robot.controller.joints == rest
-    assert_within_limits(robot)
-
-
 @pytest.mark.parametrize("servo", ["smart", "direct"])
 def test_the_relative_speeds_are_limits_of_each_joint(servo: str) -> None:
     speed_rel = 0.05

@@ -125,17 +125,6 @@ def test_set_while_the_robot_brakes_it_holds_for_what_begins_next(command: Any) 
 
 
 @pytest.mark.requirement("FRC025")
-def test_set_at_rest_it_holds_from_the_first_tick_on() -> None:
-    full, half = SteppedRobot(), SteppedRobot()
-    half.controller.set_override(0.5)
-    for robot in (full, half):
-        robot.controller.move(joint_move(AWAY, FULL))
-        robot.runs_until_stopped()
-    np.testing.assert_allclose(half.joints[::2], full.joints[: len(half.joints[::2])], atol=1e-12)
-    assert half.controller.override == 0.5
-
-
-@pytest.mark.requirement("FRC025")
 def test_an_override_out_of_range_is_refused_and_changes_nothing() -> None:
     """Below a millionth it would take years; 0 is a pause."""
     robot, twin = SteppedRobot(), SteppedRobot()

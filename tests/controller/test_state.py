@@ -128,20 +128,6 @@ def test_a_snapshot_holds_what_the_controller_says() -> None:
     assert snapshot(controller).status == "stopped"
 
 
-@pytest.mark.parametrize("tick_s", [0.001, 0.01])
-def test_velocities_add_up_to_the_way(tick_s: float) -> None:
-    robot = SteppedRobot(tick_s=tick_s)
-    velocities = [robot.controller.joint_velocity()]
-    robot.controller.move(joint_move(AWAY, FULL))
-    while robot.controller.moving:
-        robot.step()
-        velocities.append(robot.controller.joint_velocity())
-    robot.step()
-    assert velocities[0] == robot.controller.joint_velocity() == (0.0,) * 7
-    way = np.sum(velocities, axis=0) * tick_s
-    assert way == pytest.approx(np.subtract(robot.controller.joints, robot.joints[0]), abs=1e-12)
-
-
 def test_a_clock_in_haste_knows_whether_the_robot_will_stop_by_itself() -> None:
     robot = SteppedRobot()
     controller = robot.controller
