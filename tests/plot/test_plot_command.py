@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main
-from tests.plot.scripts import EXAMPLE, LIN
+from tests.plot.test_run import LIN
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "blending.txt"
 
 
 @pytest.fixture

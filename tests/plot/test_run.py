@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from iiwa_sim.plot.motion import PlotFault
-from tests.plot.scripts import JOINT, KRC4_MOVES, LIN, moved
+from iiwa_sim.cell.cell import robot_alone
+from iiwa_sim.plot.motion import Motion, PlotFault, run
+
+LIN = "lin move : 450 100 520 0 -1.57079 0 0.5 20"
+JOINT = "joint move : 0 0.5 0.2 -1 0 1.5 0 1 1 1 1 1 1 1"
+KRC4_MOVES = """protocol krc4
+Cmd I1=10 R0=445 R1=20 R2=800 R3=170 R4=10 R5=170
+<Cmd I1="100"/>
+wait stopped
+Cmd I1=25 R1=-90 R2=90 R4=90 # home
+"""
+
+
+def moved(folder: Path, text: str, robot: str = "lbr_iiwa_7_r800", rate_hz: int = 500) -> Motion:
+    path = folder / "moves.txt"
+    path.write_text(text)
+    return run(path, robot_alone(robot), rate_hz)
 
 
 @pytest.mark.parametrize(
@@ -16,8 +33,10 @@ from tests.plot.scripts import JOINT, KRC4_MOVES, LIN, moved
         ("kr_6_r900_sixx", KRC4_MOVES, ["LIN", "PTP"]),
     ],
 )
-def test_moves_have_names_and_end_at_their_goals(robot: str, text: str, names: list[str]) -> None:
-    motion = moved(text, robot)
+def test_moves_have_names_and_end_at_their_goals(
+    robot: str, text: str, names: list[str], tmp_path: Path
+) -> None:
+    motion = moved(tmp_path, text, robot)
     assert [move.name for move in motion.moves] == names
     for move in motion.moves:
         assert move.end_s is not None
@@ -34,8 +53,8 @@ def test_moves_have_names_and_end_at_their_goals(robot: str, text: str, names: l
         ("protocol krc4\nCmd I1=999", "no command has the id 999"),
     ],
 )
-def test_what_cannot_be_run_names_file_line_command_and_reason(text: str, told: str) -> None:
+def test_what_cannot_be_run_names_file_line_command_and_reason(text: str, told: str, tmp_path: Path) -> None:
     with pytest.raises(PlotFault) as caught:
-        moved(text, rate_hz=100)
+        moved(tmp_path, text, rate_hz=100)
     assert "moves.txt: line " in str(caught.value)
     assert told in str(caught.value)

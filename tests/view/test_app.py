@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
 from tests.cell.cells import EXAMPLES, GRIPPER
-from tests.talking import wait_until
+from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
@@ -170,19 +171,6 @@ def test_a_command_is_typed_and_its_garbled_reply_is_in_the_dialogue(
     viewer.shows("~", "stopped")
 
 
-def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) -> None:
-    with Simulator("kr_6_r900_sixx", protocol=["krc4"], status_port=0, backdoor_port=0) as other:
-        places = place_of(simulator, "first"), place_of(other, "second", driver=False)
-        with page_at(*places) as port, viewing(port) as viewer:
-            viewer.shows("LBR iiwa 7 R800")
-            viewer.clicks("Robot", "second")
-            viewer.shows("KR 6")
-            viewer.commands("Emergency stop")
-            viewer.shows("KR 6", "3030")
-            assert other.state().error.code == 3030
-            assert simulator.state().error.code == 0
-
-
 def test_without_a_backdoor_it_shows_the_robot_and_can_stop_it(simulator: Simulator, robot: Iiwa) -> None:
     place = msgspec.structs.replace(place_of(simulator, driver=False), backdoor=None)
     with page_at(place) as port, viewing(port) as viewer:
@@ -209,13 +197,20 @@ def test_a_page_without_viewers_and_a_robot_at_rest_cost_nothing(simulator: Simu
             assert simulator.state().tick > tick, "the page is connected, so the robot ticks"
 
 
-def test_a_robot_that_goes_is_reported_and_followed_again(simulator: Simulator) -> None:
-    place = place_of(simulator, driver=False)
-    with page_at(place) as port, viewing(port) as viewer:
+def test_a_robot_that_is_silent_is_reported_and_followed_again(simulator: Simulator) -> None:
+    with page_at(place_of(simulator, driver=False)) as port, viewing(port) as viewer:
         viewer.shows("stopped")
-        simulator.__exit__(None, None, None)
-        viewer.shows("Connection refused")
-        assert place.backdoor is not None
-        with Simulator(backdoor_port=place.backdoor[1]) as again:
-            again.backdoor.emergency_stop()
-            viewer.shows("3030")
+        held, goes_on = threading.Event(), threading.Event()
+
+        def hold() -> None:
+            held.set()
+            goes_on.wait(DEADLINE_S)
+
+        holding = threading.Thread(target=simulator.call, args=(hold,))
+        holding.start()
+        assert held.wait(DEADLINE_S)
+        viewer.shows("timed out")
+        goes_on.set()
+        holding.join()
+        simulator.backdoor.emergency_stop()
+        viewer.shows("3030")

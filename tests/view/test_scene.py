@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import Frame, apply, compose
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.robot.description import RobotDescription, RobotFault, built_in_robots, load_robot
+from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.view.push import joint_torques, wrench_at_tcp
 from iiwa_sim.view.scene import Scene
@@ -83,12 +83,6 @@ def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
     kind, (vertices, _), options = looks()["arm/0"]
     assert (kind, options["color"], options["position"]) == ("add_mesh_simple", (255, 0, 0), (0.0, 0.0, 0.1))
     assert np.ptp(vertices, axis=0) == pytest.approx([0.2, 0.2, 0.4])
-
-
-@pytest.mark.parametrize(("urdf", "flange"), [("<robot", "hand"), (URDF, "tool"), ("<robot/>", "")])
-def test_a_robot_that_cannot_be_drawn_is_reported_in_one_line(urdf: str, flange: str) -> None:
-    with pytest.raises(RobotFault, match=r"^[^\n]+$"):
-        Arm(robot_of(urdf, Path("nowhere"), flange))
 
 
 @given(JOINTS, VECTOR, VECTOR)
