@@ -3,6 +3,7 @@ and `launch_ros`, they find the files of a robot, and say what they would start.
 
 from __future__ import annotations
 
+import re
 import runpy
 import sys
 import types
@@ -16,7 +17,6 @@ from tests.processes import robots
 
 ROOT = Path(__file__).parents[2]
 LAUNCH = ROOT / "examples" / "ros2"
-ROBOT = ROOT / "robots" / "lbr_iiwa_7_r800"
 
 
 class Said:
@@ -46,19 +46,32 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(sys.modules, module, made)
 
 
-def started_by(name: str) -> list[Said]:
-    """Every process that the launch file starts."""
-    (actions,) = runpy.run_path(str(LAUNCH / name))["generate_launch_description"]().told
+LINES = re.findall(r"^ros2 launch (\S+)(.*)$", (ROOT / "docs" / "howto.md").read_text(), re.MULTILINE)
+"""Files and arguments of the commands in the documentation."""
+
+
+def started_by(file: str, arguments: str) -> list[Said]:
+    """Every process that a command starts; the file has to declare the arguments, which are paths."""
+    actions = runpy.run_path(str(ROOT / file))["generate_launch_description"]().told[0]
+    given = dict(each.split(":=") for each in arguments.split())
+    declared = [each for each in actions if type(each).__name__ == "DeclareLaunchArgument"]
+    assert set(given) <= {each.told[0] for each in declared}
+    assert set(given) >= {each.told[0] for each in declared if "default_value" not in each.named}
+    context = {name: str(ROOT / value) for name, value in given.items()}
     found = []
     for action in actions:
         is_function = type(action).__name__ == "OpaqueFunction"
-        found += action.named["function"]({"robot": str(ROBOT)}) if is_function else [action]
+        found += action.named["function"](context) if is_function else [action]
     return [each for each in found if type(each).__name__ in ("ExecuteProcess", "Node")]
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in LAUNCH.glob("*.launch.py")))
-def test_each_starts_a_robot_with_options_that_it_has(name: str) -> None:
-    (robot,) = [each for each in started_by(name) if type(each).__name__ == "ExecuteProcess"]
+def test_the_documentation_has_a_command_for_each_file() -> None:
+    assert {ROOT / file for file, _ in LINES} == set(LAUNCH.glob("*.launch.py"))
+
+
+@pytest.mark.parametrize(("file", "arguments"), LINES)
+def test_each_command_starts_a_robot_with_options_that_it_has(file: str, arguments: str) -> None:
+    (robot,) = [each for each in started_by(file, arguments) if type(each).__name__ == "ExecuteProcess"]
     program, *given = robot.named["cmd"]
     assert program == "iiwa-sim"
     words = [each if isinstance(each, str) else "cell" for each in given]
@@ -66,7 +79,8 @@ def test_each_starts_a_robot_with_options_that_it_has(name: str) -> None:
 
 
 def test_moveit_is_told_the_robot_and_where_its_action_is() -> None:
-    nodes = {each.named.get("executable"): each.named for each in started_by("moveit.launch.py")}
+    (line,) = [each for each in LINES if "moveit" in each[0]]
+    nodes = {each.named.get("executable"): each.named for each in started_by(*line)}
     told: dict[str, Any] = {}
     for each in nodes["move_group"]["parameters"]:
         told |= each
