@@ -8,8 +8,6 @@ from collections.abc import AsyncIterator, Callable
 import pytest
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.client import Iiwa
-from iiwa_sim.controller.errors import Refused
 from iiwa_sim.simulator import Simulator
 from tests.drivers import connect
 from tests.talking import Client, until
@@ -82,24 +80,6 @@ async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Si
     assert await driver.ask("get joint torque") == "0.0 0.0 0.0 0.0 0.0 0.0 0.0"
     assert await driver.ask("get inputs") == await driver.ask("get outputs") == " ".join("0" * 16)
     await driver.leaves()
-
-
-def test_from_another_thread_while_the_robot_moves() -> None:
-    with (
-        Simulator(clock="stepped", backdoor_port=0) as simulator,
-        Iiwa(simulator.host, simulator.port) as robot,
-    ):
-        robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
-        simulator.advance(1.0)
-        with pytest.raises(Refused, match="the robot has to be at rest"):
-            simulator.backdoor.place((0.0,) * 7)
-        simulator.backdoor.fail(3000)
-        assert simulator.run_until_stopped() <= 0.1
-        assert robot.get_error().reason == "made to fail through the backdoor"
-        simulator.backdoor.restore_state("start")
-        assert simulator.backdoor.state().error.code == 0
-        assert simulator.joints == simulator.cell.description.home
-        assert list(simulator.backdoor.connections()) == [1]
 
 
 async def test_in_haste_a_push_that_moves_the_robot_is_noticed() -> None:

@@ -309,7 +309,7 @@ def test_a_test_has_as_many_robots_as_it_calls_for(project: Project, pytester: p
             left.dialogue.assert_said("hello", times=1)
 
         def test_none_is_left():
-            assert not [each.name for each in threading.enumerate() if "iiwa" in each.name]
+            assert "iiwa-sim" not in [each.name for each in threading.enumerate()]
 
         def test_wrong(iiwa_factory):
             iiwa_factory(robt="lbr_iiwa_7_r800")

@@ -147,6 +147,7 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros2_roslibjs.mjs", roslibjs)
     with Simulator(rosbridge_port=0) as simulator:

@@ -209,25 +209,6 @@ def test_a_named_state_is_one_of_the_whole_cell(cell: Simulator) -> None:
         assert states(cell)[1].parts[0].state == "held"
 
 
-def test_surfaces_and_parts_are_those_of_all(cell: Simulator) -> None:
-    left, right = (robot.backdoor for robot in cell.robots.values())
-    right.add_surface(
-        BoxSettings(name="shelf", size_mm=(200, 200, 20), x_mm=700, z_mm=600, stiffness_n_per_m=1e4)
-    )
-    (shelf,) = (each for each in left.cell()["surfaces"] if each["name"] == "shelf")
-    assert shelf["x_mm"] == pytest.approx(590.0)
-    x, y, z, *_ = states(cell)[0].tool_frame
-    with pytest.raises(Refused, match=r"the TCP would be 10\.000 mm within surface 'no'"):
-        right.add_surface(
-            BoxSettings(name="no", size_mm=(20,) * 3, x_mm=1290 - x, y_mm=-y, z_mm=z, stiffness_n_per_m=1e4)
-        )
-    left.remove_surface("shelf")
-    left.remove_part("bar")
-    cell.advance(0.1)
-    assert [each["name"] for each in right.cell()["surfaces"]] == ["table"]
-    assert states(cell)[1].parts[0].state == "gone"
-
-
 def test_the_status_port_tells_of_each_robot_and_stops_all(cell: Simulator) -> None:
     schema = json.loads((Path(__file__).parents[1] / "protocol" / "status.schema.json").read_text())
     assert cell.status_port is not None
