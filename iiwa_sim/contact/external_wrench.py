@@ -91,6 +91,7 @@ class ExternalWrench:
     def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
+        self._foreseen: Sequence[float] | None = None
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
         self._joints = joints
@@ -203,10 +204,13 @@ class ExternalWrench:
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base, at joint positions (rad)."""
+        if joints is self._foreseen:  # found a tick ago
+            self._tcp, self._coming_tcp, self._foreseen = self._coming_tcp, self._tcp, None
         return self._tcp.pose(joints)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
+        self._foreseen = joints
         return self._coming_tcp.pose(joints)
 
     # Ticks

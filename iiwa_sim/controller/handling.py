@@ -120,7 +120,7 @@ class Handling:
         sensors = () if self.gripper is None else SENSORS
         self._numbers = [getattr(setup.wiring, f"{sensor}_input") for sensor in sensors]
         self._numbers += [each.number for each in setup.inputs]
-        self._told: list[bool | None] = []
+        self._told, self._rested = list[bool | None](), False
         self._wrong: dict[str, bool] = {}
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
@@ -167,7 +167,9 @@ class Handling:
         """End a tick: take what bodies do to the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm
         self._load.hand(arm.wrench, arm.push, arm.torques)
-        if self._numbers:
+        # Only jaws that move, or a scene, make news.
+        rested, self._rested = self._rested, arm.jaws_rest and not self._setup.inputs
+        if self._numbers and not (rested and self._rested):
             self._tell()
         at = self._jaws_at
         if at and gripper and abs(gripper.opening_m - at[0]) > (PLACED_M if arm.jaws_move else 0.0):

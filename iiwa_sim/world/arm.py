@@ -89,8 +89,8 @@ class Arm:
         self.room: Vector = np.zeros(7)
         """How far (m) links and gripper are from what they may meet, and all from other arms, at least; then
         how far a tick brings them, as `advance` has it."""
-        self.is_away = False
-        """True if these bounds leave room in this tick."""
+        self.is_away, self.bears = False, True
+        """True if these bounds leave room in this tick; if the gripper bears what the held part then does."""
         self.motion = TcpMotion(self.tcp)
         self.moments: Moments | None = None
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
@@ -98,7 +98,7 @@ class Arm:
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
         self._firm, self._force_was = True, 0.0
         self.jaw_speed, self.jaws_move, self._jaw_stall = 0.0, False, 0
-        self._jaw_still_m, self._jaws_rest = -1.0, False
+        self._jaw_still_m, self.jaws_rest = -1.0, False
         self.with_jaws: list[int] = []
         self._v_was: Vector = np.zeros(0)
         self._felt_was: Vector = np.zeros(0)
@@ -191,21 +191,18 @@ class Arm:
         if compliance or self.compliance:
             self._comply(compliance)
         gripper = self.gripper
-        if gripper is not None and not (self._jaws_rest and driven == gripper.driven):
+        if gripper is not None and not (self.jaws_rest and driven == gripper.driven):
             jaw_m = self._drive(gripper, driven)
+        self.bears = True
         if self.moments is not None:
             self.motion.step(tcp, self.world.tick_s, self.coming_tcp)
             self._carried = self._weight = self.motion.wrench(self.moments)
+            self.bears = self._load_n(self._carried) <= self._most_n
             if compliance:
                 self._weight = self.motion.weight(self.moments)
         far_m: float
         far_m, self.is_away = advance(joints, tcp, self._at, self._levers, self.room, jaw_m)
         return far_m
-
-    @property
-    def bears(self) -> bool:
-        """True if the gripper can hold what the held part makes of the motion."""
-        return self._load_n(self._carried) <= self._most_n
 
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
@@ -295,7 +292,7 @@ class Arm:
             gripper.blocked = gripper.blocked and self.held >= 0
             self.jaws_move, self.jaw_speed = False, 0.0
             return 0.0
-        self.jaws_move, self._jaws_rest, gripper.driven = driven != gripper.driven, False, driven
+        self.jaws_move, self.jaws_rest, gripper.driven = driven != gripper.driven, False, driven
         if driven == OPENS and self.held >= 0:
             self.let_go(LETS_GO)
         closes = driven == CLOSES and self.held < 0 and (self._sucks or gripper.opening_m > 0.0)
@@ -316,7 +313,7 @@ class Arm:
             self._jaw_stall = 0
             self._jaw_v[:] = 0.5 * gripper.kind.speed_m_per_s * driven
         if self.held >= 0 or driven == STAYS or gripper.opening_m == end_m:
-            self.jaw_speed, self._jaws_rest = 0.0, not self.jaws_move
+            self.jaw_speed, self.jaws_rest = 0.0, not self.jaws_move
             return 0.0
         if self._jaw_stall >= STALL_TICKS:
             return 0.0
@@ -434,7 +431,7 @@ class Arm:
             self.place_in(older, self.before, self.tcp_older)
             world.catch_up(now=False)
             world.part_v[number] = world.velocity(older, data.qpos)[self.dofs][-6:]
-        self.held, self.leads, self.moments, self.slip, self._jaws_rest = -1, False, None, NOWHERE, False
+        self.held, self.leads, self.moments, self.slip, self.jaws_rest = -1, False, None, NOWHERE, False
         self._on_held = self._weight = self._carried = NO_WRENCH
         self.lost = number if led else -1
         if not arms:

@@ -159,11 +159,11 @@ class World:
         for arm in arms:
             far += arm.begin()
             away = away and arm.is_away
+            self._quiet = self._quiet and arm.bears
         if self._frozen and far == 0.0:
             return
         if self.holders:
             self.changes += 1
-            self._quiet = self._quiet and all(arm.bears for arm in arms)
         if self._quiet and (away or self._is_away(far)):
             for arm in arms:
                 if not self.behind:
