@@ -18,20 +18,17 @@ from matplotlib.patheffects import withStroke
 from iiwa_sim.plot.motion import Array, Motion
 from iiwa_sim.wording import harmless, shortened
 
-MOST_NUMBERS = 40
-"""Most moves that are drawn with numbers and listed."""
+MOST_NUMBERS, ROWS = 40, 20
+"""Most moves that are drawn with numbers and listed, and rows of the list."""
 
 _WIDTH_IN, _PANEL_IN = 12.0, 2.0
 _STYLE: dict[str, Any] = {
     "font.size": 9.0,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.edgecolor": "#888888",
     "grid.color": "#e4e4e4",
     "lines.linewidth": 1.3,
     "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "path.simplify_threshold": 0.3,
     "savefig.dpi": 110.0,
 }
 # Colours of Okabe and Ito, which colour-blind readers can tell apart; without yellow.
@@ -60,12 +57,13 @@ def picture(motion: Motion, file_format: str) -> bytes:
 
 def draw(motion: Motion) -> Figure:
     """Return the figure: panels over time on the left; on the right the path of the TCP and its moves."""
+    robot, times_s = motion.description, motion.times_s
     rows = 5 if motion.force_n.any() else 4
     figure = Figure(figsize=(_WIDTH_IN, rows * _PANEL_IN), layout="constrained")
-    figure.suptitle(_title(motion), parse_math=False, fontsize=10.5)
+    names = [shortened(harmless(name), _LONGEST_NAME) for name in (Path(motion.path).name, robot.name)]
+    figure.suptitle(f"{' on '.join(names)}: {times_s[-1]:.2f} s", parse_math=False, fontsize=10.5)
     left, right = figure.subfigures(1, 2, width_ratios=[1.5, 1.0], squeeze=False)[0]
     panels = list(left.subplots(rows, sharex=True))
-    robot, times_s = motion.description, motion.times_s
     positions, velocities, places, speed = panels[:4]
     positions.set_ylabel("joints (deg)")
     velocities.set_ylabel("joint velocities\n(% of limits)")
@@ -91,15 +89,10 @@ def draw(motion: Motion) -> Figure:
     _draw_path(path, motion)
     moves.set_axis_off()
     names = [f"{number} {motion.moves[index].name}".rstrip() for number, index in _numbered(motion)]
-    for column, part in enumerate((names[: MOST_NUMBERS // 2], names[MOST_NUMBERS // 2 :])):
-        moves.text(0.5 * column, 1.0, "\n".join(part), va="top", fontsize=7.5, parse_math=False)
+    for column, start in enumerate(range(0, len(names), ROWS)):
+        text = "\n".join(names[start : start + ROWS])
+        moves.text(0.5 * column, 1.0, text, va="top", fontsize=7.5, parse_math=False)
     return figure
-
-
-def _title(motion: Motion) -> str:
-    names = (Path(motion.path).name, motion.description.name)
-    file, robot = (shortened(harmless(each), _LONGEST_NAME) for each in names)
-    return f"{file} on {robot}: {motion.times_s[-1]:.2f} s"
 
 
 def _draw_axes(panel: Axes, times_s: Array, values: Array) -> None:

@@ -42,8 +42,13 @@ BLOCKS_HZ = 20
 _VIEW_PERIOD_NS = SECOND_NS // VIEW_RATE_HZ
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {FAULT: _ERROR, "refused": _WARNING, "contact": _WARNING, "part slips": _WARNING}
-_PER_MM, _PER_UNIT, _PER_N = 1e4, 1e7, 1e4
-_FRAME = (_PER_MM,) * 3 + (_PER_UNIT,) * 3
+_STEPS = {
+    "joint_velocity": 1e7,
+    "cartesian_force": 1e4,
+    "joint_torque": 1e4,
+    **dict.fromkeys(("flange_frame", "tool_frame", "goal_frame"), 1e7),
+}
+"""Steps per unit of values that follow from joint positions: in full they are half of a file."""
 
 
 class Item(NamedTuple):
@@ -265,7 +270,7 @@ class Recorder:
             for topic, content in self._contents(item, log_ns):
                 if self.name and isinstance(content, dict):
                     foxglove.in_namespace(self.name, content)
-                yield Message(f"{self.space}{topic}", self._encode(content), log_ns, item.real_ns)
+                yield f"{self.space}{topic}", self._encode(content), log_ns, item.real_ns
 
     def _contents(self, item: Item, log_ns: int) -> Iterator[tuple[str, Any]]:
         if item.topic == ARM:
@@ -299,17 +304,10 @@ def _logged(event: Event, log_ns: int) -> dict[str, Any]:
 
 
 def _rounded(state: Snapshot) -> dict[str, Any]:
-    """Return a state as it is recorded: without a gripper that is not there, and with numbers that follow
-    from joint positions rounded to 0.1 um, 1e-7 rad, 1e-7 rad/s, 1e-4 N and Nm: in full they are half of a
-    file."""
+    """Return a state as it is recorded: rounded, and without a gripper that is not there."""
     told = msgspec.structs.asdict(state)
-    told["joint_velocity"] = [floor(each * _PER_UNIT + 0.5) / _PER_UNIT for each in state.joint_velocity]
-    for name in ("cartesian_force", "joint_torque"):
-        if any(told[name]):
-            told[name] = [floor(each * _PER_N + 0.5) / _PER_N for each in told[name]]
-    for name in ("flange_frame", "tool_frame", "goal_frame"):
-        frame = zip(told[name], _FRAME, strict=True)
-        told[name] = [floor(each * steps + 0.5) / steps for each, steps in frame]
+    for name, steps in _STEPS.items():  # floor takes a third of the time of round
+        told[name] = [floor(each * steps + 0.5) / steps for each in told[name]]
     if state.gripper is None:
         del told["gripper"]
     return told

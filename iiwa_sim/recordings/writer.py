@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 from mcap.writer import CompressionType
@@ -32,19 +32,9 @@ _CHUNK_BYTES = 64 * 1024  # compressed at once; larger chunks would hold the int
 logger = logging.getLogger(__name__)
 
 
-class Message(NamedTuple):
-    """A message of a recording, ready to be written."""
-
-    topic: str
-    data: bytes
-    log_ns: int
-    """Simulated time since the start of the simulator."""
-    publish_ns: int
-    """Real time since 1970."""
-
-
+Message = tuple[str, bytes, int, int]
+"""Topic, data, simulated time since the start of the simulator (ns), and real time since 1970 (ns)."""
 Block = Sequence[Any]
-Made = Callable[[Any], Iterable[Message]]
 
 
 class Writer:
@@ -72,7 +62,7 @@ class Writer:
         self.dropped = 0
         """Messages that found no room."""
         self._path = path
-        self._blocks: queue.Queue[tuple[Block, Made] | None] = queue.Queue(MOST_BLOCKS)
+        self._blocks: queue.Queue[tuple[Block, Any] | None] = queue.Queue(MOST_BLOCKS)
         self._whole = False
         self._over = False  # nothing is written any more
         try:
@@ -103,7 +93,7 @@ class Writer:
         )
         self._thread.start()
 
-    def put(self, block: Block, made: Made, *, can_wait: bool = False) -> None:
+    def put(self, block: Block, made: Callable[[Any], Iterable[Message]], *, can_wait: bool = False) -> None:
         """Write a block, whose messages `made` makes in the writing thread.
 
         If there is no room, wait for it if `can_wait`, else drop the block.

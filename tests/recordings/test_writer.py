@@ -22,7 +22,7 @@ HEAD = {"version": "1", "rate_hz": "500"}
 
 
 def block(count: int) -> list[Message]:
-    return [Message(LOG, b"{}", number, number) for number in range(count)]
+    return [(LOG, b"{}", number, number) for number in range(count)]
 
 
 def test_a_disk_that_fills_up_ends_the_recording_with_one_line(

@@ -147,7 +147,7 @@ def viewing(port: int, origin: str | None = None, **headers: str) -> Iterator[Vi
         compression=None,
         max_size=None,
         open_timeout=DEADLINE_S,
-        close_timeout=1,
+        close_timeout=0.05,
     ) as connection:
         viewer = Viewer(connection)
         viewer.send(**CAMERA)
