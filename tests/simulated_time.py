@@ -3,17 +3,9 @@
 from __future__ import annotations
 
 from iiwa_sim.simulator import Simulator
+from iiwa_sim.transcript.replay import Time
 
 
-class SimulatedTime:
-    """What `replay` takes for the robot's time."""
-
-    def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
-
-    def now_s(self) -> float:
-        simulator = self._simulator
-        return simulator.call(lambda: simulator.controller.tick * simulator.controller.tick_s)
-
-    def wait(self, seconds: float) -> None:
-        self._simulator.advance(seconds)
+def simulated_time(simulator: Simulator) -> Time:
+    """Return what `replay` takes for the robot's time."""
+    return Time(lambda: simulator.state().time_s, simulator.advance)

@@ -11,7 +11,6 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
-from tests.check.original import Bare, serving
 from tests.processes import refused
 from tests.talking import DEADLINE_S
 
@@ -99,14 +98,6 @@ def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     assert "\nas iiwa-sim      a second client: is served at the same time" in said
     assert "\nnot tried        the dialogue interrupted.txt (--allow-motion tries it)\n" in said
     assert "\n0 deviations; " in said
-
-
-def test_a_server_that_deviates(capsys: pytest.CaptureFixture[str]) -> None:
-    with serving(Bare) as server:
-        assert main(["check", f"127.0.0.1:{server.port}"]) == 1
-    said = capsys.readouterr().out
-    assert r"DEVIATION        any reply: hello was answered b'hello\n': a driver that compares with" in said
-    assert "\n1 deviation; " in said
 
 
 def test_ports_that_are_none() -> None:

@@ -13,7 +13,7 @@ from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.transcript.lines import Kind, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
 from tests.cell.cells import EXAMPLES
-from tests.simulated_time import SimulatedTime
+from tests.simulated_time import simulated_time
 from tests.states import on_the_status_port
 from tests.talking import DEADLINE_S
 
@@ -24,8 +24,8 @@ CAUSE = r"protective stop: collision: the external force at the TCP is [\d.]+ N,
 
 def deviations(transcript: Transcript, cell: Path) -> list[str]:
     with Simulator(cell=cell, clock="stepped") as simulator:
-        passing = SimulatedTime(simulator)
-        played = replay(transcript, simulator.host, simulator.port, timeout_s=30, robot_time=passing)
+        passing = simulated_time(simulator)
+        played = replay(transcript, simulator.host, simulator.port, timeout_s=30, clock=passing)
         return [f"{transcript.name}:{each.line}: {each}" for each in played]
 
 

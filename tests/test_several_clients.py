@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 
 import pytest
 
@@ -17,45 +16,12 @@ from tests.talking import DEADLINE_S, Client, until
 NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
 
 
-@pytest.fixture
-async def exclusive() -> AsyncIterator[Simulator]:
-    async with Simulator(exclusive=True) as simulator:
-        yield simulator
-
-
 async def connect(simulator: Simulator) -> Client:
     """A client that the server knows of."""
     count = len(simulator.robots[""].servers["iiwa"].connections)
     client = await Client.connect(simulator.port)
     await until(lambda: len(simulator.robots[""].servers["iiwa"].connections) == count + 1)
     return client
-
-
-async def some_ticks(simulator: Simulator, ticks: int = 20) -> None:
-    """As a measure of time."""
-    until_tick = simulator.controller.tick + ticks
-    await until(lambda: simulator.controller.tick >= until_tick)
-
-
-@pytest.mark.parametrize("how", ["leaves", "bye"])
-async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulator, how: str) -> None:
-    first, second = await connect(exclusive), await connect(exclusive)
-    second.send(b"hello\r\nget status\r\n" + NEAR.encode() + b"\r\n")
-    await second.sent()
-    for _ in range(20):
-        assert await first.ask("get joint position") != ""
-    await some_ticks(exclusive)
-    assert second.unread == b"", "nothing is answered yet"
-    assert await first.ask("get status") == "stopped", "and nothing moves yet"
-    if how == "leaves":
-        await first.leaves()
-    else:
-        assert await first.ask("bye") == "bye"
-    assert [await second.reply() for _ in range(3)] == ["hello", "stopped", "done"]
-    await second.until_stopped()
-    assert exclusive.controller.joints[0] == 0.01
-    await second.leaves()
-    await first.leaves()
 
 
 @pytest.mark.parametrize("exclusive", [False, True])

@@ -16,36 +16,6 @@ FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
 
 
-async def test_every_command_has_its_reply_while_the_robot_presses() -> None:
-    """Pipelined, in contact, with force moves among them that end at once and others that slide on."""
-    down = "3.14159265359 0 3.14159265359"
-    slide = f"lin move : 600 {{}} 302 {down} 0.1 0"
-    async with Simulator(cell=EXAMPLES / "table.toml") as simulator:
-        client = await Client.connect(simulator.port)
-        assert await client.ask(f"lin move : 600 0 302 {down} 1 0") == "done"
-        await client.until_stopped()
-        commands = {
-            "get cartesian force": lambda reply: float(reply.split()[2]) < -10.0,
-            "get joint torque": lambda reply: any(float(word) for word in reply.split()),
-            "get status": lambda reply: reply == "moving",
-            slide.format(60): lambda reply: reply == "done",
-            "linforcez move : 600 0 290 0 0 0 1 0 -5": lambda reply: reply == "error",
-            f"linforce move : 600 -60 302 {down} 0.1 0 1 1 50": lambda reply: reply == "done",
-            "get tool frame": lambda reply: abs(float(reply.split()[2]) - 302.0) < 0.001,
-            "nonsense": lambda reply: reply == "unknown command",
-        }
-        assert await client.ask(slide.format(-60)) == "done"
-        for _ in range(20):
-            client.send("".join(f"{command}\r\n" for command in commands).encode())
-            for command, fits in commands.items():
-                reply = await client.reply()
-                assert fits(reply), (command, reply)
-        assert client.unread == b""
-        assert await client.ask("stop") == "done"
-        await client.until_stopped()
-        await client.leaves()
-
-
 @pytest.mark.requirement("FRA003", "FRA004", "FRA006", "FRA101", "FRA102", "FRA104")
 async def test_a_move_runs_while_the_client_goes_on_asking(simulator: Simulator, client: Client) -> None:
     assert await client.ask(NEAR) == "done"

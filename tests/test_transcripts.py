@@ -11,7 +11,7 @@ from iiwa_sim.protocols.table import load_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Kind, shipped
 from iiwa_sim.transcript.replay import replay
-from tests.simulated_time import SimulatedTime
+from tests.simulated_time import simulated_time
 
 KRC4 = shipped("krc4")
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped()}
@@ -26,7 +26,7 @@ def test_a_transcript_is_answered_as_it_says(name: str) -> None:
     robot = transcript.robot or ("kr_6_r900_sixx" if name.startswith("krc4/") else None)
     with Simulator(robot, protocol=transcript.protocols, clock="stepped") as simulator:
         ports = list(simulator.ports.values())
-        played = replay(transcript, simulator.host, ports, timeout_s=30, robot_time=SimulatedTime(simulator))
+        played = replay(transcript, simulator.host, ports, timeout_s=30, clock=simulated_time(simulator))
         assert [f"{name}:{each.line}: {each}" for each in played] == []
 
 

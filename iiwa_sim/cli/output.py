@@ -7,12 +7,8 @@ from typing import TextIO
 from iiwa_sim.wording import Unusable
 
 
-class StdoutFault(Unusable):
-    """stdout cannot be written. The message is one line."""
-
-
 def say(text: str, stream: TextIO | None = None) -> None:
-    """Write to stdout at once, or to `stream`, which was stdout before. Raises `StdoutFault`."""
+    """Write to stdout at once, or to `stream`, which was stdout before. Raises Unusable."""
     stdout = stream or sys.stdout
     if stdout is None:
         return
@@ -24,7 +20,7 @@ def say(text: str, stream: TextIO | None = None) -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, stdout.fileno())
         os.close(nowhere)
-        raise StdoutFault(f"cannot write to stdout: {fault.strerror}") from None
+        raise Unusable(f"cannot write to stdout: {fault.strerror}") from None
 
 
 def reached_at(host: str) -> str:

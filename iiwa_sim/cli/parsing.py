@@ -2,6 +2,7 @@
 
 import argparse
 import difflib
+import re
 from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -10,6 +11,7 @@ from iiwa_sim.cli import COMMANDS
 from iiwa_sim.cli.output import say
 from iiwa_sim.options.model import COMMON, REPEATED
 from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, SettingError, read, unknown
+from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_MESSAGE = 400
@@ -119,26 +121,21 @@ def path(text: str) -> Path:
 
 def server(text: str) -> tuple[str, int]:
     """Return host and port of HOST:PORT. Raises ArgumentTypeError."""
-    host, ports = servers(text)
-    if len(ports) != 1:
-        raise _no_server(text)
-    return host, ports[0]
+    host, (port, *others) = servers(text)
+    if others:
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
+    return host, port
 
 
 def servers(text: str) -> tuple[str, list[int]]:
     """Return host and ports of HOST:PORT[,PORT], or of the URL of one port. Raises ArgumentTypeError."""
     host, _, ports = text.rpartition("://")[2].rstrip("/").rpartition(":")
-    words = ports.split(",")
-    if not host or not all(word.isascii() and word.isdigit() and len(word) < 6 for word in words):
-        raise _no_server(text)
-    numbers = list(map(int, words))
-    if not all(1 <= number <= 65535 for number in numbers):
-        raise _no_server(text)
+    if not host or not re.fullmatch(r"[0-9]{1,5}(,[0-9]{1,5})*", ports):
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
+    numbers = list(map(int, ports.split(",")))
+    if not 1 <= min(numbers) <= max(numbers) <= MAX_PORT:
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
     return host.removeprefix("[").removesuffix("]"), numbers
-
-
-def _no_server(text: str) -> argparse.ArgumentTypeError:
-    return argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
 
 
 def _help(option: Option, unset: str) -> str:

@@ -33,9 +33,6 @@ from typing import NamedTuple
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, KRC4
 from iiwa_sim.transcript.texts import TranscriptFault, check, check_reply, topic
 
-MAX_BYTES = 100_000_000
-"""Largest file in bytes: some days of a driver's polls."""
-
 WITHIN = 1e-6
 """Default tolerance of numbers."""
 
@@ -106,12 +103,9 @@ class Transcript(NamedTuple):
 def read_file(path: Path) -> Transcript:
     """The transcript of a file. Raises TranscriptFault."""
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = path.read_bytes()
     except OSError as fault:
         raise TranscriptFault(f"{path}: cannot be read: {fault.strerror}") from None
-    if len(data) > MAX_BYTES:
-        raise TranscriptFault(f"{path}: expected a transcript, of at most {MAX_BYTES} bytes")
     return read(str(path), data.removeprefix(BOM_UTF8).decode("utf-8", "backslashreplace"))
 
 

@@ -6,8 +6,8 @@ the line before is done.
 
 import time
 from collections import defaultdict, deque
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 from iiwa_sim.client.connection import Connection
 from iiwa_sim.client.krc4 import END_OF_REPLY
@@ -35,21 +35,11 @@ class Deviation(NamedTuple):
         return f"'{self.said}': {self.what}" if self.said else self.what
 
 
-class Time(Protocol):
-    """Lets time pass for the robot that a transcript is played against."""
+class Time(NamedTuple):
+    """Time of the robot that a transcript is played against; real time by default."""
 
-    def now_s(self) -> float: ...
-    def wait(self, seconds: float) -> None: ...
-
-
-class RealTime:
-    """Real time, for a robot that moves by itself."""
-
-    def now_s(self) -> float:
-        return time.monotonic()
-
-    def wait(self, seconds: float) -> None:
-        time.sleep(seconds)
+    now_s: Callable[[], float] = time.monotonic
+    wait: Callable[[float], None] = time.sleep
 
 
 def connected(host: str, port: int, timeout_s: float) -> Connection:
@@ -66,7 +56,7 @@ def replay(
     host: str,
     port: int | Sequence[int],
     timeout_s: float = TIMEOUT_S,
-    robot_time: Time | None = None,
+    clock: Time = Time(),  # noqa: B008 - it does not change
 ) -> Iterator[Deviation]:
     """Play a transcript; yields each deviation. One after which a client is out of step is the last.
 
@@ -83,7 +73,6 @@ def replay(
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
         wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
         raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
-    clock = robot_time or RealTime()
     began_s = clock.now_s()
     clients: dict[str, _Client] = {}
     heard = defaultdict[str, dict[str, str]](dict)  # also of clients that leave and come back

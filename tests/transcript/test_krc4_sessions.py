@@ -13,7 +13,7 @@ from iiwa_sim.transcript.lines import Kind, Transcript, read_file
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.transcript.texts import TranscriptFault
 from tests.krc4_talking import IDS, Krc4Client, attributes, request
-from tests.simulated_time import SimulatedTime
+from tests.simulated_time import simulated_time
 
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
 BESIDE = (445.0, 20.0, 800.0, 170.0, 10.0, 170.0)
@@ -22,7 +22,7 @@ SIX_AXES = "kr_6_r900_sixx"
 
 def played(transcript: Transcript, simulator: Simulator, timeout_s: float = 30.0) -> list[tuple[int, str]]:
     found = replay(
-        transcript, simulator.host, list(simulator.ports.values()), timeout_s, SimulatedTime(simulator)
+        transcript, simulator.host, list(simulator.ports.values()), timeout_s, simulated_time(simulator)
     )
     return [(each.line, str(each)) for each in found]
 
