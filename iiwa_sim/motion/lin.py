@@ -21,7 +21,7 @@ from iiwa_sim.frames import Transform, apply, multiply, rotate, turn_between
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
 from iiwa_sim.motion.plan_kernel import Polynomial
-from iiwa_sim.robot.arm_kernel import NEAR, OUT_OF_REACH, continued, solve_rows
+from iiwa_sim.robot.arm_kernel import NEAR, OUT_OF_REACH, continued, solve
 from iiwa_sim.robot.inverse import Inverse
 
 ALIGNED_RAD = 4e-10  # with less between the axes of two joints, one of them keeps its position along a line
@@ -143,7 +143,7 @@ class _LineJoints:
         joints, results = np.empty((len(s), len(self.start))), np.empty(len(s), dtype=np.int64)
         inverse, redundancies = self.inverse, self._redundancy + s * self._change
         poses, following = self.line.poses(s), np.array(seed, dtype=np.float64)
-        solve_rows(
+        solve(
             inverse.kind, inverse.numbers, poses, redundancies, statuses, following, aligned, joints, results
         )
         return joints, results

@@ -1,9 +1,4 @@
 # For other kernels that move a TCP or solve for joint positions.
-cpdef int solve(
-    int kind, double[::1] numbers, double[:, ::1] poses, Py_ssize_t row, double redundancy, int status,
-    double[::1] seed, double aligned, double[:, ::1] joints
-) noexcept
-
 cdef class Tcp:
     cdef readonly object tool_in_flange
     cdef readonly Py_ssize_t joint_count
@@ -38,7 +33,9 @@ cdef class Kinematics:
     cdef double[::1] _seed                # these
     cdef double[::1] _distances
     cdef object _last
-    cdef int _status
+    cdef double[::1] _redundancy          # (1,)
+    cdef long long[::1] _branch           # (1,)
+    cdef long long[::1] _result           # (1,)
     cdef object joints_for(
         self, double[::1] turned, double x, double y, double z, double redundancy, object present
     )

@@ -13,7 +13,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import atan2, cos, floor, remainder, sin, sqrt
+from cython.cimports.libc.math import atan2, cos, fabs, floor, remainder, sin, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, compose, inverse
@@ -188,38 +188,20 @@ class Tcp:
             j[3, k], j[4, k], j[5, k] = a[k, 0], a[k, 1], a[k, 2]
 
 
-@cython.ccall
+@cython.cfunc
 @cython.exceptval(check=False)
-def solve(
-    kind: cython.int,
-    numbers: cython.double[::1],
-    poses: cython.double[:, ::1],
-    row: cython.Py_ssize_t,
-    redundancy: cython.double,
-    status: cython.int,
-    seed: cython.double[::1],
-    aligned: cython.double,
-    joints: cython.double[:, ::1],
-) -> cython.int:
-    """Write the joint positions of one branch for a pose of the flange into that row of `joints`.
+def _turned_to(
+    c: cython.double, s: cython.double, free: cython.double, least: cython.double
+) -> tuple[cython.double, cython.double, cython.double]:
+    """Return cosine and sine of the direction of (c, s), and its angle.
 
-    Args:
-        kind: SRS or OPW.
-        numbers: Dimensions of the arm, see `iiwa_sim.robot.inverse`.
-        poses: Poses of the flange in the base (m, 12).
-        row: Row of the pose, and of the result.
-        redundancy: Position of A3; an arm without redundancy ignores it.
-        status: The branch.
-        seed: Joint positions (n,) from which joints are taken that are free at a singular pose.
-        aligned: Sine of the middle wrist joint up to which the joint before it is free.
-        joints: Joint positions (m, n) above -pi and up to pi.
-
-    Returns:
-        REGULAR, NEAR a singular pose, or OUT_OF_REACH.
+    It is the angle `free` for a square of the length up to `least`.
     """
-    if kind == _OPW:
-        return _solve_opw(numbers, poses, row, status, seed, aligned, joints)
-    return _solve_srs(numbers, poses, row, redundancy, status, seed, aligned, joints)
+    square: cython.double = c * c + s * s
+    if square <= least:
+        return cos(free), sin(free), free
+    length: cython.double = sqrt(square)
+    return c / length, s / length, atan2(s, c)
 
 
 @cython.cfunc
@@ -284,24 +266,9 @@ def _solve_srs(
     # A2 turns (vx, vz) to (x1, wz), A1 turns (x1, vy) to (wx, wy)
     c2 = x1 * vx + wz * vz
     s2 = x1 * vz - wz * vx
-    n = sqrt(c2 * c2 + s2 * s2)
-    if n > 1e-20:
-        c2 /= n
-        s2 /= n
-        q2 = atan2(s2, c2)
-    else:  # forearm along y
-        q2 = seed[1]
-        c2, s2 = cos(q2), sin(q2)
-    if h2 > _ON_AXIS:
-        c1 = wx * x1 + wy * vy
-        s1 = wy * x1 - wx * vy
-        n = sqrt(c1 * c1 + s1 * s1)
-        c1 /= n
-        s1 /= n
-        q1 = atan2(s1, c1)
-    else:
-        q1 = seed[0]
-        c1, s1 = cos(q1), sin(q1)
+    c2, s2, q2 = _turned_to(c2, s2, seed[1], 1e-40)  # free if the forearm is along y
+    c1, s1 = wx * x1 + wy * vy, wy * x1 - wx * vy
+    c1, s1, q1 = _turned_to(c1, s1, seed[0], _ON_AXIS * h2)
 
     # direction of A7 in the frame that A1 to A4 turn, by turning it back joint by joint
     y = c1 * r12 - s1 * r02
@@ -312,21 +279,12 @@ def _solve_srs(
     x = c3 * x + s3 * y
     t0 = c4 * x + s4 * z
     t2 = c4 * z - s4 * x
-    s6 = sqrt(t0 * t0 + t1 * t1)
-    if s6 > aligned:
-        if s6 < _NEARLY_ALIGNED:
-            result = _NEAR
-        if status & 4:
-            s6 = -s6
-        c5 = t0 / s6
-        s5 = t1 / s6
-        q5 = atan2(s5, c5)
-    else:
-        q5 = seed[4]
-        c5, s5 = cos(q5), sin(q5)
-        s6 = c5 * t0 + s5 * t1
-        if (s6 > 0.0) == ((status & 4) != 0):
-            s6 = 0.0
+    side: cython.double = -1.0 if status & 4 else 1.0
+    c5, s5, q5 = _turned_to(side * t0, side * t1, seed[4], aligned * aligned)
+    s6 = c5 * t0 + s5 * t1
+    if aligned < fabs(s6) < _NEARLY_ALIGNED:
+        result = _NEAR
+    s6 = side * max(side * s6, 0.0)
     # axis of A6 in the base, joint by joint: seen from there A7 has turned the flange's x and y
     x = -s5 * c4
     z = -s5 * s4
@@ -393,26 +351,13 @@ def _solve_opw(
     if (o[12] < 0.0) == ((status & 2) != 0):
         sd = -sd
 
-    if h2 > _ON_AXIS:
-        c1 = wx / x1
-        s1 = wy / x1
-        q1 = atan2(s1, c1)
-    else:
-        q1 = o[10] * seed[0]
-        c1, s1 = cos(q1), sin(q1)
+    c1, s1, q1 = _turned_to(wx * x1, wy * x1, o[10] * seed[0], _ON_AXIS * h2)
     # A2 turns (vx, vz), from shoulder to wrist, to (tx, tz)
     vx = ux + k * (ux * cd + uz * sd)
     vz = uz + k * (uz * cd - ux * sd)
     c2 = tx * vx + tz * vz
     s2 = tx * vz - tz * vx
-    n = sqrt(c2 * c2 + s2 * s2)
-    if n > 1e-20:
-        c2 /= n
-        s2 /= n
-        q2 = atan2(s2, c2)
-    else:  # wrist point in the shoulder
-        q2 = o[11] * seed[1]
-        c2, s2 = cos(q2), sin(q2)
+    c2, s2, q2 = _turned_to(c2, s2, o[11] * seed[1], 1e-40)  # free if the wrist point is in the shoulder
     s3 = sd * o[9] + cd * o[8]
     c3 = cd * o[9] - sd * o[8]
     s23 = s2 * c3 + c2 * s3
@@ -423,22 +368,12 @@ def _solve_opw(
     y = c1 * r10 - s1 * r00
     t0 = x * c23 - r20 * s23
     z = x * s23 + r20 * c23
-    s5 = sqrt(y * y + z * z)
-    above: cython.bint = ((status & 4) != 0) == (o[14] > 0.0)
-    if s5 > aligned:
-        if s5 < _NEARLY_ALIGNED:
-            result = _NEAR
-        if not above:
-            s5 = -s5
-        s4 = y / s5
-        c4 = -z / s5
-        q4 = atan2(s4, c4)
-    else:
-        q4 = o[13] * seed[3]
-        c4, s4 = cos(q4), sin(q4)
-        s5 = s4 * y - c4 * z
-        if (s5 < 0.0) == above:
-            s5 = 0.0
+    side: cython.double = 1.0 if ((status & 4) != 0) == (o[14] > 0.0) else -1.0
+    c4, s4, q4 = _turned_to(-side * z, side * y, o[13] * seed[3], aligned * aligned)
+    s5 = s4 * y - c4 * z
+    if aligned < fabs(s5) < _NEARLY_ALIGNED:
+        result = _NEAR
+    s5 = side * max(side * s5, 0.0)
     # axis of A5 in the base: seen from there A6 has turned the flange's y and z
     z = s4 * c23
     x = c1 * (s4 * s23) - s1 * c4
@@ -481,7 +416,9 @@ def branch(
     return (distances[0] < 0.0) | (distances[1] < 0.0) << 1 | (distances[2] <= 0.0) << 2
 
 
-def solve_rows(
+@cython.ccall
+@cython.exceptval(check=False)
+def solve(
     kind: cython.int,
     numbers: cython.double[::1],
     poses: cython.double[:, ::1],
@@ -491,11 +428,26 @@ def solve_rows(
     aligned: cython.double,
     joints: cython.double[:, ::1],
     results: cython.longlong[::1],
-) -> None:
-    """Do `solve` for all rows."""
+) -> cython.void:
+    """Write the joint positions of one branch for each pose of the flange, and how it went.
+
+    Args:
+        kind: SRS or OPW.
+        numbers: Dimensions of the arm, see `iiwa_sim.robot.inverse`.
+        poses: Poses of the flange in the base (m, 12).
+        redundancies: Positions of A3 (m,); an arm without redundancy ignores them.
+        statuses: The branches (m,).
+        seed: Joint positions (n,) from which joints are taken that are free at a singular pose.
+        aligned: Sine of the middle wrist joint up to which the joint before it is free.
+        joints: Joint positions (m, n) above -pi and up to pi.
+        results: REGULAR, NEAR a singular pose, or OUT_OF_REACH (m,).
+    """
     for row in range(poses.shape[0]):
-        redundancy, status = redundancies[row], statuses[row]
-        results[row] = solve(kind, numbers, poses, row, redundancy, status, seed, aligned, joints)
+        status: cython.int = statuses[row]
+        if kind == _OPW:
+            results[row] = _solve_opw(numbers, poses, row, status, seed, aligned, joints)
+        else:
+            results[row] = _solve_srs(numbers, poses, row, redundancies[row], status, seed, aligned, joints)
 
 
 @cython.cfunc
@@ -536,8 +488,8 @@ class Kinematics:
         self._beyond_half_turn = min(d.position_min) < -pi or max(d.position_max) > pi
         self._pose, self._joints = np.zeros((1, 12)), np.zeros((1, self.joint_count))
         self._seed, self._distances = np.zeros(self.joint_count), np.zeros(3)
+        self._redundancy, (self._branch, self._result) = np.zeros(1), np.zeros((2, 1), dtype=np.int64)
         self._last: Any = None
-        self._status = 0
 
     def redundancy(self, q: Sequence[float]) -> float:
         """Return the redundancy of joint positions."""
@@ -577,15 +529,19 @@ class Kinematics:
         for k in range(self.joint_count):
             q[k] = present[k]
         if present is not self._last:
-            self._status = branch(self._kind, self._numbers, q, self._distances)
-        result = solve(self._kind, self._numbers, p, 0, redundancy, self._status, q, 0.0, self._joints)
+            self._branch[0] = branch(self._kind, self._numbers, q, self._distances)
+        self._redundancy[0] = redundancy
+        solve(
+            self._kind, self._numbers, p, self._redundancy, self._branch, q, 0.0, self._joints, self._result
+        )
+        result = self._result[0]
         if result == _OUT_OF_REACH:
             return None
         joints: Any = tuple([self._joints[0, k] for k in range(self.joint_count)])
         if result == _NEAR:
             numbers = [p[0, k] for k in range(12)]
             flange = Transform(tuple(numbers[:9]), tuple(numbers[9:]))
-            joints = self._inverse.joints(flange, redundancy, self._status, present)
+            joints = self._inverse.joints(flange, redundancy, int(self._branch[0]), present)
             if joints is None:
                 return None
         if self._beyond_half_turn:

@@ -9,14 +9,14 @@ S-R-S arm is zero or negative, or A5 of a six-joint arm is above zero.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import atan2, cos, hypot, pi, remainder, sin, tau
+from math import atan2, cos, hypot, isnan, pi, remainder, sin, tau
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from iiwa_sim.frames import Transform, Vector, apply, transpose, turn_between
-from iiwa_sim.robot.arm_kernel import NEAR, OPW, OUT_OF_REACH, SRS, branch, solve, solve_rows
+from iiwa_sim.robot.arm_kernel import NEAR, OPW, OUT_OF_REACH, SRS, branch, solve
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.model import Model
 
@@ -85,20 +85,13 @@ class Inverse:
         self.redundancy_range = (d.position_min[2], d.position_max[2]) if self.kind == SRS else None
         """Least and greatest redundancy within the joint limits; None for a robot without redundancy."""
         self._lowest, self._highest = np.array(d.position_min), np.array(d.position_max)
-        self._found = np.empty((1, model.joint_count))
 
     def joints(
         self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
     ) -> tuple[float, ...] | None:
         """Return joint positions on one branch, or None where it does not reach the pose."""
-        pose = np.array([(*flange.rotation, *flange.translation)])
-        result = solve(
-            self.kind, self.numbers, pose, 0, redundancy, status, np.array(seed, float), _ALIGNED, self._found
-        )
-        if result == OUT_OF_REACH:
-            return None
-        solved = tuple(self._found[0].tolist())
-        return (self.followed(flange, redundancy, status, seed) if result == NEAR else None) or solved
+        found = self.joints_batch(flange, np.array([redundancy]), np.array([status]), seed)[0].tolist()
+        return None if isnan(found[0]) else tuple(found)
 
     def joints_batch(
         self,
@@ -112,7 +105,7 @@ class Inverse:
         poses = np.tile((*flange.rotation, *flange.translation), (count, 1))
         found, results = np.empty((count, self.model.joint_count)), np.empty(count, dtype=np.int64)
         start = np.array(seed, float)
-        solve_rows(self.kind, self.numbers, poses, redundancies, statuses, start, _ALIGNED, found, results)
+        solve(self.kind, self.numbers, poses, redundancies, statuses, start, _ALIGNED, found, results)
         found[results == OUT_OF_REACH] = np.nan
         for row in np.flatnonzero(results == NEAR).tolist():
             followed = self.followed(flange, float(redundancies[row]), int(statuses[row]), seed)
