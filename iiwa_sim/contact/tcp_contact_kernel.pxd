@@ -51,12 +51,11 @@ cdef class TcpContact:
     cdef void _roll(self) noexcept
 
 cdef class Gaps:
-    cdef double[::1] free              # lower bounds of the distances (m)
-    cdef double[::1] _known            # the distances when they were measured
-    cdef double[:, ::1] _levers        # greatest way (m) of each per turn (rad) of each joint
-    cdef double[::1] _velocity
+    cdef object free                   # lower bounds of the distances (m)
+    cdef object _known                 # the distances when they were measured, else infinite
+    cdef object _levers                # greatest way (m) of each per turn (rad) of each joint
+    cdef object _velocity
     cdef double[::1] _looked           # joint positions of the bounds (rad)
-    cdef bint _is_looked               # whether they are known
     cdef double[::1] _rates            # greatest share of a bound that a turn (1/rad) of each joint takes
     cdef double _fastest               # the same of all joints at their greatest velocities (1/s); 0 if one is not free
     cdef readonly long next            # no distance can be 0 before this tick

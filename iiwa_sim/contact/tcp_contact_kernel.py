@@ -29,8 +29,6 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
 _SLIP_M = cython.declare(cython.double, 1e-12)
-# Part of a limit up to which it is surely kept.
-_NEARLY = cython.declare(cython.double, 0.999)
 
 
 @cython.cclass
@@ -417,7 +415,8 @@ class Gaps:
 
     def forget(self) -> None:
         """Know of no distance."""
-        self._is_looked, self._fastest, self.next = False, 0.0, 0
+        self._known[:] = np.inf
+        self._fastest, self.next = 0.0, 0
 
     @cython.ccall
     @cython.exceptval(-1, check=True)
@@ -437,80 +436,25 @@ class Gaps:
 
     def go_to(self, joints: Any) -> list[int]:
         """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        turned: cython.double
-        q: cython.double
-        for k in range(self._rates.shape[0]):
-            q = joints[k]
-            turned = fabs(q - self._looked[k])
-            self._looked[k] = q
-            for row in range(self.free.shape[0]):
-                self.free[row] -= self._levers[row, k] * turned
-        known = self._is_looked
-        self._is_looked = True
-        rows = range(self.free.shape[0])
-        return [row for row in rows if not known or self.free[row] <= 0.5 * self._known[row]]
+        self.free -= self._levers @ np.abs(np.subtract(joints, self._looked))
+        self._looked = np.array(joints, float)
+        due: list[int] = (self.free <= 0.5 * self._known).nonzero()[0].tolist()
+        return due
 
     def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
         """Note a measured distance (m)."""
         self.free[row] = self._known[row] = distance
 
-    def approach(self, moved_m: cython.double) -> None:
+    def approach(self, moved_m: float) -> None:
         """Have all bodies come nearer by so much."""
-        for row in range(self.free.shape[0]):
-            self.free[row] -= moved_m
+        self.free -= moved_m
         self._fastest, self.next = 0.0, 0
 
     def begin(self, tick: cython.long, tick_s: cython.double) -> None:
         """Begin to count from the present bounds, in the tick of this number."""
         self._fastest, self.next = 0.0, tick + 1
-        for k in range(self._rates.shape[0]):
-            self._rates[k] = 0.0
-        for row in range(self.free.shape[0]):
-            if self.free[row] <= 0.0:
-                return
-            for k in range(self._rates.shape[0]):
-                self._rates[k] = max(self._rates[k], self._levers[row, k] / self.free[row])
-        for k in range(self._rates.shape[0]):
-            self._fastest += self._rates[k] * self._velocity[k]
-        self._fastest = max(self._fastest, 1e-9)
+        if len(self.free) and self.free.min() <= 0.0:
+            return
+        rates = (self._levers / self.free[:, None]).max(axis=0, initial=0.0)
+        self._rates, self._fastest = rates, max(rates @ self._velocity, 1e-9)
         self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
-
-
-def surely_within(
-    wrenches: Any,
-    torques: Any,
-    part_per_n: cython.double,
-    least_nm: cython.double,
-    most_n: cython.double,
-    most_nm: cython.double,
-) -> bool:
-    """Return True if it is sure that no limit is passed; near a limit it is not.
-
-    Args:
-        wrenches: Contributions at the TCP, by their names.
-        torques: Contributions on the joints, by their names.
-        part_per_n: No force at the TCP makes more of a joint's limit than this (1/N).
-        least_nm: The least torque limit of a joint.
-        most_n: Limit of the force at the TCP.
-        most_nm: Limit of the torque at the TCP.
-    """
-    total = cython.declare(cython.double[6])
-    each: cython.double
-    greatest: cython.double
-    for k in range(6):
-        total[k] = 0.0
-    for wrench in wrenches.values():
-        for k in range(6):
-            each = wrench[k]
-            total[k] += each
-    force: cython.double = sqrt(total[0] * total[0] + total[1] * total[1] + total[2] * total[2])
-    torque: cython.double = sqrt(total[3] * total[3] + total[4] * total[4] + total[5] * total[5])
-    if force >= _NEARLY * most_n or torque >= _NEARLY * most_nm:
-        return False
-    for row in torques.values():
-        greatest = 0.0
-        for each in row:
-            greatest = max(greatest, fabs(each))
-        torque += greatest
-    within: bool = force * part_per_n + torque / least_nm < _NEARLY
-    return within

@@ -8,13 +8,14 @@ from math import dist, hypot, inf
 from typing import NamedTuple
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
-from iiwa_sim.contact.tcp_contact_kernel import surely_within
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
 
 EASE = 1.02
 """A value beyond its limit at a reset may grow by this factor before it stops the robot again."""
+NEARLY = 0.999
+"""Part of a limit up to which it is surely kept."""
 LEAST, GREATEST = 1e-3, 1e5
 """Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
@@ -87,10 +88,13 @@ class Protection:
             self._levers_m = load.levers_m
             levers = zip(load.levers_m, self._torque_limits, strict=True)
             self._part_per_n = max(lever / limit for lever, limit in levers)
-        within = surely_within(
-            load.wrenches, load.torques, self._part_per_n, self._least_limit, self._most_n, self._most_nm
-        )
-        return within and not self._allowed
+        x, y, z, a, b, c = load.acting
+        force, torque = hypot(x, y, z), hypot(a, b, c)
+        if self._allowed or force >= NEARLY * self._most_n or torque >= NEARLY * self._most_nm:
+            return False
+        for torques in load.torques.values():
+            torque += max(map(abs, torques))
+        return force * self._part_per_n + torque / self._least_limit < NEARLY
 
     def knows(self, load: ExternalWrench) -> bool:
         """Return True if another look at the present load would change nothing."""

@@ -51,8 +51,7 @@ class JointBounds:
     _joint_count: cython.Py_ssize_t
     _low: cython.double[::1]
     _high: cython.double[::1]
-    _full: cython.double[::1]  # distance in a tick at the velocity limit,
-    _ample: cython.double[::1]  # and the room before a position limit that allows it
+    _full: cython.double[::1]  # distance in a tick at the velocity limit
     _acceleration: cython.double[::1]
     _lag_s: cython.double[::1]  # until full jerk has built up half of the acceleration, and a tick
 
@@ -72,8 +71,6 @@ class JointBounds:
         self._full = tick_s * np.array(velocity, float)
         self._acceleration = np.array(stop_acceleration, float)
         self._lag_s = 0.5 * np.array(stop_acceleration) / np.array(stop_jerk) + tick_s
-        speed = np.array(velocity, float)
-        self._ample = speed * (0.5 * speed / np.array(stop_acceleration) + np.asarray(self._lag_s))
 
     def ranges(self, joints: Joints) -> tuple[list[float], list[float]]:
         """Return the least and the greatest motion (rad) of each joint in the next tick."""
@@ -109,13 +106,11 @@ class JointBounds:
     def _farthest(self, room: cython.double, k: cython.Py_ssize_t) -> cython.double:
         """How far a joint may go with so much room before its limit: braking takes v (v / a + a / j) / 2 at
         most."""
-        if room >= self._ample[k]:
-            return self._full[k]
         if room <= 0.0:
             return 0.0
         a: cython.double = self._acceleration[k]
         lag: cython.double = self._lag_s[k]
-        return min(self._tick_s * a * (sqrt(lag * lag + 2.0 * room / a) - lag), room)
+        return min(self._tick_s * a * (sqrt(lag * lag + 2.0 * room / a) - lag), room, self._full[k])
 
 
 @cython.cclass

@@ -235,8 +235,7 @@ class Polynomial:
     def evaluate(
         self, s: cython.double, orders: cython.int, values: cython.double[:, :, ::1], row: cython.Py_ssize_t
     ) -> cython.void:
-        """Joint positions at s into `values[0, row]`, and their derivatives up to the order `orders`, 3 at
-        most, into `values[1, row]` and so on: `values` is (orders + 1 or more, rows, joints).
+        """Write joint positions at s to `values[0, row]`; for `orders` 3 (else 0) also three derivatives.
 
         Outside of all pieces they are those of the first or last one, continued.
         """
@@ -248,14 +247,6 @@ class Polynomial:
         last: cython.Py_ssize_t = self._offsets[piece + 1]
         scale: cython.double = 2.0 / (self._borders[piece + 1] - self._borders[piece])
         x: cython.double = (s - self._borders[piece]) * scale - 1.0
-        if self.straight:  # the same in short
-            for j in range(count):
-                values[0, row, j] = self._padded[0, j] + self._padded[1, j] * x
-                if orders > 0:
-                    values[1, row, j] = self._padded[1, j] * scale
-                for k in range(2, orders + 1):
-                    values[k, row, j] = 0.0
-            return
         double_x: cython.double = 2.0 * x
         y0 = cython.declare(cython.double[8])
         y1 = cython.declare(cython.double[8])
@@ -307,10 +298,8 @@ class Polynomial:
             for i in range(min(count - j, 8)):
                 values[0, row, j + i] = y0[i]
                 values[1, row, j + i] = y1[i] * scale
-                if orders > 1:
-                    values[2, row, j + i] = y2[i] * (scale * scale)
-                if orders > 2:
-                    values[3, row, j + i] = y3[i] * (scale * scale * scale)
+                values[2, row, j + i] = y2[i] * (scale * scale)
+                values[3, row, j + i] = y3[i] * (scale * scale * scale)
 
     def joints(self, s: cython.double) -> Joints:
         """Joint positions (rad) at s; before 0 that is the start, beyond 1 the end."""
@@ -699,6 +688,7 @@ def run(
             times[k] = times[k - 1] + 2.0 * (x[k] - x[k - 1]) / y
 
 
+@cython.locals(bend=cython.double, left=cython.double)
 def moving_average(
     x: cython.double[::1],
     speeds: cython.double[::1],
@@ -716,8 +706,6 @@ def moving_average(
     for e in range(2):
         k: cython.Py_ssize_t = 0
         area: cython.double = 0.0  # integral of x up to the sample k
-        bend: cython.double = 0.0
-        left: cython.double = times[1] - times[0]
         sign: cython.double = (1.0 - 2.0 * e) / window
         for p in range(at.shape[0]):
             t: cython.double = at[p] - e * window

@@ -22,7 +22,7 @@ ENOUGH = 0.03
 """Duality gap that ends a solution, as a part of the duration."""
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
-MANY_SEGMENTS = 200
+MANY_SEGMENTS = 100
 """A trajectory of fewer segments is put together in the slice that has solved it."""
 SHORTEST_SEGMENT_S = 1e-4
 """With a shorter segment hardly more is left than what is kept: it is too late to plan."""
