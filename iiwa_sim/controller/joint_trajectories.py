@@ -103,7 +103,7 @@ class _Active(NamedTuple):
     """The trajectory that is followed or waits for the robot to rest."""
 
     number: int
-    path: Array  # bounds (2, n) of errors: rad, rad/s; inf where nothing is compared
+    path: Array | None  # bounds (2, n) of errors: rad, rad/s; None if nothing is compared
     goal: Array
     goal_time_s: float
     end_s: float
@@ -151,7 +151,9 @@ class JointTrajectories:
         with endings.because(STOP_TRIGGERED, PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED):
             number = controller.accept(Event.TRAJECTORY)
             motions.track(number, trajectory)
-        active = _Active(number, path, goal, request.goal_time_s, reference.end_s)
+        # Most trajectories compare nothing on their path: the progress costs more than a tick.
+        on_path = path if path.min() < inf else None
+        active = _Active(number, on_path, goal, request.goal_time_s, reference.end_s)
 
         def ended(ending: Ending) -> None:
             if self._active is active:
@@ -190,7 +192,7 @@ class JointTrajectories:
         time_s = self._controller.motions.tracked_s
         late_s = time_s - active.end_s
         if late_s < 0.0:
-            fault = self._beyond(active.path)
+            fault = "" if active.path is None else self._beyond(active.path)
             if fault:
                 self._end(Outcome.PATH_TOLERANCE, f"path tolerance: {fault} after {time_s:.3f} s")
         elif late_s > active.goal_time_s > 0.0:
@@ -200,8 +202,7 @@ class JointTrajectories:
 
     def _beyond(self, bounds: Array) -> str:
         """Return which joint is beyond its tolerance; nothing if none is."""
-        # Most trajectories compare nothing: the progress costs more than a tick.
-        if bounds.min() == inf or (progress := self.progress) is None:
+        if (progress := self.progress) is None:
             return ""
         off = np.abs(np.subtract(progress.desired[:2], progress.actual))
         for k, joint in np.argwhere(off > bounds).tolist():
