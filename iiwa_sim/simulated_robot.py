@@ -84,13 +84,13 @@ class SimulatedRobot:
             check_axes(protocol, cell.description)
         self.servers = {
             protocol: TcpServer(
-                partial(self._open_session, protocol),
-                settings.host,
-                port,
+                open_session=partial(self._open_session, protocol),
+                host=settings.host,
+                port=port,
                 admission=admission,
                 budget=budget,
                 on_answered=clock.commanded,
-                on_good_bye=on_bye if protocol == IIWA else None,
+                on_good_bye=on_bye if on_bye and protocol == IIWA else lambda: None,
                 faults=faults,
                 protocol=protocol if len(ports) > 1 else "",
             )

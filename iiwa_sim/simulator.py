@@ -123,13 +123,15 @@ class Simulator:
         self._status: StatusStream | None = None
         if settings.status_port is not None:
             self._status = StatusStream(
-                lambda: b"".join(status_line(each.stepped, name) for name, each in self.robots.items()),
-                lambda name: StatusSession(first.stepped, first.log, name, self._group.controllers[1:]),
-                settings.host,
-                settings.status_port,
+                line=lambda: b"".join(status_line(each.stepped, name) for name, each in self.robots.items()),
+                open_session=lambda name: StatusSession(
+                    first.stepped, first.log, name, self._group.controllers[1:]
+                ),
+                host=settings.host,
+                port=settings.status_port,
                 rate_hz=settings.status_rate_hz,
                 tick_rate_hz=settings.rate_hz,
-                on_reader=self.clock.look,
+                on_client=self.clock.look,
                 budget=budget,
             )
         self._ros: RosSide | None = None

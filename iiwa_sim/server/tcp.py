@@ -14,6 +14,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from iiwa_sim.protocols.faults import Close, Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.protocols.session import Session
@@ -281,7 +282,7 @@ class Connection(asyncio.BufferedProtocol):
                     self.abort()
                 case Close():
                     self.close()
-                    if self._session.closing and self._server.on_good_bye is not None:
+                    if self._session.closing:
                         self._server.on_good_bye()
 
     def _delay_is_over(self) -> None:
@@ -302,60 +303,49 @@ class Connection(asyncio.BufferedProtocol):
         self.abort()
 
 
+@dataclass(eq=False, kw_only=True)
 class TcpServer:
-    """Serves one session, from `open_session(client name)`, for every connection to `host`:`port`.
+    """Serves one session for every connection to `host`:`port`; port 0 picks a free one.
 
-    Port 0 picks a free one. A client that does not read its replies for `unread_s` is dropped. A client that
-    waits to be admitted is connected, but nothing is read from it.
+    `admission`, `budget` and wire `faults` may be shared with other servers of the loop. A client that waits
+    to be admitted is connected, but nothing is read from it.
     """
 
-    def __init__(
-        self,
-        open_session: Callable[[str], Session],
-        host: str,
-        port: int,
-        *,
-        unread_s: float = UNREAD_S,
-        admission: Admission | None = None,
-        budget: Budget | None = None,
-        on_client: Callable[[], None] = lambda: None,
-        on_answered: Callable[[bool], None] = lambda _awaits: None,
-        on_good_bye: Callable[[], None] | None = None,
-        faults: WireFaults | None = None,
-        protocol: str = "",
-        suffix: str = "",
-        send_bytes: int = SEND_BYTES,
-        lasting: bool = False,
-    ) -> None:
-        """`admission`, `budget` and wire `faults` may be shared with other servers of the loop.
+    open_session: Callable[[str], Session]
+    """Opens the session of a client with this name."""
+    host: str
+    port: int
+    unread_s: float = UNREAD_S
+    """Time (s) after which a client is dropped that does not read its replies."""
+    admission: Admission = field(default_factory=Admission)
+    budget: Budget = field(default_factory=Budget)
+    on_client: Callable[[], None] = lambda: None
+    """Called before a client is added."""
+    on_answered: Callable[[bool], None] = lambda _: None
+    """Called after commands have been executed, with what the session `awaits`."""
+    on_good_bye: Callable[[], None] = lambda: None
+    """Called after a client has said good-bye and been answered."""
+    faults: WireFaults = field(default_factory=WireFaults)
+    protocol: str = ""
+    """Name of the protocol of this port, where `faults` are shared with ports of others."""
+    suffix: str = ""
+    """Follows the address of a client in its name."""
+    send_bytes: int = SEND_BYTES
+    lasting: bool = False
+    """True to keep connections whose client sends no more."""
 
-        `on_client` is called before a client is added, `on_answered` after commands have been executed, with
-        what the session `awaits`, `on_good_bye` after a client has said good-bye and been answered.
-        `protocol` names the protocol of this port, where `faults` are shared with ports of others. `suffix`
-        follows the address of a client in its name. `lasting` keeps connections whose client sends no more.
-        """
-        self.open_session = open_session
-        self.unread_s = unread_s
-        self.admission = admission or Admission()
-        self.budget = budget or Budget()
-        self.on_client = on_client
-        self.on_answered = on_answered
-        self.on_good_bye = on_good_bye
-        self.faults = faults or WireFaults()
-        self.protocol = protocol
-        self.suffix = suffix
-        self.send_bytes = send_bytes
-        self.lasting = lasting
+    def __post_init__(self) -> None:
         self.buffer = memoryview(bytearray(READ_BYTES))  # of all connections: read and emptied at once
         self.connections: set[Connection] = set()
         self.arriving: list[Step] = []
         """The first steps of connections that are accepted now: what `end_arriving` adds before they open."""
-        self._asked = (host, port)
         self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._acceptor = Acceptor(await open_listener(*self._asked), as_protocol(lambda: Connection(self)))
+        self._acceptor = Acceptor(
+            await open_listener(self.host, self.port), as_protocol(lambda: Connection(self))
+        )
 
     @property
     def listening(self) -> bool:
