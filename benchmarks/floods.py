@@ -35,7 +35,7 @@ FLOODS = (
     Flood("iiwa", "rubbish", b"rubbish !\r\n"),
     Flood("iiwa", "valid queries", QUESTION),
     Flood("krc4", "valid queries", b'<Cmd I0="1" I1="310"/>\r\n'),
-    Flood("backdoor", "valid queries", b"GET /override HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+    Flood("backdoor", "valid queries", b"GET /get_clock HTTP/1.1\r\nHost: localhost\r\n\r\n"),
     Flood("status", "noise", b"x" * 60 + b"\r\n"),
     Flood("rosbridge", "pings", frame(b"", 9), websockets),
     Flood("rosbridge", "calls", says("call_service", service="/get_io", args={"number": 1}), websockets),

@@ -106,19 +106,11 @@ class LineSession(Session):
         strict: bool = False,
         canned: CannedReplies | None = None,
     ) -> None:
-        """Create a session.
+        """`name` stands for this connection in log and dialogue; `commands` has a handler for each of `table`.
 
-        Args:
-            controller: The robot.
-            log: Log of the protocol.
-            name: Name of this connection in log and dialogue.
-            table: The commands.
-            commands: The handler of each row of `table`. It gives the reply with its line end, and may raise
-                `Refused`.
-            dialogue: Told of each line, if given.
-            protocol: Name of the protocol in the dialogue.
-            strict: Refuse values after the last parameter, which are ignored and logged otherwise.
-            canned: Replies that are given in place of carrying out a command.
+        A handler gives the reply with its line end, and may raise `Refused`. A `strict` session refuses
+        values after the last parameter, which are ignored and logged otherwise. `canned` replies are given
+        in place of carrying out a command.
         """
         super().__init__(controller, log, name, dialogue, protocol)
         self.table = table
