@@ -124,9 +124,7 @@ class Simulator:
         if settings.status_port is not None:
             self._status = StatusStream(
                 line=lambda: b"".join(status_line(each.stepped, name) for name, each in self.robots.items()),
-                open_session=lambda name: StatusSession(
-                    first.stepped, first.log, name, self._group.controllers[1:]
-                ),
+                open_session=lambda name: StatusSession(self._group.controllers, first.log, name),
                 host=settings.host,
                 port=settings.status_port,
                 rate_hz=settings.status_rate_hz,

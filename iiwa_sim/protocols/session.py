@@ -106,7 +106,7 @@ class LineSession(Session):
         strict: bool = False,
         canned: CannedReplies | None = None,
     ) -> None:
-        """`name` stands for this connection in log and dialogue; `commands` has a handler for each of `table`.
+        """`name` stands for the connection in log and dialogue; `commands` has a handler for each of `table`.
 
         A handler gives the reply with its line end, and may raise `Refused`. A `strict` session refuses
         values after the last parameter, which are ignored and logged otherwise. `canned` replies are given

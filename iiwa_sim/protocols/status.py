@@ -33,12 +33,10 @@ def status_line(controller: Controller, robot: str = "") -> bytes:
 class StatusSession(LineSession):
     """One reader of the status port."""
 
-    def __init__(
-        self, controller: Controller, log: SessionLog, name: str, others: Sequence[Controller] = ()
-    ) -> None:
-        """`name` identifies this connection in the log; `others` are the other robots of the cell."""
-        super().__init__(controller, log, name, _table(), {STOP: _stop})
-        self.others = others
+    def __init__(self, controllers: Sequence[Controller], log: SessionLog, name: str) -> None:
+        """`controllers` are those of all robots; `name` identifies this connection in the log."""
+        super().__init__(controllers[0], log, name, _table(), {STOP: _stop})
+        self.controllers = controllers
 
     def answer(self, most: int = AT_ONCE) -> bytes:
         """Carry out the next waiting lines; return the answer to telnet, once for all of them."""
@@ -50,7 +48,7 @@ class StatusSession(LineSession):
         return b""
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
-        for other in self.others:
+        for other in self.controllers[1:]:
             other.record_error(COMMUNICATION_FAILURE, NOTHING_ELSE)
         return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
 
@@ -61,6 +59,6 @@ def _table() -> Table:
 
 
 def _stop(session: StatusSession, _: Request) -> bytes:
-    for controller in (session.controller, *session.others):
+    for controller in session.controllers:
         controller.stop()
     return written("done")

@@ -24,7 +24,7 @@ class Reader:
     def __init__(self, commands: bool = False) -> None:
         self.robot = FakeRobot()
         self.journal = Journal(commands)
-        self.session = StatusSession(self.robot, self.journal, "reader")
+        self.session = StatusSession([self.robot], self.journal, "reader")
 
     def says(self, *packets: bytes) -> bytes:
         answered = b""
