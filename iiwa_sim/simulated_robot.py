@@ -24,7 +24,7 @@ from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.recordings.recordings import Recording, Recordings, Source
 from iiwa_sim.robot.urdf_check import differing_limits
-from iiwa_sim.robot_events import RobotEvents, log_discarded
+from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.tcp import Admission, TcpServer
 
@@ -62,19 +62,16 @@ class SimulatedRobot:
         self._clock, self._call, self._strict = clock, call, settings.strict
         self.dialogue = Dialogue(self._tick, clock.tick_s, command_names)
         """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
-        self._events = events = RobotEvents(self.dialogue)
+        self._events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
             clock.tick_s,
             arm=arm,
             servo_timeout_s=settings.servo_timeout_s,
-            on_fault=self._named(events.fault),
-            on_contact=self._named(events.contact),
-            on_touch=self._named(events.touch),
+            on_event=self._events.tell,
         )
         """The controller, for who steps it."""
-        controller.endings.on_discarded = self._named(log_discarded)
         if controller.handling is not None:
-            controller.handling.arm.tell = self._named(events.part)
+            controller.handling.arm.tell = self._events.part
         self.log = SessionLog()
         self.faults = faults = WireFaults(self.dialogue.on_wire)
         ports = cell.ports or dict[str, int](zip(settings.protocol, settings.port, strict=True))
@@ -187,15 +184,6 @@ class SimulatedRobot:
     def ports(self) -> dict[str, int]:
         """Port of each protocol, in the order in which they were named."""
         return {name: server.address[1] for name, server in self.servers.items()}
-
-    def _named(self, function: Callable[..., None]) -> Callable[..., None]:
-        """Return a function that logs with the robot's name."""
-
-        def called(*values: object) -> None:
-            with log.named(self.log_name):
-                function(*values)
-
-        return called if self.name else function
 
     def _open_session(self, protocol: str, name: str) -> Session:
         canned = self.faults.canned

@@ -11,7 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.controller.endings import Contact
+from iiwa_sim.controller.endings import Contact, RobotEvent
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
@@ -61,8 +62,7 @@ class SteppedRobot:
         self.controller = cell.controller(
             tick_s,
             servo_timeout_s=servo_timeout_s,
-            on_fault=lambda code, reason: self.faults.append((code, reason)),
-            on_contact=self._meets,
+            on_event=self._hears,
         )
         self.model = Model(self.description)
         self.tick_s = tick_s
@@ -107,6 +107,12 @@ class SteppedRobot:
         if not goes_on:
             self.may_stop()
         return goes_on
+
+    def _hears(self, event: RobotEvent) -> None:
+        if isinstance(event, ErrorRecord):
+            self.faults.append((event.code, event.reason))
+        elif isinstance(event, Contact):
+            self._meets(event)
 
     def _meets(self, contact: Contact) -> None:
         self.contacts.append(contact)

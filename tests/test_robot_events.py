@@ -7,6 +7,7 @@ import logging
 import pytest
 
 from iiwa_sim.controller.endings import Contact
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.dialogue import Dialogue, DialogueLine
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot_events import RobotEvents
@@ -21,9 +22,9 @@ def test_what_happens_to_the_robot_is_told_to_log_listeners_and_dialogue(
     dialogue.listeners.append(said.append)
     events = RobotEvents(dialogue)
     events.listeners.append(lambda *event: heard.append(event))
-    events.fault(3040, "100 % odd")
-    events.contact(CONTACT)
-    events.touch("link 4 touches table")
+    events.tell(ErrorRecord(3040, "100 % odd"))
+    events.tell(CONTACT)
+    events.tell("link 4 touches table")
     events.part("the gripper holds part 'it'", False)
     events.part("part 'it' has slipped", True)
     texts = ["100 % odd", str(CONTACT), "link 4 touches table", "part 'it' has slipped"]

@@ -9,7 +9,14 @@ from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import NO_TOOL, Tool, ToolLoad, unknown_load
-from iiwa_sim.controller.endings import Contact, Endings, ForceGuard, PendingMove, WhenEnded, check_thresholds
+from iiwa_sim.controller.endings import (
+    Endings,
+    ForceGuard,
+    PendingMove,
+    RobotEvent,
+    WhenEnded,
+    check_thresholds,
+)
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -80,9 +87,7 @@ class Controller:
         handled: HandlingSetup = NO_HANDLING,
         arm: Any = None,
         servo_timeout_s: float | None = None,
-        on_fault: Callable[[int, str], None] | None = None,
-        on_contact: Callable[[Contact], None] | None = None,
-        on_touch: Callable[[str], None] | None = None,
+        on_event: Callable[[RobotEvent], None] | None = None,
     ) -> None:
         """Put the robot at rest.
 
@@ -99,9 +104,7 @@ class Controller:
             handled: Gripper, wires and scene of the cell.
             arm: Its `Arm` in the world of gripper, parts, scene and other robots.
             servo_timeout_s: Time without a command that ends a servo mode; by default none does.
-            on_fault: Called with code and reason of an error between commands.
-            on_contact: Called with the force that has ended a move.
-            on_touch: Called with a line about a link that begins to touch a surface or another link.
+            on_event: Called with what happens between commands.
         """
         start = description.home if start is None else start
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
@@ -135,17 +138,16 @@ class Controller:
         self.motions = self._motions_from(start)
         self.joints_before = start
         """Joint positions (rad) at the end of the tick before the last one."""
-        self.endings = Endings(lambda number: self.motions.is_pending(number))  # noqa: PLW0108 motions are replaced
+        self.tell = on_event or (lambda _: None)
+        """Reports events between commands."""
+        self.endings = Endings(lambda number: self.motions.is_pending(number), self.tell)  # noqa: PLW0108 motions are replaced
         """Tells its listeners how each move ended."""
         self.errors = RobotErrors()
         self.protection = Protection(description.joints, description.torque, safety)
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = servo_timeout_s
-        self.tell = on_fault or (lambda _code, _reason: None)
-        """Reports code and reason of an error between commands."""
-        self._on_contact = on_contact
-        self._link_watch = None if on_touch is None else LinkWatch(self.load, tick_s, on_touch)
+        self._link_watch = None if on_event is None else LinkWatch(self.load, tick_s, on_event)
 
         self.trajectories = JointTrajectories(self)
         self.follow = self.trajectories.follow
@@ -228,8 +230,7 @@ class Controller:
         if contact is not None:
             with self.endings.because(SUCCESS, str(contact)):
                 self.motions.cancel()
-            if self._on_contact is not None:
-                self._on_contact(contact)
+            self.tell(contact)
 
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
@@ -294,7 +295,7 @@ class Controller:
         """Stop the robot for an event, and take no moves until the error is reset."""
         self.errors.fail(code, reason)
         self.stop_for(event, code, reason)
-        self.tell(code, reason)
+        self.tell(ErrorRecord(code, reason))
 
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
@@ -425,7 +426,7 @@ class Controller:
 
         A shift is resolved now, for good. `when_ended` is called at the end of the move.
         """
-        endings, guard = self.endings, None
+        guard = None
         self.errors.check()
         if request.kind is not Kind.HOLD and request.compliance is None:
             self.check_hold()
@@ -443,8 +444,8 @@ class Controller:
             number = self._queue(request)
             if request.thresholds is not None:
                 guard = ForceGuard(number, request.thresholds, self.cartesian_force())
-        if guard or when_ended or endings.listeners or endings.on_discarded:
-            endings.pending.append(PendingMove(number, when_ended, guard))
+        if guard or when_ended or self.endings.listeners or self._link_watch:  # somebody is told of its end
+            self.endings.pending.append(PendingMove(number, when_ended, guard))
         return number
 
     def check(self, request: MoveRequest) -> None:
@@ -548,7 +549,7 @@ class Controller:
             lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
             reason = f"{lost}: {refused.reason}"
             self.errors.record(refused.code, reason)
-            self.tell(refused.code, reason)
+            self.tell(ErrorRecord(refused.code, reason))
             self.endings.lost(number, refused.code, reason)
             return None
 

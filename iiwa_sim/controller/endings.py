@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from math import isfinite
 from typing import NamedTuple
 
-from iiwa_sim.controller.errors import EXECUTION, SUCCESS, Refused
+from iiwa_sim.controller.errors import EXECUTION, SUCCESS, ErrorRecord, Refused
 from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import Frame
 from iiwa_sim.wrench import Wrench
@@ -76,6 +76,15 @@ class Ending(NamedTuple):
     """Nothing for a move that came to its target."""
 
 
+class Discarded(NamedTuple):
+    """Moves, by their numbers, that a stop or a change of mode has ended."""
+
+    moves: Sequence[int]
+    reason: str
+
+
+RobotEvent = ErrorRecord | Contact | Discarded | str
+"""An event between commands; a text tells of a link that begins to touch something."""
 WhenEnded = Callable[[Ending], None]
 """Called at the end of a move, once and never early."""
 
@@ -94,13 +103,11 @@ class Endings:
     Where moves blend into each other one ends where the next begins.
     """
 
-    def __init__(self, is_pending: Callable[[int], bool]) -> None:
-        """`is_pending` tells of a number whether its move runs or waits."""
+    def __init__(self, is_pending: Callable[[int], bool], tell: Callable[[RobotEvent], None]) -> None:
+        """`is_pending` tells of a number whether its move runs or waits; `tell` takes discarded moves."""
         self.listeners: list[WhenEnded] = []
         """Called at the end of every move that was accepted since they are here."""
-        self.on_discarded: Callable[[Sequence[int], str], None] | None = None
-        """Called with moves, by their numbers, that a stop or a change of mode has ended, and why."""
-        self._is_pending = is_pending
+        self._is_pending, self._tell_discarded = is_pending, tell
         self.pending: deque[PendingMove] = deque()
         """Moves with a guard or a listener, in the order in which they were accepted."""
 
@@ -115,8 +122,8 @@ class Endings:
         self.after_tick()
         yield
         ended = [move for move in self.pending if not self._is_pending(move.number)]
-        if ended and discards and self.on_discarded is not None:
-            self.on_discarded([move.number for move in ended], reason)
+        if ended and discards:
+            self._tell_discarded(Discarded([move.number for move in ended], reason))
         self._end(ended, code, reason)
 
     def lost(self, first: int, code: int, reason: str) -> None:

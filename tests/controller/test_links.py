@@ -9,7 +9,8 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import STOP_TRIGGERED
+from iiwa_sim.controller.endings import RobotEvent
+from iiwa_sim.controller.errors import STOP_TRIGGERED, ErrorRecord
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move
@@ -39,9 +40,14 @@ class Robot:
             TICK_S,
             start=start,
             world=TcpContact(surfaces, 0.0),
-            on_fault=lambda code, reason: self.faults.append((code, reason)),
-            on_touch=self.told.append,
+            on_event=self._hears,
         )
+
+    def _hears(self, event: RobotEvent) -> None:
+        if isinstance(event, str):
+            self.told.append(event)
+        elif isinstance(event, ErrorRecord):
+            self.faults.append((event.code, event.reason))
 
     def goes_to(self, joints: Joints, speed: float = 0.3) -> list[Joints]:
         """Its way there."""

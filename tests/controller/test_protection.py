@@ -38,7 +38,7 @@ def watched(
         TICK_S,
         world=TcpContact(surfaces, 0.0),
         safety=Safety(**safety),  # type: ignore[arg-type]
-        on_fault=lambda code, reason: robot.faults.append((code, reason)),
+        on_event=robot._hears,
     )
     robot.joints = [robot.controller.joints]
     return robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +16,8 @@ from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.cell.cell import load_cells, shared_world
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
+from iiwa_sim.controller.endings import RobotEvent
+from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.frames import Frame
 from iiwa_sim.world.world import World
 from tests.asked import lin_move, lin_move_at, ptp_move
@@ -49,12 +52,17 @@ class Shared:
             cell.controller(
                 H,
                 arm=arm,
-                on_fault=lambda _, reason, n=n: self.faults[n].append(reason),
-                on_touch=self.told[n].append,
+                on_event=partial(self._hears, n),
             )
             for n, (cell, arm) in enumerate(zip(cells, self.world.arms, strict=True))
         ]
         self.seen: list[Any] = []
+
+    def _hears(self, which: int, event: RobotEvent) -> None:
+        if isinstance(event, str):
+            self.told[which].append(event)
+        elif isinstance(event, ErrorRecord):
+            self.faults[which].append(event.reason)
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
