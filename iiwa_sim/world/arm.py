@@ -42,8 +42,6 @@ TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
 """Apparent inertia (kg, kg m2) of a robot that gives way at its TCP."""
 JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
 """The same of each joint of a robot that gives way in its joints, and of its TCP in rotation."""
-STICKS = 1.002
-"""A part that has slid is held against so many times the friction, until the force has fallen."""
 
 Vector = NDArray[np.float64]
 Tell = Callable[[str, bool], None]
@@ -96,7 +94,7 @@ class Arm:
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
         self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
-        self._firm, self._force_was = True, 0.0
+        self._force_was = 0.0
         self.jaw_speed, self.jaws_move, self._jaw_stall = 0.0, False, 0
         self._jaw_still_m, self.jaws_rest = -1.0, False
         self.with_jaws: list[int] = []
@@ -411,7 +409,7 @@ class Arm:
         pose = pose_of(world.part_q[number].tolist())
         self.inside = compose(inverse(self.tcp_before), pose)
         self.motion = TcpMotion(self.tcp_before)
-        self.slip, self._firm, self._force_was = NOWHERE, True, 0.0
+        self.slip, self._force_was = NOWHERE, 0.0
         assert self.gripper is not None
         force_n = self.gripper.kind.force_n
         self._most_n = force_n if self._sucks else 2.0 * world.parts[number].friction * force_n
@@ -453,7 +451,7 @@ class Arm:
 
     def _at_most(self, wrench: Wrench) -> Wrench:
         """Return a wrench on the held part as the gripper feels it: along the pads at most friction."""
-        load, most = self._load_n(wrench), self._most_n * (1.0 if self._firm else STICKS)
+        load, most = self._load_n(wrench), self._most_n
         if load <= most or self._sucks:
             return wrench
         share = most / load - 1.0
@@ -471,11 +469,9 @@ class Arm:
         world, h, limit = self.world, self.world.tick_s, self._most_n
         x, _, z = load[:3]
         force, (sx, sz) = hypot(x, z), self.slip
-        self._firm = force < limit and (self._firm or force < 0.9 * limit)
         grows, self._force_was = max(force - self._force_was, 0.0), force
-        if self.slip == NOWHERE and force + grows <= limit * (1.0 if self._firm else STICKS):
+        if self.slip == NOWHERE and force + grows <= limit:
             return
-        self._firm = False
         # With such a mass a tick takes the force away. That of the next tick, which grows on as it does, is
         # to be the limit; friction is along the way on which the part would go on without it.
         gain = h / (self._stiffness() * h * h or world.parts[self.held].mass_kg)
