@@ -23,8 +23,6 @@ COMMAND_LIST = "/command_list"
 COMMAND_RESULT = "/command_result"
 LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""
-LOWEST_SCALE = 0.01
-"""Replaces a speed below 0."""
 PLAIN = {Kind.LIN.value, Kind.PTP.value}
 """Types of moves that are sent ahead, so that the robot can blend them."""
 NO_ERROR, NO_SUCH_GROUP = 0, 3
@@ -88,16 +86,12 @@ class AppendixA:
         """True if a coming tick will send a command or publish a result."""
         if self._begun:
             return self._begun[0].result is not None or self._failed
-        return bool(self._waiting) and self._is_ready
+        return bool(self._waiting) and self._controller.override > 0.0
 
     @property
     def is_idle(self) -> bool:
         """True if every command has its result, and no tick has anything to do."""
         return not (self._begun or self._waiting or self._failed)
-
-    @property
-    def _is_ready(self) -> bool:
-        return self._controller.override > 0.0
 
     def _take(self, message: Any) -> None:
         """Take a CommandList: its commands follow those before, or take their place.
@@ -121,7 +115,7 @@ class AppendixA:
         if self._failed:
             self._failed = False
             self._stop_what_goes_on()
-        if self._waiting and self._is_ready:
+        if self._waiting and self._controller.override > 0.0:
             self._send_next()
         self._publish_ended()
 
@@ -222,7 +216,7 @@ class AppendixA:
         """Set the speed: below 0 means 0.01, above 1 means 1. At 0 the robot stops and drops its commands."""
         if not isfinite(request.value):
             raise BadMessage("value: expected a finite number")
-        scale = LOWEST_SCALE if request.value < 0.0 else min(request.value, 1.0)
+        scale = 0.01 if request.value < 0.0 else min(request.value, 1.0)
         if scale == 0.0:
             self._end_all("cancelled by scale_speed 0")
             self._stop()

@@ -6,6 +6,7 @@ The frames are bounded however slowly a client reads.
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 MOST_REPLY_LETTERS = 4_194_304
@@ -15,13 +16,13 @@ Frame = str | dict[str, Any]
 """Text, or a message for a binary frame, as CBOR."""
 
 
+@dataclass
 class _Feed:
     """The messages of one topic, each made when it is sent."""
 
-    def __init__(self) -> None:
-        self.throttle_s = 0.0
-        self.waiting: deque[Callable[[], Frame]] = deque(maxlen=1)
-        self.due_s = 0.0
+    throttle_s: float = 0.0
+    waiting: deque[Callable[[], Frame]] = field(default_factory=deque)
+    due_s: float = 0.0
 
 
 class Outbox:

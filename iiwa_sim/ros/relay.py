@@ -43,8 +43,7 @@ logger = logging.getLogger(__name__)
 
 
 class RosFault(Unusable):
-    """A library or service that the ROS side needs is missing, or there can be no node. The message is one
-    line."""
+    """The ROS side lacks a library or a service, or there can be no node. The message is one line."""
 
 
 class Relay:

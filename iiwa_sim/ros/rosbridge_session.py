@@ -98,16 +98,13 @@ class RosbridgeSession:
         self._goals: dict[str, int] = {}  # numbers by the client's ids
         self._operations: dict[str, Callable[[_Asked], None]] = {
             "advertise": self._advertise,
-            "unadvertise": lambda _: None,
             "publish": self._publish,
             "subscribe": self._subscribe,
             "unsubscribe": self._unsubscribe,
             "call_service": self._call_service,
             "send_action_goal": self._send_goal,
             "cancel_action_goal": self._cancel_goal,
-            "auth": lambda _: None,
-            "set_level": lambda _: None,
-            "status": lambda _: None,
+            **dict.fromkeys(("unadvertise", "auth", "set_level", "status"), lambda _: None),
         }
 
     def receive(self, text: bytes) -> None:

@@ -32,10 +32,7 @@ SYSTEM_PYTHON = Path("/usr/bin/python3")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """The folder of Debian's and Ubuntu's packages for that Python."""
 RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
-"""Number of constants of robot_movement_interface's message Result, by the year of the package.
-
-Constants count in the MD5 sum that both ends of a ROS 1 topic compare.
-"""
+"""Constants of the message Result, which count in its MD5 sum, by the year of robot_movement_interface."""
 ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy, or source the setup.bash of a ROS 1"
 ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env makes an environment that has it"
 

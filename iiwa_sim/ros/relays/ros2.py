@@ -25,20 +25,17 @@ from .pipe import Fault, Pipe, shortest
 
 Message = dict[str, Any]
 
-ABSOLUTE = ("/clock",)
-"""Names that are not put under the namespace: all robots of a graph have one time."""
+CLOCK = "/clock"  # not under the namespace: all robots of a graph have one time
 EMPTY = "structure_needs_at_least_one_member"
 """A field that rclpy shows of messages without any."""
 BARRIER = "/rosapi/nodes"
 """A service whose response shows that what was sent before was taken."""
 THREADS = 10
 """One for messages, one for goals that are asked for, four for services and four for the ends of goals."""
-END_S = 10.0
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 INVALID_GOAL = -1
 GONE = {"error_code": INVALID_GOAL, "error_string": "the robot has gone"}
-BETWEEN_S = 0.001
 CANCELING_S = 10.0
 """rclpy takes less to note that a goal is to be cancelled, before which it cannot be."""
 
@@ -75,7 +72,7 @@ def serve(pipe: Pipe, config: Message) -> None:
     finally:
         relay.close()
         executor.shutdown(timeout_sec=0.0)
-        spinning.join(END_S)
+        spinning.join(10.0)
         node.destroy_node()
         rclpy.try_shutdown()
 
@@ -151,7 +148,7 @@ class Relay:
             if made is None:
                 self.without.append(row[0])
             else:
-                yield made, row[0] if row[0] in ABSOLUTE else row[0].lstrip("/"), row
+                yield made, row[0] if row[0] == CLOCK else row[0].lstrip("/"), row
 
     def _matched(self, topic: str, kind: str) -> Callable[[Any], None]:
         """Hear a topic as long as somebody subscribes: a robot at rest that nobody watches does not tick."""
@@ -204,7 +201,7 @@ class Relay:
         if status == CANCELED:
             end_s = time.monotonic() + CANCELING_S
             while goal.cancelling and not handle.is_cancel_requested and time.monotonic() < end_s:
-                time.sleep(BETWEEN_S)
+                time.sleep(0.001)
             if not handle.is_cancel_requested:  # nobody may be told of a cancelling who has not asked for it
                 status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)()
