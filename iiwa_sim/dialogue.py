@@ -206,25 +206,17 @@ class Dialogue:
         """Return all lines of clients in their order, as they came. Raises RuntimeError as `exchanges`."""
         return [each.line for each in self.exchanges()]
 
-    def times_said(self, what: str) -> int:
-        """Count a command, by its name, or a whole line, by its text.
-
-        Letter case and blanks do not count. Raises ValueError for what was never said and is no command
-        either, and RuntimeError as `exchanges`.
-        """
-        wanted = _normal(what)
-        times = sum(wanted in (_normal(each.command), _normal(each.line)) for each in self.exchanges())
-        if not times and ":" not in what and wanted not in map(_normal, self._names()):
-            raise ValueError(f"'{what}': expected the name of a command, such as lin move, or a whole line")
-        return times
-
     def assert_said(self, what: str, times: int | None = None) -> None:
         """Raise an AssertionError that tells what was said, if a command was not.
 
-        `what` is its name, or a whole line. With `times` exactly so often, 0 for never; without it at least
-        once. Raises ValueError and RuntimeError as `times_said`.
+        `what` is its name, or a whole line; letter case and blanks do not count. With `times` exactly so
+        often, 0 for never; without it at least once. Raises ValueError for what was never said and is no
+        command either, and RuntimeError as `exchanges`.
         """
-        found = self.times_said(what)
+        wanted = _normal(what)
+        found = sum(wanted in (_normal(each.command), _normal(each.line)) for each in self.exchanges())
+        if not found and ":" not in what and wanted not in map(_normal, self._names()):
+            raise ValueError(f"'{what}': expected the name of a command, such as lin move, or a whole line")
         if found != times if times is not None else not found:
             wanted = "at least once" if times is None else _times(times)
             counted = list(Counter(self.commands()).items())
