@@ -16,6 +16,7 @@ import pytest
 from iiwa_sim import Simulator
 from iiwa_sim.backdoor.client import BackdoorClient
 from iiwa_sim.cell.bodies import BoxSettings
+from iiwa_sim.cli import main
 from iiwa_sim.client.connection import Connection
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot
@@ -23,7 +24,7 @@ from iiwa_sim.options.sources import SettingError
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
 from iiwa_sim.recordings.tables import write_tables
-from tests.processes import IIWA_SIM, ended, started
+from tests.processes import IIWA_SIM, refused, started
 from tests.recordings.recorded import found_in
 from tests.view.viewer import viewing
 
@@ -292,7 +293,9 @@ def test_a_single_robot_may_have_a_name_and_a_base(tmp_path: Path) -> None:
         assert bar.frame[:2] == pytest.approx((740, 200), abs=0.1)
 
 
-def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
+def test_the_command_line_tells_the_ports_of_each_robot(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with ExitStack() as taken:
         sockets = [taken.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(2)]
         ports = [each.getsockname()[1] for each in sockets]
@@ -309,8 +312,7 @@ def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
             f"right listening on 127.0.0.1:{ports[1]}\n",
         ]
         assert [line.split()[0] for line in lines[2:]] == ["status", "backdoor"]
-        done = ended([*IIWA_SIM, "health", str(server.process.pid)])
-        assert (done.returncode, done.stderr) == (0, "")
+        assert main(["health", str(server.process.pid)]) == 0
         client = Connection("127.0.0.1", ports[1], 60)
         client.send(b"wrong\r\n")
         assert client.read_line() == b"unknown command"
@@ -321,13 +323,12 @@ def test_the_command_line_tells_the_ports_of_each_robot(tmp_path: Path) -> None:
     assert "lost" not in said
     assert "> wrong" in (tmp_path / "said-right.txt").read_text()
     assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
-    done = ended([*IIWA_SIM, str(file), "--port", "5"])
-    assert (done.returncode, done.stderr) == (
-        2,
-        "iiwa-sim: --port 5: expected none: write port of left and right in the cell\n",
-    )
-    done = ended([*IIWA_SIM, "check-cell", str(file)])
-    assert [line for line in done.stdout.splitlines() if line.startswith(("robot", "base", "part"))] == [
+    told = "iiwa-sim: --port 5: expected none: write port of left and right in the cell\n"
+    assert refused(file, "--port", "5") == told
+    assert main(["check-cell", str(file)]) == 0
+    assert [
+        line for line in capsys.readouterr().out.splitlines() if line.startswith(("robot", "base", "part"))
+    ] == [
         "robot left: LBR iiwa 7 R800",
         "base: 0 0 0 mm, 0 0 0 rad",
         "part 'bar': box, 0.3 kg, lies on 'table'",
