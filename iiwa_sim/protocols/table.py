@@ -8,8 +8,9 @@ session ignores or refuses them. Parameters behind a command that takes none are
 
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, lru_cache
+from itertools import groupby
 from math import inf, nan, nextafter, tau
 from typing import NamedTuple
 
@@ -300,23 +301,11 @@ def helped(table: Table, phrase: str, example: str) -> str:
     return f"alike: {alike}"
 
 
-def _in_series(quantities: Sequence[Quantity]) -> Iterator[tuple[str, Quantity]]:
-    """Yield the quantities with their names, j0 to j6 as `j0..j6` if they differ only in their number."""
-    run: list[Quantity] = []
-    for each in (*quantities, None):
-        if run and not (each is not None and _follows(run[-1], each)):
-            yield (run[0].name if len(run) == 1 else f"{run[0].name}..{run[-1].name}"), run[0]
-            run = []
-        if each is not None:
-            run.append(each)
-
-
-def _follows(one: Quantity, other: Quantity) -> bool:
-    stem = one.name.rstrip("0123456789")
-    number = one.name.removeprefix(stem)
-    bare = {"name": "", "meaning": ""}
-    same = msgspec.structs.replace(one, **bare) == msgspec.structs.replace(other, **bare)
-    return number != "" and other.name == f"{stem}{int(number) + 1}" and same
+def _in_series(quantities: Iterable[Quantity]) -> Iterator[tuple[str, Quantity]]:
+    """Yield the quantities with their names, j0 to j6 as `j0..j6`."""
+    for _, group in groupby(quantities, lambda each: each.name.rstrip("0123456789")):
+        first, *others = group
+        yield (f"{first.name}..{others[-1].name}" if others else first.name), first
 
 
 def _unit_and_range(quantity: Quantity, name: str) -> str:
