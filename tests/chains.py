@@ -117,24 +117,6 @@ def chains(
     return st.integers(2, longest).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
-def random_chain(seed: int, joint_count: int) -> list[ChainMove]:
-    """3 to 8 moves sent at once, the same for a seed whatever else changes: for statistics."""
-    rng = np.random.default_rng(seed)
-
-    def one_of(choice: Sequence[Any]) -> Any:
-        return choice[int(rng.integers(len(choice)))]
-
-    def move() -> ChainMove:
-        speeds = [one_of(SPEEDS) for _ in range(joint_count)]
-        place = one_of(["near", "near", "shift", "shift", "shift", "far", "small", "turn", "back", "on"])
-        parts = tuple(rng.uniform(-1.0, 1.0, joint_count).tolist())
-        radius_mm = one_of([float(rng.uniform(5.0, 80.0)), 500.0])
-        speeds_rel = one_of([tuple(speeds), (speeds[0],) * joint_count])
-        return ChainMove(one_of(["joint", "ptp", "lin", "lin joint"]), place, parts, speeds_rel, radius_mm, 0)
-
-    return [move() for _ in range(int(rng.integers(3, 9)))]
-
-
 def in_the_open(name: str, tick_s: float = 0.002) -> Recorder:
     """A robot with room for a square in front of it."""
     return Recorder(replace(load_robot(name), home=ROOMY[name]), tick_s)

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import WhenEnded
-from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.protocols.table import Command, load_table
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation
-from tests.stepped import ARMS, SteppedRobot
+from tests.stepped import SteppedRobot
 
 TABLE = load_table("iiwa")
 MIXED = [command for name, command in TABLE.commands.items() if name not in ("bye", "help")]
@@ -24,33 +20,13 @@ LOYALTY = 0.9  # a mode goes on for some commands
 STEERING = ("stop", "set override", "clear queue", "cancel move")
 HOLD = "start gravity"
 EMERGENCY = "emergency stop"  # nothing on the wire presses it
-SEVEN = 7  # joints on a line
 RUBBISH = ("1e308", "-1e308", "1e400", "5e-324", "-0", "nan", "1_0", "0x10", "0.5.5", "")
-
-
-class AsSeven:
-    """A controller as the iiwa's lines need it: of their seven joints it takes as many as it has."""
-
-    def __init__(self, controller: Controller) -> None:
-        self._controller = controller
-        self._count = len(controller.joints)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._controller, name)
-
-    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
-        if not isinstance(request.target, Frame):
-            target, speeds = request.target[: self._count], request.speeds[: self._count]
-            request = request._replace(target=target, speeds=speeds)
-        return self._controller.move(request, when_ended)
 
 
 class Mix:
     """A robot, what was said to it, and which moves it has accepted."""
 
-    def __init__(
-        self, seed: int, tick_s: float, robot: str = ARMS[0], *, forces: bool, skips: bool = False
-    ) -> None:
+    def __init__(self, seed: int, tick_s: float, *, forces: bool, skips: bool = False) -> None:
         """With `forces`, stiffness moves have some that push the robot off its plan.
 
         With `skips` it leaves out the ticks of a robot at rest, as a clock does.
@@ -58,9 +34,9 @@ class Mix:
         self._skips = skips
         self._random = random.Random(seed)
         self._forces = forces
-        self.robot = SteppedRobot(robot, tick_s)
+        self.robot = SteppedRobot(tick_s=tick_s)
         self.journal = Journal()
-        self._conversation = Conversation(AsSeven(self.robot.controller), self.journal)
+        self._conversation = Conversation(self.robot.controller, self.journal)
         self.said: list[tuple[int, str, str]] = []
         self._mode = "normal"
         self._pending: set[int] = set()
@@ -169,7 +145,7 @@ class Mix:
         values = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), frame, strict=True))
         quaternion = quaternion_from_rotation(pose.rotation)
         values |= dict(zip(("qx", "qy", "qz", "qw"), quaternion, strict=True))
-        for k, joint in enumerate([*joints.tolist(), 0.0][:SEVEN]):
+        for k, joint in enumerate(joints.tolist()):
             values |= {f"j{k}": joint, f"v{k}": self._speed()}
         for axis in "xyz":
             values |= {f"d{axis}": way * picks.uniform(-1.0, 1.0), f"threshold{axis.upper()}": 5.0}

@@ -1,6 +1,5 @@
-"""Durations beside the fastest possible: corners, dense paths and lines; their paths stay exact."""
+"""Durations beside the fastest possible: corners, dense paths and lines."""
 
-from itertools import cycle
 from statistics import median
 
 import numpy as np
@@ -11,11 +10,7 @@ from benchmarks.dense_paths import before, joints_along
 from benchmarks.figures import percentile
 from benchmarks.lines import random_lines, trajectory_of
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
-from benchmarks.told import run
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.robot.description import load_robot
-from tests.blended_path import Joints, Run, Sent
-from tests.chain_checks import assert_keeps_its_paths, assert_keeps_its_speeds
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 TICK_S = 0.002
@@ -51,39 +46,6 @@ def test_the_named_corners_are_passed_at_speed_near_their_optimum(robot: str) ->
             taken = corners.take(robot, corner, TICK_S)
             assert corners.slowest_mm_s(robot, corner, taken, TICK_S) >= corners.SLOWEST_MM_S[corner.name]
             assert taken.blended_s / corner.optimum_s <= corners.P90
-
-
-@pytest.mark.requirement("FRC012", "FRC015")
-@both
-def test_paths_are_exact_outside_the_sphere_and_limits_hold_everywhere(robot: str) -> None:
-    """To 1 um, at ticks of different lengths."""
-    for corner, tick_s in zip(corners.corners(robot)[::24], cycle((0.001, 0.002, 0.005, 0.01)), strict=False):
-        recorded = run_of(robot, corner, tick_s)
-        assert_keeps_its_paths(recorded)
-        assert_keeps_its_speeds(recorded)
-        assert_within_limits(recorded.robot)
-
-
-def run_of(robot: str, corner: corners.Corner, tick_s: float) -> Run:
-    """Both moves, sent at once, as they are recorded."""
-    starts = [corner.start, ends_at(robot, corner.start, corner, 1, tick_s)]
-    ends = [starts[1], ends_at(robot, corner.start, corner, 2, tick_s)]
-    stepped = SteppedRobot(robot, tick_s)
-    stepped.controller.place(corner.start)
-    joints = run(stepped.controller, corner.moves)
-    stepped.joints = list(map(tuple, joints.tolist()))
-    stepped.stopping = stepped.direct = [False] * len(joints)
-    moves = [
-        Sent(told.kind, start, end, (told.speed_rel,) * len(start), told.blending_mm, -1)
-        for told, start, end in zip(corner.moves, starts, ends, strict=True)
-    ]
-    return Run(stepped, 0, corner.start, moves, len(joints) - 1)
-
-
-def ends_at(robot: str, start: Joints, corner: corners.Corner, count: int, tick_s: float) -> Joints:
-    """Where the first moves end, without blending."""
-    controller = Controller(load_robot(robot), tick_s, start=start)
-    return tuple(run(controller, corner.moves[:count], blending=False)[-1].tolist())
 
 
 @pytest.mark.slow

@@ -203,15 +203,6 @@ def test_lines_of_no_or_hardly_any_length_are_moves_too(name: str) -> None:
     assert_within_limits(robot)
 
 
-def test_a_line_that_would_leave_the_workspace_half_way_is_refused() -> None:
-    robot = SteppedRobot()
-    robot.goes_to([radians(150), radians(60), 0, radians(-60), 0, radians(60), 0])
-    frame = robot.controller.tool_frame()
-    mirrored = robot.tcp_frame([radians(-150), radians(60), 0, radians(-60), 0, radians(60), 0])
-    assert refusal(robot, mirrored) in {JOINT_LIMIT, OUT_OF_REACH, CROSSING_SINGULARITY}
-    assert robot.controller.tool_frame() == frame
-
-
 @pytest.mark.requirement("FRC011")
 @pytest.mark.parametrize("name", ARMS)
 @given(offsets=st.tuples(*[st.floats(-0.3, 0.3)] * 7))

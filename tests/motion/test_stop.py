@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.asked import joint_move, lin_move, ptp_move
-from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_within_limits, line_errors
+from tests.asked import joint_move, ptp_move
+from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_within_limits
 
 STOP_S = 0.1
 AWAY = (1.0, -0.2, -0.5, -0.2, 0.3, -0.5, -1.0)  # from home
@@ -51,21 +51,6 @@ def test_a_stop_ends_all_motion_within_100_ms(
     assert robot.controller.joints == rest
     assert not robot.controller.moving
     assert_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC003")
-@pytest.mark.parametrize("robot_name", ALL_ROBOTS)
-@given(after=st.integers(1, 250))
-def test_a_stopped_line_stays_on_its_line(robot_name: str, after: int) -> None:
-    robot = SteppedRobot(robot_name)
-    frame = robot.controller.tool_frame()
-    target = frame._replace(y_mm=300.0, gamma=frame.gamma + 0.4)
-    robot.controller.move(lin_move(target, 1.0, 0.0))
-    robot.step(after)
-    assert stops(robot) * robot.tick_s <= STOP_S + 1e-9
-    off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
-    assert off_line_m < 1e-6
-    assert off_arc_rad < 1e-6
 
 
 @pytest.mark.requirement("FRC014", "FRC016")

@@ -41,18 +41,12 @@ def distances(points: Array, capsule: Capsule) -> Array:
 
 
 def on_surface(capsule: Capsule, rng: np.random.Generator) -> Array:
-    """Points (60, 3) all over a capsule."""
-    out = rng.normal(size=(60, 3))
-    out /= np.linalg.norm(out, axis=1, keepdims=True)
-    axis = np.subtract(capsule.end, capsule.start)
-    shares = rng.uniform(-0.5, 1.5, 60).clip(0.0, 1.0)[:, None]
-    along = axis / max(float(np.linalg.norm(axis)), 1e-9)
-    side = out - np.where((shares == 0.0) | (shares == 1.0), 0.0, (out @ along)[:, None]) * along
-    side *= np.where((shares == 0.0) & (side @ along > 0.0)[:, None], -1.0, 1.0)
-    side *= np.where((shares == 1.0) & (side @ along < 0.0)[:, None], -1.0, 1.0)
-    found: Array = np.add(capsule.start, shares * axis) + capsule.radius_m * side / np.linalg.norm(
-        side, axis=1, keepdims=True
-    )
+    """Points (20, 3) all over a capsule."""
+    start, axis = np.array(capsule.start), np.subtract(capsule.end, capsule.start)
+    around = start + rng.uniform(-0.5, 1.5, (20, 1)) * axis + rng.normal(size=(20, 3))
+    shares = np.clip((around - start) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)
+    out = around - start - shares[:, None] * axis
+    found: Array = around - out + capsule.radius_m * out / np.linalg.norm(out, axis=1, keepdims=True)
     return found
 
 
@@ -71,7 +65,7 @@ def test_capsules_fit_the_shapes_of_the_links(name: str) -> None:
     corners = corners[corners[:, 2] > 0.03]  # the foot stands on something
     outside = np.min([distances(corners, each) for each in capsules], axis=0).max()
     faces = np.arange(triangles.size // 3).reshape(-1, 3)
-    samples, _ = trimesh.remesh.subdivide_to_size(triangles.reshape(-1, 3), faces, 0.015)
+    samples, _ = trimesh.remesh.subdivide_to_size(triangles.reshape(-1, 3), faces, 0.03)
     points = np.concatenate([on_surface(each, rng) for each in capsules])
     squared = (samples**2).sum(1)
     squares = [(point @ point) + (squared - 2.0 * samples @ point).min() for point in points]
