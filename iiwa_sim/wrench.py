@@ -1,24 +1,10 @@
 """Wrenches at the TCP, as motion and contact exchange them."""
 
-from typing import NamedTuple
-
-from iiwa_sim.frames import Vector
-
 Wrench = tuple[float, float, float, float, float, float]
 """Force (N) and torque (Nm) at the TCP, acting on the robot, along the axes of the TCP unless stated
 otherwise."""
 
 NO_WRENCH: Wrench = (0.0,) * 6
-
-
-class Touch(NamedTuple):
-    """Wrench of surfaces on the robot: N, and Nm about the TCP, along the axes of the base."""
-
-    force: Vector
-    torque: Vector
-
-
-NO_TOUCH = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def add(a: Wrench, b: Wrench) -> Wrench:

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.frames import IDENTITY, Transform, Vector
-from iiwa_sim.wrench import NO_TOUCH, Touch
+
+
+class Touch(NamedTuple):
+    """Wrench of surfaces on the robot: N, and Nm about the TCP, along the axes of the base."""
+
+    force: Vector
+    torque: Vector
+
+
+NO_TOUCH = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 RADIUS = 0.005
 STIFFNESS = 20_000.0

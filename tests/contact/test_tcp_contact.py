@@ -23,8 +23,7 @@ from iiwa_sim.frames import (
     transform_from_euler,
     transpose,
 )
-from iiwa_sim.wrench import NO_TOUCH, Touch
-from tests.contact.materials import RADIUS, REST, SHAPES, STIFFNESS, World, at, surface
+from tests.contact.materials import NO_TOUCH, RADIUS, REST, SHAPES, STIFFNESS, Touch, World, at, surface
 from tests.samples import some
 
 Array = NDArray[np.float64]
