@@ -32,7 +32,6 @@ LONGEST_S = 0.5
 """Longest time of the viewer between two pictures that playing makes up for."""
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
 """Times of the robot in a second of the viewer."""
-STEPS = {"Tick back": -1, "Tick forward": 1}
 
 
 def run_playback(
@@ -70,7 +69,6 @@ class Playback:
             initial_value=timeline.start_s,
         )
         self._button: Any = gui.add_button("Play")
-        step = gui.add_button_group("Step", tuple(STEPS))
         speeds = tuple(f"{speed:g}x" for speed in SPEEDS)
         speed: Any = gui.add_dropdown("Speed", speeds, initial_value="1x")
         self._readout = Readout(gui, robot)
@@ -83,7 +81,6 @@ class Playback:
         add_surroundings(server, shown, shown)
         self._slider.on_update(acting(lambda _: self.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
-        step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
         speed.on_update(acting(lambda _: setattr(self, "_speed", float(speed.value.rstrip("x")))))
 
     def show(self) -> None:
@@ -121,11 +118,6 @@ class Playback:
         self._is_playing = not self._is_playing
         if self._is_playing and self.time_s >= self._timeline.end_s:
             self.time_s = self._timeline.start_s
-
-    def _step(self, ticks: int) -> None:
-        self._is_playing = False
-        self.go_to(self._state().time_s + ticks / self._timeline.recorded.tick_rate_hz)
-        self._slider.value = round(self.time_s, 2)
 
 
 def _listed(events: list[Event]) -> str:

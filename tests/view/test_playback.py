@@ -87,17 +87,6 @@ def test_it_plays_to_its_end(run: Path, viewer: Viewer) -> None:
     viewer.shows(f">{first_joint(run, 1e6)}<", "stopped")
 
 
-def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None:
-    viewer.clicks("Time (s)", 0.5)
-    viewer.shows(f">{first_joint(run, 0.5)}<")
-    for _ in range(20):
-        viewer.clicks("Step", "Tick forward")
-    viewer.shows(f">{first_joint(run, 0.54)}<")
-    for _ in range(10):
-        viewer.clicks("Step", "Tick back")
-    viewer.shows(f">{first_joint(run, 0.52)}<")
-
-
 def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
     with started(*IIWA_SIM, "show", run, "--port", "0", "--token", "swordfish") as process:
         said = process.line()
