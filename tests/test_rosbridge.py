@@ -8,7 +8,6 @@ import fcntl
 import json
 import re
 import shutil
-import socket
 import subprocess
 import sys
 from collections.abc import AsyncIterator
@@ -20,6 +19,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from benchmarks.flooders import says, websockets
 from iiwa_sim.ros.relay import RosFault
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator
@@ -229,8 +229,8 @@ async def test_a_huge_frame_ends_its_connection_only(simulator: Simulator, ros: 
 async def test_a_client_that_asks_and_does_not_read_is_dropped(
     simulator: Simulator, ros: Ros, caplog: pytest.LogCaptureFixture
 ) -> None:
-    connection = await asyncio.to_thread(_deaf, simulator.rosbridge_port)
-    question = _frame(json.dumps({"op": "call_service", "service": "/rosapi/services"}).encode())
+    (connection,) = await asyncio.to_thread(websockets, ("127.0.0.1", simulator.rosbridge_port), 1)
+    question = says("call_service", service="/rosapi/services")
 
     def ask() -> None:
         with contextlib.suppress(ConnectionError):
@@ -269,27 +269,3 @@ def test_without_a_library_one_line_says_what_to_install(monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "websockets", None)
     with pytest.raises(RosFault, match="rosbridge needs websockets: pip install"):
         Simulator(rosbridge_port=0)
-
-
-def _deaf(port: int) -> socket.socket:
-    """A WebSocket that nobody reads from."""
-    connection = socket.socket()
-    connection.settimeout(DEADLINE_S)
-    # Before it connects: a buffer that shrinks later loses segments with their acknowledgements.
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    connection.connect(("127.0.0.1", port))
-    connection.sendall(
-        b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-    )
-    head = b""
-    while not head.endswith(b"\r\n\r\n"):
-        head += connection.recv(1)
-    assert b" 101 " in head
-    return connection
-
-
-def _frame(text: bytes) -> bytes:
-    """A masked text frame of less than 64 KiB; the mask is all zeros."""
-    length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
-    return b"\x81" + length + b"\x00" * 4 + text

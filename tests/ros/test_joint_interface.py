@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -211,19 +210,6 @@ def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
     assert_within_limits(robot)
     states = [each["msg"] for each in client.hears()]
     assert states[-1]["name"] == list(robot.description.joints)
-
-
-def test_topics_come_at_their_rates(client: Client, robot: RosRobot) -> None:
-    recurring = {name: topic for name, topic in robot.graph.published.items() if topic.rate_hz}
-    for name, topic in recurring.items():
-        assert client.says("subscribe", topic=name, type=topic.kind, queue_length=1000) == []
-    robot.step(1000)
-    counts = Counter(each["topic"] for each in client.hears())
-    assert counts == {name: 2 * topic.rate_hz for name, topic in recurring.items()}
-    for name in recurring:
-        client.says("unsubscribe", topic=name)
-    robot.step(1000)
-    assert client.hears() == []
 
 
 def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: RosRobot) -> None:

@@ -164,7 +164,7 @@ def test_a_goal_that_another_client_cancels_is_aborted(cell: tuple[Simulator, Us
     assert (end["status"], end["result"]) == (6, {"error_code": -1, "error_string": "cancelled"})
 
 
-def test_commands_end_with_their_results(cell: tuple[Simulator, User]) -> None:
+def test_commands_end_with_their_results_and_services_answer(cell: tuple[Simulator, User]) -> None:
     robot, someone = cell
     someone.asks("hear", topic="command_result", kind=f"{RMI}/msg/Result")
     results = {}
@@ -180,25 +180,12 @@ def test_commands_end_with_their_results(cell: tuple[Simulator, User]) -> None:
     assert [round(each, 6) for each in robot.joints] == list(AWAY)
     status = someone.hears("robot_status", "industrial_msgs/msg/RobotStatus", 1)[-1]
     assert (status["drives_powered"], status["in_error"]) == ({"val": 1}, {"val": 0})
-
-
-@pytest.mark.slow
-def test_override_inputs_and_outputs(cell: tuple[Simulator, User]) -> None:
-    robot, someone = cell
-    assert someone.calls("scale_speed", f"{RMI}/srv/SetFloat", value=0.25) is not None
-    assert robot.controller.override == 0.25
     assert someone.calls("set_io", f"{RMI}/srv/SetIO", number=2, value=True) == {"error": 0}
-    assert someone.calls("get_io", f"{RMI}/srv/GetIO", number=2) == {"value": True, "error": 0}
-    assert someone.calls("set_io", f"{RMI}/srv/SetIO", number=99, value=True)["error"] != 0
     states = someone.calls("robot/get_digital_ios", f"{RMI}/srv/GetDigitalIOs", ios=[])
-    assert states["success"]
-    assert [each["value"] for each in states["ios"] if each["id"] == {"group_id": "DO", "pin_number": 2}] == [
-        True
-    ]
+    assert {"group_id": "DO", "pin_number": 2} in [each["id"] for each in states["ios"] if each["value"]]
     # A call that fails is answered, since ROS 2 has no other way; the robot goes on as before.
     someone.calls("scale_speed", f"{RMI}/srv/SetFloat", value=nan)
-    assert robot.controller.override == 0.25
-    assert someone.calls("stop_robot_right_now", "std_srvs/srv/Trigger") == {"success": True, "message": ""}
+    assert robot.controller.override == 1.0
 
 
 def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -> None:
