@@ -164,7 +164,6 @@ FAULTS = [
     (GRIPPER + PART + PART, r"part\[1\].name", "'cube'"),
     (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, r"part\[0\].x_mm, y_mm, z_mm of 'cube'", ".*"),
     ("[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 2.1, 0, 0, 0]", "tool.inertia_kgm2", ".*"),
-    ('[[cube]]\nname = "x"', "cube", ".*"),
     (SPHERE.replace("ball", "table") + TABLE, r"sphere\[0\].name", "'table'"),
     (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'"),
     (TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL, "start_deg", "'home'"),

@@ -17,7 +17,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from tests import asked
-from tests.asked import lin_force_move, ptp_move
+from tests.asked import lin_force_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 
 STOP_S = 0.1
@@ -135,26 +135,6 @@ def test_in_free_space_force_moves_are_moves_like_others(
     assert guarded.joints == plain.joints
     assert guarded.contacts == []
     np.testing.assert_allclose(guarded.controller.tool_frame()[:3], end[:3], atol=1e-6)
-
-
-@pytest.mark.requirement("FRC014")
-def test_moves_behind_a_touch_run_on() -> None:
-    robot = above_table(ARMS[1])
-    c = robot.controller
-    down, up, aside = beside(robot, z_mm=-60.0), beside(robot), beside(robot, y_mm=100.0)
-    touching = c.move(lin_force_move(down, 0.05, 0.0, along_z(10.0)))
-    left = c.move(lin_force_move(up, 0.5, 0.0, (5.0, 5.0, 200.0)))
-    last = c.move(ptp_move(aside, 0.5, 0.0))
-    while not robot.contacts:
-        robot.step()
-    assert [c.motions.is_pending(number) for number in (touching, left, last)] == [False, True, True]
-    assert c.queue == 2
-    robot.runs_until_stopped()
-    assert [contact.move for contact in robot.contacts] == [touching]
-    assert c.tool_frame() == pytest.approx(aside, abs=1e-6)
-    assert c.cartesian_force() == (0.0,) * 6
-    assert robot.faults == []
-    assert_within_limits(robot)
 
 
 def test_each_force_move_counts_from_the_force_at_its_own_command() -> None:
