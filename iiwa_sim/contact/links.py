@@ -224,12 +224,16 @@ class Links:
         scene, colliding = self._scene, None
         torques, deepest = np.zeros(len(way)), 0.0
         touching: dict[tuple[int, str], tuple[float, Array, Array, int]] = {}
-        forgotten = not (self._memory or self._entry or self._muted or self._based)
+        if not (self._memory or self._entry or self._muted or self._based):
+            compute, model, data, near = pin.computeDistance, scene.model, scene.data, []
+            for row in due:
+                distance = compute(model, data, row).min_distance
+                self.gaps.set(row, distance)
+                if distance <= 0.0:
+                    near.append(row)
+            due = near
         for row in due:
             pair = scene.pairs[row]
-            if forgotten and (distance := self._distance(row)) > 0.0:
-                self.gaps.set(row, distance)
-                continue
             if pair.surface is None:
                 distance = self._distance(row) + ALLOWED_M
                 if distance < 0.0:
