@@ -1,6 +1,7 @@
 """Springs, dampers and masses of a robot that gives way: constants, exact steps, and motion within bounds."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from math import ceil, log2, sqrt
 from typing import Any, NamedTuple
 
@@ -48,6 +49,7 @@ def damping(mass: float, stiffness: float, least: float = 0.0) -> float:
     return max(2.0 * DAMPING_RATIO * sqrt(stiffness * mass), least)
 
 
+@lru_cache(maxsize=32)  # a stream of moves asks for the same springs
 def spring(mass: float, stiffness: float, damping: float, step_s: float) -> Array:
     """Solve m x'' = f - d x' - k x exactly over a step with constant force f.
 
