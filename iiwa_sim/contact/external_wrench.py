@@ -16,7 +16,7 @@ from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
 from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
-from iiwa_sim.frames import Transform, inverse, rotate, transpose
+from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
@@ -49,6 +49,7 @@ class ExternalWrench:
         surfaces: TcpContact | None = None,
         noise: Noise | None = None,
         tool: Sequence[Capsule] = (),
+        base: Transform = IDENTITY,
     ) -> None:
         """Put the robot at rest.
 
@@ -59,8 +60,9 @@ class ExternalWrench:
             surfaces: The surfaces of the cell; none by default.
             noise: Noise of the readings; none by default.
             tool: Capsules of the tool, in the flange.
+            base: Pose of the base in the world, where weight acts against z.
         """
-        self._model, self.noise = model, noise
+        self._model, self._base, self.noise = model, base, noise
         self.world = TcpContact((), 0.0) if surfaces is None else surfaces
         """The surfaces; changes act from the next tick on."""
         self._links = Links(model, tool)
@@ -104,7 +106,7 @@ class ExternalWrench:
         self._settled, self.judged = NEVER, False
         self._put(joints, tool_in_flange)
         if self._motion is not None:
-            self._motion.rest(self._tcp.pose(joints))
+            self._motion.rest(compose(self._base, self._tcp.pose(joints)))
             self.carry(self._moments, joints)
 
     def _set(self, contributions: dict[str, Any], name: str, value: tuple[float, ...] | None) -> None:
@@ -173,7 +175,7 @@ class ExternalWrench:
             self._set(self.wrenches, "payload", None)
             return
         if self._motion is None:
-            self._motion = TcpMotion(self._tcp.pose(joints))
+            self._motion = TcpMotion(compose(self._base, self._tcp.pose(joints)))
         self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
@@ -246,7 +248,8 @@ class ExternalWrench:
         if self.noise is not None:
             self.noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._joints):
-            self._motion.step(self.tcp(joints), tick_s, coming)
+            coming = None if coming is None else compose(self._base, coming)
+            self._motion.step(compose(self._base, self.tcp(joints)), tick_s, coming)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
         before, self._joints, world = self._joints, joints, self.world
         changes: int = world.changes

@@ -15,7 +15,7 @@ from iiwa_sim.robot.arm_kernel import carried_wrench
 from iiwa_sim.wrench import Wrench
 
 GRAVITY_M_S2 = 9.81
-"""Down is against z of the base: the robot stands upright."""
+"""Down is against z of the world."""
 Moments = NDArray[np.float64]
 """Pseudo-inertia (4, 4) of a body: the integral of [r; 1] [r; 1]^T over its mass (kg, m).
 

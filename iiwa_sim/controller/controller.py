@@ -39,7 +39,7 @@ from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
 from iiwa_sim.controller.state import RobotStatus
-from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.motions import Motions
@@ -126,8 +126,9 @@ class Controller:
         self.model = Model(description)
         self.tcp_of_arm = self.model.tcp(tcp)
         """The TCP, as a frame fixed to the flange."""
+        base = IDENTITY if arm is None or arm.base is None else arm.base
         self.load = ExternalWrench(
-            self.model, tcp, start, world, noise, () if tool is None else tool.capsules
+            self.model, tcp, start, world, noise, () if tool is None else tool.capsules, base
         )
         """The contacts and other forces from outside."""
         self.handling = None

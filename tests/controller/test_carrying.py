@@ -8,10 +8,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from iiwa_sim.cell.cell import Cell
+from iiwa_sim.cell.cell import Cell, shared_world
 from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.limits_watch import Safety
+from iiwa_sim.frames import Frame, compose, rotate
 from tests.asked import joint_move, lin_stiff_move
 from tests.stepped import ARMS, SteppedRobot, strong
 
@@ -79,6 +80,21 @@ def test_an_unknown_tool_acts_as_newton_and_euler_say(name: str) -> None:
     off = np.abs(np.array(felt[1:-1]) - expected)
     for part in (slice(0, 3), slice(3, 6)):
         assert off[:, part].max() <= 0.01 * np.linalg.norm(expected[:, part], axis=1).max()
+
+
+def test_weight_acts_down_in_the_world_also_on_a_robot_on_a_wall() -> None:
+    d = strong(ARMS[0])
+    upright = Cell(d, d.home, d.tool_in_flange, name="upright")
+    on_wall = Cell(
+        d, d.home, d.tool_in_flange, tool=TOOL, name="wall", base=Frame(0, 3000, 900, 0, 1, 1).to_transform()
+    )
+    world = shared_world([upright, on_wall], TICK_S)
+    assert world is not None
+    controller = on_wall.controller(TICK_S, arm=world.arms[1])
+    controller.set_tool_load(NO_LOAD)
+    tcp = compose(on_wall.base, controller.load.tcp(controller.joints))
+    force = rotate(tcp.rotation, controller.cartesian_force()[:3])
+    assert force == pytest.approx((0.0, 0.0, -GRAVITY * TOOL.load.mass_kg), abs=1e-9)
 
 
 @pytest.mark.parametrize("name", ARMS)
