@@ -40,7 +40,8 @@ def body(mass_kg: float, centre: Vector, inertia: Sequence[float] = (0.0,) * 6) 
 
 def seen_from(moments: Moments, frame: Transform) -> Moments:
     """Return moments in an outer frame, of those in another frame whose pose in the outer one is `frame`."""
-    matrix = _matrix(frame)
+    (a, b, c, d, e, f, g, h, i), (x, y, z) = frame
+    matrix: Moments = np.array(((a, b, c, x), (d, e, f, y), (g, h, i, z), (0.0, 0.0, 0.0, 1.0)))
     return matrix @ moments @ matrix.T
 
 
@@ -85,8 +86,3 @@ class TcpMotion:
         """Return the wrench of weight and inertia, as `weight` does."""
         wrench: Wrench = carried_wrench(self._poses[2], self._motion, self._tick_s, moments)
         return wrench
-
-
-def _matrix(pose: Transform) -> NDArray[np.float64]:
-    (a, b, c, d, e, f, g, h, i), (x, y, z) = pose
-    return np.array(((a, b, c, x), (d, e, f, y), (g, h, i, z), (0.0, 0.0, 0.0, 1.0)))
