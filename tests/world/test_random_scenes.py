@@ -47,7 +47,7 @@ class RandomScene:
             self.scene = Scene(*texts, head=AWAY)
         except CellFault:  # a part would begin inside the wall
             self.scene = Scene(*(each for each in texts if 'name = "wall"' not in each), head=AWAY)
-        self.fastest = 0.0
+        self.fastest = self.pressed_n = 0.0
 
     def _part(self, number: int) -> str:
         rng = self._rng
@@ -110,17 +110,20 @@ class RandomScene:
             world = scene.world
             assert np.isfinite(world.data.qpos).all()
             assert np.isfinite(world.data.qvel).all()
-            here = [number for number in range(len(world.parts)) if number not in world._gone]
-            speeds = np.linalg.norm(world.part_v[here, :3], axis=1)
-            self.fastest = max(self.fastest, float(speeds.max(initial=0.0)))
-            assert self.fastest < FASTEST_M_S
-            for number in here:
-                place, part = world.part_q[number, :3].tolist(), world.parts[number]
+            self.pressed_n = max(self.pressed_n, float(np.linalg.norm(scene.force[:3])))
+            for number, each in enumerate(world.parts):
+                if number in world._gone:
+                    continue
+                speed = float(np.linalg.norm(world.part_v[number, :3]))
+                self.fastest = max(self.fastest, speed)
+                # What the arm squeezes out leaves with the energy of its spring.
+                assert speed < FASTEST_M_S + self.pressed_n / sqrt(each.mass_kg * each.stiffness), each.name
+                place = world.part_q[number, :3].tolist()
                 for surface in world.surfaces:
-                    # Its energy of motion, in the springs of both.
-                    soft = part.mass_kg * (1.0 / part.stiffness + 1.0 / surface.stiffness)
-                    deepest = DEEPEST_M + self.fastest * sqrt(soft)
-                    assert surface.nearest(*place)[0] > -deepest, (part.name, surface.name)
+                    # Its energy of motion, in the springs of both, and half of its way in a tick.
+                    soft = each.mass_kg * (1.0 / each.stiffness + 1.0 / surface.stiffness)
+                    deepest = DEEPEST_M + self.fastest * sqrt(soft) + 0.5 * speed * scene.controller.tick_s
+                    assert surface.nearest(*place)[0] > -deepest, (each.name, surface.name)
 
 
 def calm(seed: int) -> dict[str, float]:
