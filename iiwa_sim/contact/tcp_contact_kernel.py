@@ -434,16 +434,16 @@ class Gaps:
         self.next = tick + max(1, int(left / (self._fastest * tick_s)))
         return True
 
-    def go_to(self, joints: Any) -> list[int]:
+    def go_to(self, joints: Any) -> Any:
         """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        self.free -= self._levers @ np.abs(np.subtract(joints, self._looked))
-        self._looked = np.array(joints, float)
-        due: list[int] = (self.free <= 0.5 * self._known).nonzero()[0].tolist()
-        return due
+        now = np.array(joints)
+        self.free -= self._levers @ np.abs(now - self._looked)
+        self._looked = now
+        return (self.free <= 0.5 * self._known).nonzero()[0]
 
-    def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
-        """Note a measured distance (m)."""
-        self.free[row] = self._known[row] = distance
+    def set(self, rows: Any, distances: Any) -> None:
+        """Note measured distances (m)."""
+        self.free[rows] = self._known[rows] = distances
 
     def approach(self, moved_m: float) -> None:
         """Have all bodies come nearer by so much."""
@@ -455,6 +455,6 @@ class Gaps:
         self._fastest, self.next = 0.0, tick + 1
         if len(self.free) and self.free.min() <= 0.0:
             return
-        rates = (self._levers / self.free[:, None]).max(axis=0, initial=0.0)
+        rates = (self._levers.T / self.free).max(axis=1, initial=0.0)
         self._rates, self._fastest = rates, max(rates @ self._velocity, 1e-9)
         self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
