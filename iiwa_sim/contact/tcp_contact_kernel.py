@@ -409,7 +409,7 @@ class Gaps:
 
     def take(self, levers: Any) -> None:
         """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
-        self._levers = levers
+        self._levers = np.ascontiguousarray(levers.T)
         self.free, self._known = np.zeros((2, len(levers)))
         self.forget()
 
@@ -437,7 +437,7 @@ class Gaps:
     def go_to(self, joints: Any) -> Any:
         """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
         now = np.array(joints)
-        self.free -= self._levers @ np.abs(now - self._looked)
+        self.free -= np.abs(now - self._looked) @ self._levers
         self._looked = now
         return (self.free <= 0.5 * self._known).nonzero()[0]
 
@@ -455,6 +455,6 @@ class Gaps:
         self._fastest, self.next = 0.0, tick + 1
         if len(self.free) and self.free.min() <= 0.0:
             return
-        rates = (self._levers.T / self.free).max(axis=1, initial=0.0)
+        rates = (self._levers / self.free).max(axis=1, initial=0.0)
         self._rates, self._fastest = rates, max(rates @ self._velocity, 1e-9)
         self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
