@@ -45,8 +45,6 @@ TURNED = 0.5
 THROUGH_M = 0.05
 """A link that has gone through a surface is released at this distance behind it."""
 FAR_M = 1e9
-NEAR_M = 0.02
-"""Pairs with spheres farther apart are not measured."""
 MARGIN_M = 0.1
 """Distance that jaws may move before levers are computed again."""
 LEAST_INERTIA_KGM2 = 0.2
@@ -111,7 +109,7 @@ class _Scene(NamedTuple):
     """Capsules and surfaces in the form of Pinocchio."""
 
     capsules: tuple[Capsule, ...]
-    joints: NDArray[np.intp]
+    joints: tuple[int, ...]
     """Number of joints that move each capsule."""
     own: int
     """Number of capsules of the arm itself."""
@@ -120,10 +118,6 @@ class _Scene(NamedTuple):
     """Shared by equal robots: each reads results before the next call."""
     pairs: tuple[_Pair, ...]
     """Moving capsules with each surface, links with links, then capsules of the base with surfaces."""
-    centres: Array
-    """Middles of capsules in the frames of the joints that move them (m)."""
-    spheres: tuple[NDArray[np.intp], NDArray[np.intp], Array]
-    """Capsules of each pair, and the radii (m) of spheres around them in sum: infinite with a surface."""
     levers: Array
     """Greatest way (m) of each moving pair per turn (rad) of each joint."""
 
@@ -218,29 +212,12 @@ class Links:
         """Make the tick of this number, which has brought the arm from `before` to `joints` (rad)."""
         due = self.gaps.go_to(joints)
         if self._memory:
-            due = np.union1d(due, [memory.row for memory in self._memory.values()])
-        if len(due):
+            due = sorted({*due, *(memory.row for memory in self._memory.values())})
+        if due:
             position = np.array(joints)
             self._go_to(position)
-            self._measure(self._near(due), position - np.array(before), tick_s)
+            self._measure(due, position - np.array(before), tick_s)
         self.gaps.begin(tick, tick_s)
-
-    def _near(self, due: NDArray[np.intp]) -> list[int]:
-        """Return the pairs whose spheres are near; for the others, the gap of the spheres is a bound."""
-        scene = self._scene
-        centres = scene.centres
-        if self._jaw_places:
-            worn = [place.translation for place in self._jaw_places]
-            centres = np.concatenate((centres[: -len(worn)], worn))
-        places = np.array([each.homogeneous for each in self._data.oMi])[scene.joints]
-        centres = np.einsum("nij,nj->ni", places[:, :3, :3], centres) + places[:, :3, 3]
-        first, second, reach = scene.spheres
-        off = centres[first[due]] - centres[second[due]]
-        gaps = np.sqrt(np.einsum("ni,ni->n", off, off)) - reach[due]
-        apart = gaps > NEAR_M
-        self.gaps.set(due[apart], gaps[apart])
-        found: list[int] = due[~apart].tolist()
-        return found
 
     def _measure(self, due: Sequence[int], way: Array, tick_s: float) -> None:
         """Measure the distances of pairs, all that touch among them, and find what acts."""
@@ -437,12 +414,7 @@ def _scene(
     for request in found.distanceRequests:
         request.gjk_tolerance = TOLERANCE_M
     greatest = np.reshape(levers, (len(levers), model.nq))
-    radii = np.array([0.5 * each.length_m + each.radius_m for each in capsules] + [np.inf])
-    first, second = np.array([each[:2] for each in pairs], np.intp).reshape(-1, 2).clip(max=len(capsules)).T
-    spheres = first, second % max(1, len(capsules)), radii[first] + radii[second]
-    centres = np.array([place.translation for place in places])
-    by = np.array(joints, np.intp)
-    return _Scene(capsules, by, len(own), scene, found, pairs, centres, spheres, greatest)
+    return _Scene(capsules, joints, len(own), scene, found, pairs, greatest)
 
 
 @lru_cache(maxsize=16)

@@ -434,16 +434,16 @@ class Gaps:
         self.next = tick + max(1, int(left / (self._fastest * tick_s)))
         return True
 
-    def go_to(self, joints: Any) -> Any:
+    def go_to(self, joints: Any) -> list[int]:
         """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        now = np.array(joints)
-        self.free -= np.abs(now - self._looked) @ self._levers
-        self._looked = now
-        return (self.free <= 0.5 * self._known).nonzero()[0]
+        self.free -= np.abs(np.subtract(joints, self._looked)) @ self._levers
+        self._looked = np.array(joints, float)
+        due: list[int] = (self.free <= 0.5 * self._known).nonzero()[0].tolist()
+        return due
 
-    def set(self, rows: Any, distances: Any) -> None:
-        """Note measured distances (m)."""
-        self.free[rows] = self._known[rows] = distances
+    def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
+        """Note a measured distance (m)."""
+        self.free[row] = self._known[row] = distance
 
     def approach(self, moved_m: float) -> None:
         """Have all bodies come nearer by so much."""
