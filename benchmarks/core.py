@@ -80,7 +80,7 @@ def measure() -> list[Figure]:
         """Follow points told without velocities."""
         places = [[q + chance.uniform(-0.15, 0.15) for q in home] for _ in range(POINTS - 1)]
         points = [Knot(POINT_S * k, place) for k, place in enumerate([*places, home], start=1)]
-        following.follow(TrajectoryRequest(description.joints, points), None)
+        following.trajectories.follow(TrajectoryRequest(description.joints, points))
 
     def back_home() -> None:
         robot.stop()

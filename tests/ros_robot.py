@@ -28,9 +28,7 @@ class RosRobot(SteppedRobot):
         self.log = Journal(fails=True)
         self.graph = Graph(self.controller, lambda: NOW_NS)
         self.appendix_a = AppendixA(self.graph, self.controller, self.log, apply_reference=apply_reference)
-        self.joint_interface = JointInterface(
-            self.graph, self.controller, self.log, self.appendix_a.joint_states
-        )
+        self.joint_interface = JointInterface(self.graph, self.controller, self.appendix_a.joint_states)
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.hears("/command_result")
 

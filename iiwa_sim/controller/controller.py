@@ -151,8 +151,6 @@ class Controller:
         self._link_watch = None if on_event is None else LinkWatch(self.load, tick_s, on_event)
 
         self.trajectories = JointTrajectories(self)
-        self.follow = self.trajectories.follow
-        self.cancel_trajectory = self.trajectories.cancel
         self.record_error = self.errors.record
         self.reset_error = self.errors.reset
         self.release_emergency_stop = self.errors.release_emergency_stop

@@ -18,7 +18,6 @@ from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, outside
 from iiwa_sim.motion.joint_trajectory import Knot, Reference
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import Array
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
@@ -31,22 +30,11 @@ SHORTEST_S = 1e-4
 """Length of a trajectory of one point that is for now."""
 END_VELOCITY_RAD_S = 1.19e-7
 """Largest velocity of the last point: what joint_trajectory_controller takes for 0."""
-STOPPED_RAD_S = 0.01
-"""A joint that is slower has stopped, where the goal does not say otherwise."""
 ROUNDING = 1e-6
 """Part of a limit of velocity by which a curve may pass it: rounding of who computed it."""
 START_RAD = 0.087
 """A trajectory that begins farther from the robot on any joint is refused: as far as a direct move goes."""
 PREEMPTED = "preempted by a newer trajectory"
-
-
-class Tolerance(NamedTuple):
-    """How far a joint may be from where it shall be: 0 for the default, -1 for any distance."""
-
-    position: float = 0.0
-    """rad"""
-    velocity: float = 0.0
-    """rad/s"""
 
 
 class TrajectoryRequest(NamedTuple):
@@ -58,10 +46,10 @@ class TrajectoryRequest(NamedTuple):
     """In the order of these names, at times since the beginning."""
     delay_s: float = 0.0
     """How far in the future the trajectory begins; below 0 points that are over are left out."""
-    path_tolerance: Mapping[str, Tolerance] = {}
-    """Along the way, by joints' names. By default nothing is compared."""
-    goal_tolerance: Mapping[str, Tolerance] = {}
-    """At the end. By default joints have to be slower than `STOPPED_RAD_S`."""
+    path_tolerance: Mapping[str, float] = {}
+    """Greatest distances (rad) of joints from the trajectory on the way, by name; 0 or less for any."""
+    goal_tolerance: Mapping[str, float] = {}
+    """The same at the end."""
     goal_time_s: float = 0.0
     """How long after its end the goal tolerances have to be kept; 0 for any time."""
     may_end_fast: bool = False
@@ -79,12 +67,8 @@ class Outcome(Enum):
     """Ended by a stop, another motion, another trajectory or a fault."""
 
 
-class TrajectoryEnd(NamedTuple):
-    """The end of a trajectory."""
-
-    outcome: Outcome
-    reason: str
-    """Nothing for one that was reached."""
+WhenTrajectoryEnded = Callable[[Outcome, str], None]
+"""Called once at the end of a trajectory, with the reason: nothing for one that was reached."""
 
 
 class Progress(NamedTuple):
@@ -99,16 +83,6 @@ class Progress(NamedTuple):
     """Positions and velocities of the robot."""
 
 
-class _Active(NamedTuple):
-    """The trajectory that is followed or waits for the robot to rest."""
-
-    number: int
-    path: Array | None  # bounds (2, n) of errors: rad, rad/s; None if nothing is compared
-    goal: Array
-    goal_time_s: float
-    end_s: float
-
-
 class JointTrajectories:
     """Accepts joint trajectories, watches the one that is followed, and reports how each ended."""
 
@@ -119,13 +93,13 @@ class JointTrajectories:
         self._lowest = np.array(d.position_min) - ROUNDING_RAD
         self._highest = np.array(d.position_max) + ROUNDING_RAD
         self._velocity = np.array(d.velocity)
-        self._active: _Active | None = None
-        self._outcome = Outcome.ENDED  # of the active one, if it does not come to its goal
+        self._number = 0  # of the newest trajectory,
+        self._request = TrajectoryRequest((), ())  # how it was asked for,
+        self._end_s = 0.0  # and when it is over
+        self._outcome = Outcome.ENDED  # of that one, if it does not come to its goal
 
-    def follow(
-        self, request: TrajectoryRequest, when_ended: Callable[[TrajectoryEnd], None] | None
-    ) -> tuple[int, str]:
-        """Accept a trajectory in place of what runs; return its number, and a remark on its tolerances.
+    def follow(self, request: TrajectoryRequest, when_ended: WhenTrajectoryEnded | None = None) -> int:
+        """Accept a trajectory in place of what runs; return its number.
 
         It begins at once where the robot rests or follows another one, else when the robot has come to rest.
         Raises `Refused`, and then nothing has changed.
@@ -135,8 +109,6 @@ class JointTrajectories:
         controller.errors.check()
         controller.check_hold()
         knots = knots_of(request, self._names)
-        path, note = tolerances_of(request.path_tolerance, self._names, inf)
-        goal, goal_note = tolerances_of(request.goal_tolerance, self._names, STOPPED_RAD_S)
         change = TRANSITIONS[controller.mode, Event.TRAJECTORY]
         followed = None if change.stops else motions.tracked
         here = motions.rest_after_stop()
@@ -151,63 +123,50 @@ class JointTrajectories:
         with endings.because(STOP_TRIGGERED, PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED):
             number = controller.accept(Event.TRAJECTORY)
             motions.track(number, trajectory)
-        # Most trajectories compare nothing on their path: the progress costs more than a tick.
-        on_path = path if path.min() < inf else None
-        active = _Active(number, on_path, goal, request.goal_time_s, reference.end_s)
 
         def ended(ending: Ending) -> None:
-            if self._active is active:
-                self._active = None
             if when_ended is not None:
-                outcome = Outcome.REACHED if ending.code == SUCCESS else self._outcome
-                when_ended(TrajectoryEnd(outcome, ending.reason))
+                when_ended(Outcome.REACHED if ending.code == SUCCESS else self._outcome, ending.reason)
 
         endings.pending.append(PendingMove(number, ended, None))
-        self._active, self._outcome = active, Outcome.ENDED
-        return number, "; ".join(filter(None, (note, goal_note)))
+        self._number, self._request, self._end_s = number, request, reference.end_s
+        self._outcome = Outcome.ENDED
+        return number
 
     def cancel(self, number: int) -> bool:
         """Stop on the trajectory of this number; return whether it was followed or waited."""
-        if not self._controller.motions.is_pending(number):
-            return False
-        if self._active is not None and self._active.number == number:
+        is_pending = number == self._number and self._controller.motions.is_pending(number)
+        if is_pending:
             self._end(Outcome.CANCELLED, "cancelled")
-        return True
+        return is_pending
 
     @property
     def progress(self) -> Progress | None:
         """The state of the trajectory that is followed; None while there is none."""
-        motions, active = self._controller.motions, self._active
-        followed = motions.tracked
-        if followed is None or active is None:
+        motions = self._controller.motions
+        if (followed := motions.tracked) is None:
             return None
         time_s, actual = motions.tracked_s, (motions.joints, self._controller.joint_velocity())
-        return Progress(active.number, time_s, followed.reference.at(time_s), actual)
+        return Progress(self._number, time_s, followed.reference.at(time_s), actual)
 
     def after_tick(self) -> None:
         """Compare the robot with the trajectory that it follows, if that says how near it has to be."""
-        active = self._active
-        if active is None:
-            return
-        time_s = self._controller.motions.tracked_s
-        late_s = time_s - active.end_s
+        request, time_s = self._request, self._controller.motions.tracked_s
+        late_s = time_s - self._end_s
         if late_s < 0.0:
-            fault = "" if active.path is None else self._beyond(active.path)
-            if fault:
+            if request.path_tolerance and (fault := self._beyond(request.path_tolerance)):
                 self._end(Outcome.PATH_TOLERANCE, f"path tolerance: {fault} after {time_s:.3f} s")
-        elif late_s > active.goal_time_s > 0.0:
-            fault = self._beyond(active.goal)
-            if fault:
-                self._end(Outcome.GOAL_TOLERANCE, f"goal tolerance: {fault}, {late_s:.3f} s after the end")
+        elif late_s > request.goal_time_s > 0.0 and (fault := self._beyond(request.goal_tolerance)):
+            self._end(Outcome.GOAL_TOLERANCE, f"goal tolerance: {fault}, {late_s:.3f} s after the end")
 
-    def _beyond(self, bounds: Array) -> str:
-        """Return which joint is beyond its tolerance; nothing if none is."""
+    def _beyond(self, tolerances: Mapping[str, float]) -> str:
+        """Return which joint is beyond its tolerance (rad); nothing if none is."""
         if (progress := self.progress) is None:
             return ""
-        off = np.abs(np.subtract(progress.desired[:2], progress.actual))
-        for k, joint in np.argwhere(off > bounds).tolist():
-            unit = ("rad", "rad/s")[k]
-            return f"{self._names[joint]} is {off[k, joint]:.7g} {unit} off, more than {bounds[k, joint]:g}"
+        for name, desired, actual in zip(self._names, progress.desired[0], progress.actual[0], strict=True):
+            off, most = abs(desired - actual), tolerances.get(name, 0.0)
+            if off > most > 0.0:
+                return f"{name} is {off:.7g} rad off, more than {most:g}"
         return ""
 
     def _check(self, reference: Reference, here: Joints) -> None:
@@ -273,24 +232,6 @@ def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
             raise Refused(EXECUTION, f"point {place}, the last one, has a velocity other than 0")
         knots[-1] = knots[-1]._replace(velocities=(0.0,) * len(order))
     return knots
-
-
-def tolerances_of(
-    tolerances: Mapping[str, Tolerance], names: Sequence[str], velocity: float
-) -> tuple[Array, str]:
-    """Return bounds (2, n) of errors of joints, with a default of velocities (rad/s), and a remark.
-
-    If one of the tolerances makes no sense, the remark says so, and all are the defaults.
-    """
-    remark = ""
-    for name, each in tolerances.items():
-        if name not in names:
-            remark = f"tolerances are the defaults: there is no joint {name}"
-        elif not all(isfinite(value) and (value >= 0.0 or value == -1.0) for value in each):
-            remark = remark or f"tolerances are the defaults: those of {name} are below 0, or no numbers"
-    none = Tolerance()
-    told = np.array([none if remark else tolerances.get(name, none) for name in names]).T
-    return np.where(told == 0.0, [[inf], [velocity]], np.where(told < 0.0, inf, told)), remark
 
 
 def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:

@@ -9,17 +9,9 @@ from typing import Any
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
-from iiwa_sim.controller.joint_trajectories import (
-    Outcome,
-    Progress,
-    Tolerance,
-    TrajectoryEnd,
-    TrajectoryRequest,
-    order_of,
-)
+from iiwa_sim.controller.joint_trajectories import Outcome, Progress, TrajectoryRequest, order_of
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
-from iiwa_sim.log import SessionLog
 from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.ros.graph import Graph, Served, Topic
@@ -54,13 +46,10 @@ Ended = Callable[[int, Message], None]
 class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
 
-    def __init__(
-        self, graph: Graph, controller: Controller, log: SessionLog, joint_states: Callable[[], Message]
-    ) -> None:
+    def __init__(self, graph: Graph, controller: Controller, joint_states: Callable[[], Message]) -> None:
         """`joint_states` makes a sensor_msgs/JointState."""
         self._graph = graph
         self._controller = controller
-        self._log = log
         self._names = controller.description.joints
         links = arm_model(controller.description).links
         self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
@@ -97,31 +86,27 @@ class JointInterface:
         """True if a tick may tell somebody feedback."""
         return bool(self._feedback)
 
-    def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None, who: str) -> int:
+    def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None) -> int:
         """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
 
         Args:
             args: A FollowJointTrajectory_Goal.
             ended: Called once, at its end.
             hear: Called with feedback, at 20 Hz of simulated time.
-            who: Name of the client, for the log.
         """
         request = _goal(checked(args, ACTION_TYPE, "action"), self._graph.now_ns())
         number = 0
 
-        def end(told: TrajectoryEnd) -> None:
+        def end(outcome: Outcome, reason: str) -> None:
             self._feedback.pop(number, None)
-            status, code = _ENDS[told.outcome]
-            ended(status, {"error_code": code, "error_string": told.reason})
+            status, code = _ENDS[outcome]
+            ended(status, {"error_code": code, "error_string": reason})
 
         try:
-            number, remark = self._controller.follow(request, end)
+            self._goal = number = self._controller.trajectories.follow(request, end)
         except Refused as refused:
             self._controller.record_error(refused.code, refused.reason)
             raise
-        if remark:
-            self._log.odd(who, ACTION, remark)
-        self._goal = number
         if hear is not None:
             self._feedback[number] = hear
         return number
@@ -132,7 +117,7 @@ class JointInterface:
 
     def cancel(self, number: int | None = None) -> None:
         """Cancel the goal of that number, or the newest one."""
-        self._controller.cancel_trajectory(self._goal if number is None else number)
+        self._controller.trajectories.cancel(self._goal if number is None else number)
 
     def step(self) -> None:
         """Notice that a tick has been made."""
@@ -143,9 +128,7 @@ class JointInterface:
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
-        _, remark = self._controller.follow(request, None)
-        if remark:
-            self._log.odd("ros", TRAJECTORY, remark)
+        self._controller.trajectories.follow(request)
 
     def _head_for(self, wanted: Any) -> None:
         order = order_of(wanted.name, self._names)
@@ -241,12 +224,10 @@ def _goal(goal: Any, now_ns: int) -> TrajectoryRequest:
     multi = goal.multi_dof_trajectory
     if multi.joint_names or multi.points or goal.component_path_tolerance or goal.component_goal_tolerance:
         raise Refused(EXECUTION, "multi_dof_trajectory and tolerances of components: expected none")
-    path, end = (
-        {each.name: Tolerance(each.position, each.velocity) for each in told}
-        for told in (goal.path_tolerance, goal.goal_tolerance)
-    )
     return _trajectory(goal.trajectory, now_ns)._replace(
-        path_tolerance=path, goal_tolerance=end, goal_time_s=_seconds(goal.goal_time_tolerance)
+        path_tolerance={each.name: each.position for each in goal.path_tolerance},
+        goal_tolerance={each.name: each.position for each in goal.goal_tolerance},
+        goal_time_s=_seconds(goal.goal_time_tolerance),
     )
 
 

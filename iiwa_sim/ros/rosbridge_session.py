@@ -281,7 +281,7 @@ class RosbridgeSession:
             if identifier in self._goals:
                 raise BadMessage("expected an id of its own")
             wanted = hear if asked.feedback else None
-            self._goals[identifier] = self._joints.send_goal(asked.args or {}, ended, wanted, self._name)
+            self._goals[identifier] = self._joints.send_goal(asked.args or {}, ended, wanted)
         except (BadMessage, Refused) as fault:
             reason = fault.reason if isinstance(fault, Refused) else str(fault)
             self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, reason)

@@ -48,7 +48,7 @@ class RosSide:
         self._graph = graph = Graph(controller, now_ns)
         apply = settings.ros_reference == "apply"
         self._appendix_a = AppendixA(graph, controller, log, apply_reference=apply)
-        self._joints = JointInterface(graph, controller, log, self._appendix_a.joint_states)
+        self._joints = JointInterface(graph, controller, self._appendix_a.joint_states)
         self._images = Images(graph, controller, log)
         self._log = log
         turns = Turns(clock.catch_up, clock.commanded)

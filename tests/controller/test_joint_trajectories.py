@@ -17,8 +17,6 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.joint_trajectories import (
     MOST_POINTS,
     Outcome,
-    Tolerance,
-    TrajectoryEnd,
     TrajectoryRequest,
 )
 from iiwa_sim.controller.modes import Mode
@@ -42,21 +40,21 @@ class Following:
         self.controller = self.robot.controller
         self.names = self.robot.description.joints
         self.home = np.array(self.robot.description.home)
-        self.ends: dict[int, TrajectoryEnd] = {}
+        self.ends: dict[int, tuple[Outcome, str]] = {}
         self.desired: list[Array] = []
         self.actual: list[Array] = []
 
     def sends(self, points: Sequence[Knot], **more: Any) -> int:
         own: list[int] = []
 
-        def ended(end: TrajectoryEnd) -> None:
+        def ended(outcome: Outcome, reason: str) -> None:
             number = own[0] if own else 0
             assert number not in self.ends, "told twice"
-            self.ends[number] = end
+            self.ends[number] = outcome, reason
 
         self.robot.notice_mode()
         request = TrajectoryRequest(more.pop("joints", self.names), points, **more)
-        number, self.remark = self.controller.follow(request, ended)
+        number = self.controller.trajectories.follow(request, ended)
         own.append(number)
         self.robot.notice_mode()
         return number
@@ -115,7 +113,7 @@ def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     points = swinging(following, np.linspace(0.0, whole_s, count + 1), size, turns, bent=bent)
     following.sends(points)
     following.runs()
-    assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
+    assert [outcome for outcome, _ in following.ends.values()] == [Outcome.REACHED]
     assert_within_limits(following.robot)
     # An average smooths the curve: the fastest joint may be half its width behind or ahead.
     fastest = np.abs(np.diff(following.robot.joints, axis=0)).max(axis=0) / TICK_S
@@ -138,7 +136,7 @@ def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
         points.append(Knot(time, place.tolist()))
     following.sends(points)
     following.runs()
-    assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
+    assert [outcome for outcome, _ in following.ends.values()] == [Outcome.REACHED]
     assert following.controller.joints == tuple(place.tolist())
     assert_within_limits(following.robot)
 
@@ -226,9 +224,9 @@ def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -
     number = following.sends([Knot(2.0, AWAY)])
     following.step(400)
     following.robot.may_stop()
-    assert following.controller.cancel_trajectory(number)
-    assert not following.controller.cancel_trajectory(number)
-    assert following.ends == {number: TrajectoryEnd(Outcome.CANCELLED, "cancelled")}
+    assert following.controller.trajectories.cancel(number)
+    assert not following.controller.trajectories.cancel(number)
+    assert following.ends == {number: (Outcome.CANCELLED, "cancelled")}
     following.runs(0.2)
     assert following.controller.mode is Mode.TRAJECTORY
     assert_within_limits(following.robot)
@@ -252,9 +250,9 @@ def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Arra
     following.runs()
     assert_within_limits(following.robot)
     assert following.controller.joints == tuple(target.tolist())
-    assert following.ends[numbers[-1]].outcome is Outcome.REACHED
+    assert following.ends[numbers[-1]][0] is Outcome.REACHED
     for number, (ticks, _, _) in zip(numbers[:-1], parts, strict=False):
-        expected = TrajectoryEnd(Outcome.ENDED, "preempted by a newer trajectory")
+        expected = (Outcome.ENDED, "preempted by a newer trajectory")
         assert following.ends[number] == expected or ticks * TICK_S >= 1.5
 
 
@@ -279,11 +277,11 @@ def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
 def test_time_runs_at_the_override_and_tolerances_do_not_mind() -> None:
     following = Following()
     following.controller.set_override(0.5)
-    every = {name: Tolerance(0.1) for name in following.names}
+    every = dict.fromkeys(following.names, 0.1)
     points = swinging(following, np.linspace(0.0, 0.8, 9), 0.5, np.ones(7))
     number = following.sends(points, path_tolerance=every, goal_tolerance=every, goal_time_s=0.5)
     following.runs()
-    assert following.ends[number].outcome is Outcome.REACHED
+    assert following.ends[number][0] is Outcome.REACHED
     assert len(following.robot.joints) * TICK_S == pytest.approx(1.6, rel=0.05)
     following.sends(points)
     for override, ticks in ((1.0, 150), (0.4, 100), (0.0, 200), (1.0, 0)):
@@ -300,18 +298,16 @@ def lines(following: Following) -> list[Knot]:
     return [Knot(0.5 * k, places[k].tolist()) for k in (1, 2, 3)]
 
 
-def of_all(bound: float) -> dict[str, Tolerance]:
-    return {name: Tolerance(bound, bound) for name in Following().names}
+def of_all(bound: float) -> dict[str, float]:
+    return dict.fromkeys(Following().names, bound)
 
 
 TOLERANCES: list[tuple[dict[str, Any], Outcome]] = [
-    ({"path_tolerance": {"A3": Tolerance(1e-3)}}, Outcome.PATH_TOLERANCE),
-    ({"path_tolerance": {"A3": Tolerance(0.2)}}, Outcome.REACHED),
-    ({"goal_tolerance": {"A1": Tolerance(1e-4)}, "goal_time_s": 0.005}, Outcome.GOAL_TOLERANCE),
-    ({"goal_tolerance": {"A1": Tolerance(1e-4)}, "goal_time_s": 1.0}, Outcome.REACHED),
-    # By default the joints have to have stopped at the end; with -1 they may do anything.
-    ({"goal_tolerance": of_all(0.0), "goal_time_s": 1e-3}, Outcome.GOAL_TOLERANCE),
-    ({"goal_tolerance": of_all(-1.0), "path_tolerance": of_all(-1.0), "goal_time_s": 1e-3}, Outcome.REACHED),
+    ({"path_tolerance": {"A3": 1e-3}}, Outcome.PATH_TOLERANCE),
+    ({"path_tolerance": {"A3": 0.2}}, Outcome.REACHED),
+    ({"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 0.005}, Outcome.GOAL_TOLERANCE),
+    ({"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 1.0}, Outcome.REACHED),
+    ({"goal_tolerance": of_all(0.0), "path_tolerance": of_all(-1.0), "goal_time_s": 1e-3}, Outcome.REACHED),
 ]
 
 
@@ -321,12 +317,12 @@ def test_tolerances_of_path_and_goal_end_a_trajectory(tolerances: dict[str, Any]
     number = following.sends(lines(following), **tolerances)
     following.robot.may_stop()
     following.runs()
-    end = following.ends[number]
-    assert end.outcome is outcome
+    end, reason = following.ends[number]
+    assert end is outcome
     assert_within_limits(following.robot)
     assert (outcome is Outcome.REACHED) == (following.controller.joints == tuple(following.home + 0.3))
     if outcome is Outcome.PATH_TOLERANCE:
-        assert end.reason.startswith("path tolerance: A3 is 0.00")
+        assert reason.startswith("path tolerance: A3 is 0.00")
 
 
 def test_other_motions_and_trajectories_stop_each_other() -> None:
@@ -337,11 +333,11 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
     following.step(250)
     following.robot.notice_mode()
     following.controller.move(smart_joint_move(AWAY, [1.0] * 7))
-    assert following.ends[first].outcome is Outcome.ENDED
+    assert following.ends[first][0] is Outcome.ENDED
     following.step(300)
     second = following.sends([Knot(1.0, NEAR)])
     following.runs()
-    assert following.ends[second].outcome is Outcome.REACHED
+    assert following.ends[second][0] is Outcome.REACHED
     assert following.controller.joints == tuple(NEAR)
     assert_within_limits(following.robot)
 
@@ -351,7 +347,7 @@ def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
     points = swinging(following, np.linspace(0.0, 2.0, 21), 0.15, np.ones(7))
     number = following.sends(points, delay_s=-0.5)
     following.runs()
-    assert following.ends[number].outcome is Outcome.REACHED
+    assert following.ends[number][0] is Outcome.REACHED
     assert len(following.robot.joints) * TICK_S == pytest.approx(1.5, abs=0.1)
     late = np.abs(np.subtract(following.desired, following.actual))[500 // EVERY :]
     assert late.max() < 1e-9, "it never came onto the curve"
