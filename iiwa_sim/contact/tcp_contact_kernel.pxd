@@ -22,7 +22,6 @@ cdef class Contact:
     cdef bint is_free(self, double x, double y, double z) noexcept
     cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
     cdef void _rub(self, double[::1] p, double limit, bint remember, double[::1] acting) noexcept
-    cdef void roll(self, double wx, double wy, double wz) noexcept
 
 cdef class Reached:
     cdef double[::1] at                # rotation row by row, and place (m) of the TCP in the base
@@ -38,8 +37,6 @@ cdef class TcpContact:
     cdef dict _contacts
     cdef double[::1] _at               # pose of the TCP, as in `Reached`
     cdef double[::1] _place            # its last remembered place (m)
-    cdef double[::1] _turned           # its last rotation, row by row
-    cdef bint _is_turned               # whether that is known
     cdef double[::1] _acting
     cdef double[::1] _asked            # place and velocity of the TCP
     cpdef bint acts_at(
@@ -48,7 +45,6 @@ cdef class TcpContact:
     cdef object _go_to(self, Tcp tcp, object joints)
     cdef object _feel(self, double tick_s)
     cdef object _along_tcp(self)
-    cdef void _roll(self) noexcept
 
 cdef class Gaps:
     cdef object free                   # lower bounds of the distances (m)

@@ -5,7 +5,7 @@ damping b (Hunt and Crossley, 1975, with a linear spring). The power lost is k b
 
 **Friction**: a spring of the surface's stiffness from the TCP to an anchor, first the place where the TCP
 came down. Its force is at most mu times the normal force; beyond that the anchor is dragged along. It acts
-where the sphere touches: a sphere that rolls does not rub.
+where the sphere touches.
 
 Lengths are m, forces N, in the base unless stated otherwise.
 """
@@ -24,7 +24,7 @@ from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.shapes import Plane, follow
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Rotation, Transform, Vector, apply, inverse, rotate, transpose, turn_between
+from iiwa_sim.frames import Transform, Vector, apply, inverse, rotate, transpose
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
@@ -57,15 +57,13 @@ class Contact:
         self._free[3] = 0.0
 
     def move(self, pose: Transform) -> None:
-        """Move the surface to a pose; it takes the anchor along, and the sphere rolls back."""
+        """Move the surface, and the anchor with it, to a pose."""
         before = self.surface.pose
         self.place(self.surface._replace(pose=pose))
         if self._anchored:
             a, n = self._anchor, self._normal
             a[0], a[1], a[2] = apply(pose, apply(inverse(before), (a[0], a[1], a[2])))
             n[0], n[1], n[2] = rotate(pose.rotation, rotate(transpose(before.rotation), (n[0], n[1], n[2])))
-            (x, y, z), angle = turn_between(before.rotation, pose.rotation)
-            self.roll(-angle * x, -angle * y, -angle * z)
 
     def catch_up(self, place: Vector) -> None:
         """Continue the path of the TCP from its last remembered place, after ticks within the free ball."""
@@ -94,16 +92,6 @@ class Contact:
         f = self._free
         x, y, z = x - f[0], y - f[1], z - f[2]
         return x * x + y * y + z * z < f[3]
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def roll(self, wx: cython.double, wy: cython.double, wz: cython.double) -> cython.void:
-        """Turn the sphere by a rotation vector (rad)."""
-        if self._anchored:
-            a, n, r = self._anchor, self._normal, self._radius
-            a[0] += r * (wy * n[2] - wz * n[1])
-            a[1] += r * (wz * n[0] - wx * n[2])
-            a[2] += r * (wx * n[1] - wy * n[0])
 
     @cython.cfunc
     @cython.exceptval(-1, check=True)
@@ -212,8 +200,8 @@ class TcpContact:
         self.radius_m = radius_m
         self._contacts: dict[str, Contact] = {}
         self.changes, self.empty = 0, True
-        self.is_known = self.settled = self._is_turned = False
-        self._at, self._place, self._turned = np.zeros(12), np.zeros(3), np.zeros(9)
+        self.is_known = self.settled = False
+        self._at, self._place = np.zeros(12), np.zeros(3)
         self._acting, self._asked = np.zeros((2, 6))
         for surface in surfaces:
             self.put(surface)
@@ -257,27 +245,17 @@ class TcpContact:
         place = (self._place[0], self._place[1], self._place[2])
         for contact in self._contacts.values():
             contact.catch_up(place)
-        turned: Any = np.asarray(self._turned).tolist() if self._is_turned else None
-        return turned, place, {name: contact.memory() for name, contact in self._contacts.items()}
+        return place, {name: contact.memory() for name, contact in self._contacts.items()}
 
     def restore(self, memory: Any) -> None:
         """Continue from such a memory, with the surfaces that are there."""
-        turned, place, contacts = memory
-        self._is_turned = turned is not None
-        for k in range(9 if self._is_turned else 0):
-            self._turned[k] = turned[k]
+        place, contacts = memory
         for k in range(3):
             self._place[k] = place[k]
         self.is_known = True
         for name, kept in contacts.items():
             if name in self._contacts:
                 self._contacts[name].restore(kept)
-
-    def roll(self, rotation: Rotation) -> None:
-        """Turn the TCP, and with it the sphere, to an orientation in the base."""
-        for k in range(9):
-            self._at[k] = rotation[k]
-        self._roll()
 
     @cython.ccall
     @cython.exceptval(-1, check=True)
@@ -327,7 +305,6 @@ class TcpContact:
             self._go_to(tcp, joints)
         else:
             self._at[:] = reached.at
-        self._roll()
         self.settled = False
         if reached is not None and reached.felt:
             self._acting[:] = reached.acting
@@ -347,26 +324,6 @@ class TcpContact:
         for k in range(3):
             self._at[9 + k] = tcp.place[k]
         return None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _roll(self) -> cython.void:
-        """Roll the sphere to the present orientation."""
-        a, b = self._turned, self._at
-        if self._is_turned:
-            # Half the cross products of the axes: the axis of the rotation times the sine of its angle.
-            x = 0.5 * (a[3] * b[6] - a[6] * b[3] + a[4] * b[7] - a[7] * b[4] + a[5] * b[8] - a[8] * b[5])
-            y = 0.5 * (a[6] * b[0] - a[0] * b[6] + a[7] * b[1] - a[1] * b[7] + a[8] * b[2] - a[2] * b[8])
-            z = 0.5 * (a[0] * b[3] - a[3] * b[0] + a[1] * b[4] - a[4] * b[1] + a[2] * b[5] - a[5] * b[2])
-            # The arcsine, so that large and small steps to and fro end where they began.
-            s = x * x + y * y + z * z
-            part = 1.0 + s * (1.0 / 6.0 + s * (3.0 / 40.0 + s * (5.0 / 112.0 + s * (35.0 / 1152.0))))
-            contact: Contact
-            for contact in self._contacts.values():
-                contact.roll(part * x, part * y, part * z)
-        self._is_turned = True
-        for k in range(9):
-            a[k] = b[k]
 
     @cython.cfunc
     def _feel(self, tick_s: cython.double) -> object:

@@ -14,12 +14,10 @@ from numpy.typing import NDArray
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import (
-    Rotation,
     Transform,
     Vector,
     apply,
     rotate,
-    rotation_about,
     transform_from_euler,
     transpose,
 )
@@ -189,26 +187,6 @@ def test_a_round_body_pushes_out_along_the_way_in_also_past_its_middle(
     back = felt(world, [apply(pose, point) for point in way_in[::-1]])
     assert back[-1] is NO_TOUCH
     assert all(rotate(transpose(pose.rotation), each.force)[0] >= -1e-9 for each in back)
-
-
-def turned(angle: float, axis: Vector = (0.0, 1.0, 0.0)) -> Rotation:
-    return rotation_about(axis, angle)
-
-
-def test_the_sphere_rolls_without_friction_and_turning_it_on_the_spot_makes_friction() -> None:
-    angle, held = 0.001, 0.5 * 0.001
-    for way, part in ((RADIUS * angle, 0.0), (0.0, 1.0), (-RADIUS * angle, 2.0)):
-        world = World([surface(friction=0.5)], RADIUS)
-        world.roll(turned(0.3))
-        felt(world, [(0.0, 0.0, 0.004)])
-        world.roll(turned(0.3 + angle))
-        touch = world.feel((way, 0.0, 0.004), REST, TICK_S)
-        assert touch.force[0] == pytest.approx(STIFFNESS * part * RADIUS * angle, rel=1e-5, abs=1e-6)
-        assert touch.torque == pytest.approx((0.0, -RADIUS * touch.force[0], 0.0), abs=1e-12)
-        for tick in range(300):
-            world.roll(turned(0.3 + angle * (tick + 2)))
-            touch = world.feel((way, 0.0, 0.004), REST, TICK_S)
-        assert touch.force[0] == pytest.approx(STIFFNESS * held), "it slips"
 
 
 def test_a_surface_that_is_moved_takes_the_tcp_along_by_friction() -> None:
