@@ -89,7 +89,7 @@ class SimulatedRobot:
                 on_answered=clock.commanded,
                 on_good_bye=on_bye if on_bye and protocol == IIWA else lambda: None,
                 faults=faults,
-                protocol=protocol if len(ports) > 1 else "",
+                protocol=protocol,
             )
             for protocol, port in ports.items()
         }

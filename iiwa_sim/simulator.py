@@ -315,7 +315,7 @@ class Simulator:
 
     @property
     def _runs(self) -> bool:
-        return any(server.listening for each in self.robots.values() for server in each.servers.values())
+        return any(port.acceptor.listening for each in self.robots.values() for port in each.servers.values())
 
     def _watched(self) -> Stepped:
         """The robots for the clock; with nobody else in between where nobody watches."""

@@ -32,9 +32,8 @@ from iiwa_sim.frames import IDENTITY, Frame, compose
 from iiwa_sim.protocols.faults import (
     EVERY,
     UNTIL_CLEARED,
-    Close,
+    End,
     Fault,
-    Reset,
     WireFaults,
 )
 from iiwa_sim.robot.description import RobotDescription, ToolSettings
@@ -348,7 +347,7 @@ class Backdoor:
 
     def connections(self) -> dict[int, str]:
         """Return the connections of drivers: number and HOST:PORT."""
-        return self._wire.connections()
+        return {number: name for number, (_, name, _) in self._wire.peers.items()}
 
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, after faults set before."""
@@ -363,10 +362,7 @@ class Backdoor:
 
     def close_connections(self, connection: int = EVERY, reset: bool = False) -> None:
         """Close one connection, or all: by FIN, or by RST."""
-        step = Reset() if reset else Close()
-        self._wire.end(step, connection)
-        for port in self._ports if connection == EVERY else ():
-            port.end_arriving(step)
+        self._wire.end(End.RST if reset else End.FIN, connection)
 
     def refuse_connections(self, refused: bool = True) -> None:
         """Refuse new connections of drivers, those there are served; or accept them again."""

@@ -25,7 +25,7 @@ import msgspec
 from iiwa_sim.backdoor.backdoor import CLIENT, Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.log import SessionLog
-from iiwa_sim.server.listening import Acceptor, host_and_port, open_listener
+from iiwa_sim.server.listening import Acceptor, host_and_port
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
@@ -104,35 +104,30 @@ class BackdoorHttp:
         self.token = token
         self.robots = robots
         self._log = log
-        self._asked = host, port
-        self._acceptor: Acceptor | None = None
+        self.acceptor = Acceptor(host, port, self._serve)
         self._connections: set[socket.socket] = set()
         self._calls: set[Future[bytes]] = set()
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
-            raise RuntimeError("the server does not listen")
-        return self._acceptor.address
+        return self.acceptor.address
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
         self._loop = asyncio.get_running_loop()
-        self._acceptor = Acceptor(await open_listener(*self._asked), self._serve)
+        await self.acceptor.start()
 
     async def close(self) -> None:
         """Stop listening, end pending calls, and let connections end."""
-        if self._acceptor is not None:
-            self._acceptor.close()
-            self._acceptor = None
+        self.acceptor.close()
         for call in list(self._calls):
             call.cancel()
         for connection in list(self._connections):
             with contextlib.suppress(OSError):  # already gone
                 connection.shutdown(socket.SHUT_RD)
 
-    def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
+    async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
         if len(self._connections) >= MOST_CONNECTIONS:
             with contextlib.suppress(OSError), connection:
                 connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")

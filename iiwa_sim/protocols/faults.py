@@ -7,14 +7,16 @@ which the server carries out in order, and so replies keep their order.
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from random import Random
-from typing import Annotated, NamedTuple, Protocol
+from typing import Annotated, Protocol
 
 import msgspec
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.wording import harmless, shortened
@@ -29,32 +31,21 @@ Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 
 _LONGEST_TOLD = 80  # characters of a reply shown in the log
 _PRINTABLE = range(33, 127)
-_REPLIES = re.compile(rb"<Res>.*?</Res>|[^\n]*\n")  # of KRC4, or of the iiwa's protocol
 # The bytes that frame a reply, which a garbled reply keeps.
 _FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)\Z", re.DOTALL)
 
 
-class Send(NamedTuple):
-    """Send bytes in one write."""
+class End(Enum):
+    """The end of a connection; the values are the texts of the dialogue."""
 
-    data: bytes
-
-
-class Wait(NamedTuple):
-    """Wait for real seconds: a driver knows no other time."""
-
-    seconds: float
+    FIN = "the end (FIN)"
+    """Commands without a reply get none."""
+    RST = "the end (RST)"
+    """Data that the client has not received is lost."""
 
 
-class Close:
-    """Close the connection by FIN. Commands without a reply get none."""
-
-
-class Reset:
-    """Reset the connection by RST. Data that the client has not received is lost."""
-
-
-Step = Send | Wait | Close | Reset
+Step = bytes | float | End
+"""Bytes that a server sends, real seconds that it waits, or the end of the connection."""
 
 
 class Pass(msgspec.Struct, frozen=True, tag_field="type", tag=True):
@@ -62,7 +53,7 @@ class Pass(msgspec.Struct, frozen=True, tag_field="type", tag=True):
 
 
 class Delay(msgspec.Struct, frozen=True, tag_field="type", tag=True):
-    """The reply is delayed, and so are later ones."""
+    """The reply is delayed, and commands behind it wait."""
 
     seconds: Seconds
 
@@ -108,8 +99,8 @@ class Peer(Protocol):
     def go_on(self) -> None:
         """Answer waiting lines, now that no fault holds them back."""
 
-    def take(self, steps: list[Step]) -> None:
-        """Queue these steps after those that are pending."""
+    def end(self, how: End) -> None:
+        """End the connection."""
 
 
 @dataclass
@@ -125,8 +116,8 @@ class Rule:
 class CannedReplies:
     """Replies of the iiwa's protocol that a test has set for one robot, for all its clients together.
 
-    The command is not carried out. Replies for one command take its lines in the order in which they were
-    set, each as many as it is for; then the robot answers again.
+    Replies for one command take its lines in the order in which they were set, each as many as it is for;
+    then the robot answers again.
     """
 
     def __init__(self) -> None:
@@ -136,20 +127,16 @@ class CannedReplies:
         """By command: each text with its number of lines, None for any number."""
 
     def set(self, command: str, reply: str, times: int = 1) -> None:
-        """Answer the next `times` lines of a command by `reply`, 0 for all until `clear`.
+        """Answer the next `times` lines of a command by `reply`, 0 for all, without executing them.
 
         Raises ValueError for an unknown command, a reply that is not one line of printable ASCII, a number
         below 0, and if the robot does not speak the iiwa's protocol: KRC4 messages cannot be canned.
         """
-        shown = f"'{shortened(harmless(command), 60)}'"
-        if not self.heard:
-            raise ValueError(f"reply to {shown}: expected a robot that speaks {IIWA}")
         table, spelling = load_table(IIWA), command.encode("ascii", "backslashreplace")
         known = table.find(spelling)
-        if known is None:
-            meant = table.meant(spelling)
-            hint = f"; did you mean {meant}" if meant else ""
-            raise ValueError(f"command {shown}: expected a command of the robot's port{hint}")
+        if not self.heard or known is None:
+            reason = table.why_unknown(spelling) if self.heard else f"expected a robot that speaks {IIWA}"
+            raise ValueError(f"command '{shortened(harmless(command), 60)}': {reason}")
         if not (reply.isascii() and reply.isprintable()):
             text = shortened(harmless(reply), 60)
             raise ValueError(f"reply '{text}': expected one line of printable ASCII")
@@ -175,11 +162,10 @@ class WireFaults:
         self.rules: list[Rule] = []
         """The faults in the order in which they were set."""
         self.peers: dict[int, tuple[Peer, str, str]] = {}
-        """The connections by number, each with its name, and its protocol if the robot has several."""
+        """The connections by number, each with its name and its protocol."""
         self.canned = CannedReplies()
         """Replies that are given in place of the robot's."""
         self._tell = tell
-        self._silent: set[int] = set()  # connections whose lines wait, as has been reported
         self._count = 0
         self._random = Random(0)
 
@@ -188,7 +174,7 @@ class WireFaults:
         self._random = Random(seed)
 
     def arrives(self, peer: Peer, name: str, protocol: str = "") -> int:
-        """Register a connection; returns its number. `protocol` is given where a robot has several."""
+        """Register a connection; returns its number."""
         self._count += 1
         self.peers[self._count] = (peer, name, protocol)
         for rule in self.rules:
@@ -199,15 +185,7 @@ class WireFaults:
     def leaves(self, connection: int) -> None:
         """Forget a connection and its faults."""
         del self.peers[connection]
-        self._silent.discard(connection)
         self.rules = [rule for rule in self.rules if rule.connection != connection]
-
-    def connections(self) -> dict[int, str]:
-        """Return the names of the connections by number, with the protocol if there are several."""
-        return {
-            number: f"{name} ({protocol})" if protocol else name
-            for number, (_, name, protocol) in self.peers.items()
-        }
 
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, or of all.
@@ -218,17 +196,16 @@ class WireFaults:
             self._peers_of(connection)
         self.rules.append(Rule(fault, connection, replies or None))
 
-    def end(self, step: Close | Reset, connection: int = EVERY) -> None:
-        """End a connection, after delayed replies. Raises `Refused` if there is no such connection."""
+    def end(self, how: End, connection: int = EVERY) -> None:
+        """End a connection, or all. Raises `Refused` if there is no such connection."""
         for peer, name, _ in self._peers_of(connection):
-            self._tell(name, _text_of(step, b""))
-            peer.take([step])
+            self._tell(name, how.value)
+            peer.end(how)
 
     def clear(self) -> None:
         """Remove all faults and canned replies. Replies that are delayed already keep their delay."""
         self.canned.replies.clear()
         self.rules.clear()
-        self._silent.clear()
         for peer, _, _ in list(self.peers.values()):
             peer.go_on()
 
@@ -236,34 +213,17 @@ class WireFaults:
         """Return the fault for the next reply of a connection, if there is one."""
         return next((rule for rule in self.rules if rule.connection in (EVERY, connection)), None)
 
-    def silences(self, connection: int) -> bool:
-        """Return True if the next line of a connection has to wait."""
-        rule = self.next_of(connection)
-        silent = rule is not None and isinstance(rule.fault, Silence)
-        if silent and connection not in self._silent:
-            self._silent.add(connection)
-            self._tell(self.peers[connection][1], "no answer")
-        return silent
-
-    def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
-        """Yield the steps for replies, up to where the connection ends."""
-        for reply in _REPLIES.findall(replies):
-            rule = self.next_of(connection)
-            if rule is None:
-                yield Send(reply)
-                continue
-            if rule.left is not None:
-                rule.left -= 1
-                if rule.left == 0:
-                    self.rules.remove(rule)
-            made = _steps(rule.fault, reply, self._random)
-            if made != [Send(reply)]:
-                told = ", ".join(_text_of(step, reply) for step in made) or "nothing"
-                self._tell(self.peers[connection][1], told)
-            for step in made:
-                yield step
-                if isinstance(step, Close | Reset):
-                    return
+    def steps(self, connection: int, rule: Rule, reply: bytes) -> list[Step]:
+        """Return the steps that replace sending a reply."""
+        if rule.left is not None:
+            rule.left -= 1
+            if rule.left == 0:
+                self.rules.remove(rule)
+        steps = _steps(rule.fault, reply, self._random)
+        if steps != [reply]:
+            text = ", ".join(_text_of(step, reply) for step in steps) or "nothing"
+            self._tell(self.peers[connection][1], text)
+        return steps
 
     def _peers_of(self, connection: int) -> list[tuple[Peer, str, str]]:
         if connection == EVERY:
@@ -275,36 +235,30 @@ class WireFaults:
 
 
 def _steps(fault: Fault, reply: bytes, random: Random) -> list[Step]:
-    """Return the steps that replace sending a reply."""
     match fault:
         case Delay(seconds):
-            return [Wait(seconds), Send(reply)]
+            return [seconds, reply]
         case Split(byte, pause_s) if byte < len(reply):
-            return [Send(reply[:byte]), Wait(pause_s), Send(reply[byte:])]
+            return [reply[:byte], pause_s, reply[byte:]]
         case Drop():
             return []
         case Garble():
             begin, text, end = next(_FRAMED.finditer(reply)).groups()
             noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
-            return [Send(begin + noise + end)]
+            return [begin + noise + end]
         case CloseBefore():
-            return [Close()]
+            return [End.FIN]
         case CloseAfter():
-            return [Send(reply), Close()]
+            return [reply, End.FIN]
         case ResetBefore():
-            return [Reset()]
-    return [Send(reply)]  # also in silence: replies of lines that were carried out before
+            return [End.RST]
+    return [reply]
 
 
 def _text_of(step: Step, reply: bytes) -> str:
     """Return a step as text for people."""
-    match step:
-        case Send(data):
-            text = data.decode("ascii", "backslashreplace").replace("\r", "\\r").replace("\n", "\\n")
-            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
-        case Wait(seconds):
-            return f"{seconds:g} s of silence"
-        case Close():
-            return "the end (FIN)"
-        case Reset():
-            return "the end (RST)"
+    if isinstance(step, End):
+        return step.value
+    if isinstance(step, bytes):
+        return "the reply" if step == reply else f"'{shortened(readable(step), _LONGEST_TOLD)}'"
+    return f"{step:g} s of silence"

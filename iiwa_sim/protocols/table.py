@@ -188,7 +188,7 @@ class Table:
         if command is None:
             if _HELP in self.commands and (asked := _ASKS_HELP.match(line)):
                 return Request(self.commands[_HELP], (), " ".join(_words(line[asked.end() :])))
-            return _unknown(self._why_unknown(line))
+            return _unknown(self.why_unknown(line))
         if colon and b":" in rest:
             return _unknown("more than one ':'")
         if not command.parameters:
@@ -215,7 +215,8 @@ class Table:
             values.append(value)
         return Request(command, tuple(values), "", len(words) - len(values), in_degrees)
 
-    def _why_unknown(self, line: bytes) -> str:
+    def why_unknown(self, line: bytes) -> str:
+        """Return the reason for which a line names no command."""
         spelling, colon, _ = line.partition(b":")
         if not line.strip(b" \t:"):
             return "empty line"

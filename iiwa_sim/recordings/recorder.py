@@ -158,8 +158,7 @@ class Recorder:
         self._add_state()
         for _, session, protocol in source.wire.peers.values():
             now = self._controller.tick, time.monotonic_ns()
-            spoken = protocol or source.protocols[0]
-            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=spoken))
+            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, protocol=protocol))
 
     def stop(self) -> None:
         """Record no more."""

@@ -7,8 +7,7 @@ import logging
 import os
 import socket
 import struct
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from iiwa_sim.protocols.ports import MAX_PORT
@@ -18,7 +17,7 @@ BACKLOG = 512
 """Length of the queue of connections that are not accepted yet."""
 LONGEST_HOST = 100
 """Characters of a host name that a message shows."""
-AGAIN_S = 0.25
+AGAIN_S = 1.0
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
 _USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
@@ -31,98 +30,80 @@ class ListenFault(Unusable):
     """An address cannot be listened on. The message is one line."""
 
 
-Serve = Callable[[socket.socket, Any], None]
-"""Serves a connection from a peer's address."""
-
-
 class Acceptor:
-    """Accepts connections at a listening socket until `close`, one in each turn of the event loop.
+    """Listens on `host`:`port` from `start` to `close` and accepts connections, one after the other.
 
     Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
-    socket is bound to it that does not listen. When the system has no descriptor left, that is logged once a
-    second and accepting is tried again later.
+    socket is bound to it that does not listen.
     """
 
-    def __init__(self, listening: socket.socket, serve: Serve) -> None:
-        self._loop = asyncio.get_running_loop()
-        self._listening = listening
+    def __init__(
+        self, host: str, port: int, serve: Callable[[socket.socket, Any], Awaitable[object]]
+    ) -> None:
+        """`serve` gets each connection with the address of its peer. It may raise OSError."""
+        self._asked = host, port
         self._serve = serve
-        self._accepts = False
-        self._again: asyncio.TimerHandle | None = None
-        self._quiet_until_s = 0.0
+        self._listening: socket.socket | None = None
+        self._accepting: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        self._listening = await open_listener(*self._asked)
         self.accept()
 
     @property
+    def listening(self) -> bool:
+        """Return True between `start` and `close`."""
+        return self._listening is not None
+
+    @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on, or refused at."""
+        """Host and port listened on, or refused at. Raises RuntimeError before `start` and after `close`."""
+        if self._listening is None:
+            raise RuntimeError("the server does not listen")
         host, port = self._listening.getsockname()[:2]
         return host, port
 
-    def close(self) -> None:
-        """Stop listening; accepted connections go on."""
-        self._accepts = False
-        if self._again is not None:
-            self._again.cancel()
-        self._loop.remove_reader(self._listening)
-        self._listening.close()
+    def accept(self) -> None:
+        """Accept connections, where they are refused."""
+        if self._listening is not None and self._accepting is None:
+            self._listening.setblocking(False)
+            self._listening.listen(BACKLOG)
+            self._accepting = asyncio.get_running_loop().create_task(self._accept_from(self._listening))
 
     def refuse(self) -> None:
         """Refuse new connections until `accept`."""
-        if self._accepts:
+        if self._listening is not None and self._accepting is not None:
             family, address = self._listening.family, self._listening.getsockname()
             self.close()
             self._listening = socket.socket(family)
             self._listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._listening.bind(address)
 
-    def accept(self) -> None:
-        """Accept connections, where they are refused."""
-        if not self._accepts:
-            self._accepts = True
-            self._listening.setblocking(False)
-            self._listening.listen(BACKLOG)
-            self._loop.add_reader(self._listening, self._arrives)
+    def close(self) -> None:
+        """Stop listening; accepted connections go on."""
+        if self._accepting is not None and self._listening is not None:
+            self._accepting.cancel()
+            self._accepting.get_loop().remove_reader(self._listening)  # before its number is another's
+            self._accepting = None
+        if self._listening is not None:
+            self._listening.close()
+            self._listening = None
 
-    def drop_waiting(self, *, reset: bool) -> None:
-        """Close or reset the connections that wait to be accepted."""
-        with contextlib.suppress(OSError):  # no connection waits, or no descriptor is left
-            while True:
-                with self._listening.accept()[0] as connection:
-                    if reset:
-                        reset_at_close(connection)
-
-    def _arrives(self) -> None:
-        try:
-            connection, peer = self._listening.accept()
-        except OSError as fault:  # others mean that the client has gone already
-            if fault.errno in _USED_UP:
-                if self._loop.time() >= self._quiet_until_s:
-                    self._quiet_until_s = self._loop.time() + 1.0
+    async def _accept_from(self, listening: socket.socket) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                connection, peer = await loop.sock_accept(listening)
+            except OSError as fault:  # others mean that the client has gone already
+                if fault.errno in _USED_UP:
                     logger.warning("nobody can connect for the time being: %s", why(fault))
-                self._loop.remove_reader(self._listening)
-                add = partial(self._loop.add_reader, self._listening, self._arrives)
-                self._again = self._loop.call_later(AGAIN_S, add)
-            return
-        connection.setblocking(False)
-        self._serve(connection, peer)
-
-
-def as_protocol(open_protocol: Callable[[], asyncio.BaseProtocol]) -> Serve:
-    """Return what serves each connection by a protocol of asyncio."""
-    loop, opening = asyncio.get_running_loop(), set[asyncio.Task[None]]()
-
-    async def opened(connection: socket.socket, protocol: asyncio.BaseProtocol) -> None:
-        try:
-            await loop.connect_accepted_socket(lambda: protocol, connection)
-        except OSError:  # the client has gone already
-            connection.close()
-
-    def serve(connection: socket.socket, _peer: object) -> None:
-        task = loop.create_task(opened(connection, open_protocol()))
-        opening.add(task)
-        task.add_done_callback(opening.discard)
-
-    return serve
+                    await asyncio.sleep(AGAIN_S)
+                continue
+            try:
+                await self._serve(connection, peer)
+            except OSError:  # the client has gone already
+                connection.close()
 
 
 def reset_at_close(connection: socket.socket) -> None:

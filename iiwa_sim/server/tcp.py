@@ -12,14 +12,13 @@ import re
 import socket
 import sys
 import time
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-from iiwa_sim.protocols.faults import Close, Reset, Send, Step, Wait, WireFaults
+from iiwa_sim.protocols.faults import End, Silence, Step, WireFaults
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
-from iiwa_sim.server.listening import Acceptor, as_protocol, open_listener, peer_of, reset_at_close, why
+from iiwa_sim.server.listening import Acceptor, peer_of, reset_at_close, why
 
 READ_BYTES = 4096
 """Bytes read from a client at once: making lines of them takes some ms at most."""
@@ -27,23 +26,16 @@ SEND_BYTES = 131_072
 """Size of the system's send buffer. When it and asyncio's buffer of 64 KiB are full, commands wait."""
 MOST_BYTES = 32_768
 """Bytes of replies sent at once."""
-MOST_LATE = 1024
-"""Replies, parts of replies and delays that wire faults may hold back for one client before its commands
-wait."""
-MOST_HELD = 2048
-"""Bytes held back at most while it is undecided whether the first line is HTTP."""
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 CLOSING_S = 0.3
 """Time (s) that a closing server gives its clients to take their last replies."""
 LONGEST_PAUSE_S = 86400.0
 
-_TARGET = rb"(?:/|\*|[A-Za-z]+:)[^\r\n]"
-_REQUEST = re.compile(rb"[A-Za-z]+ +(?:\S[^\r\n]* HTTP/[0-9]|%b{%d})" % (_TARGET, MOST_HELD))
 _TLS = b"\x16\x03"
-_UNDECIDED = re.compile(rb"[A-Za-z]+(?: +(?:%b*|[A-Za-z]*))?|\x16" % _TARGET)
-"""A beginning that may still become an HTTP request. Only that is held back: KRC4 messages have no line
-ends."""
+_BROWSER = re.compile(rb"[A-Z]{3,7} +[/*]|%b" % _TLS)
+_UNDECIDED = re.compile(rb"[A-Z]{1,7} *|\x16")
+"""A beginning that may still become one of a browser."""
 
 logger = logging.getLogger(__name__)
 
@@ -97,8 +89,8 @@ class Connection(asyncio.BufferedProtocol):
 
     It is not read while its lines wait for their turn, and while it leaves replies unread no line is
     answered: a client that floods fills only its own buffers. Nothing is read before the client is admitted.
-    While wire faults are set for it, lines are answered one by one, and replies are sent in the steps that
-    the faults make of them.
+    While wire faults are set for it, lines are answered one by one. While a fault delays a reply, no further
+    line is answered.
     """
 
     _transport: asyncio.Transport
@@ -108,13 +100,9 @@ class Connection(asyncio.BufferedProtocol):
         self._server = server
         self._loop = asyncio.get_running_loop()
         self._held: bytes | None = b""  # received before it was clear that the client is no browser
-        self._served = False
         self._sent_end = False
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
-        self._steps: deque[Step] = deque()  # behind the present delay
-        self._delay: asyncio.TimerHandle | None = None
-        self._ends = False  # to be closed after what still has to be sent
-        self._first_steps = server.arriving
+        self._delay: asyncio.TimerHandle | None = None  # runs while a wire fault delays a reply
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -127,16 +115,12 @@ class Connection(asyncio.BufferedProtocol):
         logger.info("%s connected", self._name, extra=self._mark)
         server.on_client()
         server.connections.add(self)
-        if not server.listening:  # accepted while the server closed
-            self.close()
-        elif not server.admission.arrives(self):
+        if not server.admission.arrives(self):
             logger.info("%s waits for its turn", self._name, extra=self._mark)
             transport.pause_reading()
-        self.take(self._first_steps)
 
     def serve(self) -> None:
         """Notice that the client is admitted: read from it."""
-        self._served = True
         self._transport.resume_reading()
 
     def get_buffer(self, _sizehint: int) -> memoryview:
@@ -146,14 +130,13 @@ class Connection(asyncio.BufferedProtocol):
         data = bytes(self._server.buffer[:nbytes])
         if self._held is not None:
             self._held += data
-            is_tls = self._held.startswith(_TLS)
-            if is_tls or _REQUEST.match(self._held):
-                what = "a greeting of TLS" if is_tls else "an HTTP request"
+            if _BROWSER.match(self._held):
+                what = "a greeting of TLS" if self._held.startswith(_TLS) else "an HTTP request"
                 text = "%s closed: it sent %s, as a web page would have it"
                 logger.warning(text, self._name, what, extra=self._mark)
                 self.abort()
                 return
-            if len(self._held) <= 2 * MOST_HELD and _UNDECIDED.fullmatch(self._held):
+            if _UNDECIDED.fullmatch(self._held):
                 return
             data, self._held = self._held, None
         self._session.receive(data)
@@ -177,9 +160,9 @@ class Connection(asyncio.BufferedProtocol):
         self._ask()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        if self._unread is not None:
-            self._unread.cancel()
-        self._forget_steps()
+        for timer in (self._unread, self._delay):
+            if timer is not None:
+                timer.cancel()
         self._server.faults.leaves(self._number)
         self._server.connections.discard(self)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
@@ -187,16 +170,17 @@ class Connection(asyncio.BufferedProtocol):
         self._server.admission.leaves(self)
 
     def go_on(self) -> None:
-        """Answer waiting lines, now that a fault does not hold them back any more."""
-        if self._served:
+        """Answer waiting lines, now that no fault holds them back."""
+        if self._session.waiting:
             self._ask()
 
-    def take(self, steps: list[Step]) -> None:
-        """Queue these steps after those that are pending."""
-        self._ends = self._ends or any(isinstance(step, Close | Reset) for step in steps)
-        self._steps.extend(steps)
-        if self._delay is None:
-            self._make_steps()
+    def end(self, how: End) -> None:
+        """End the connection."""
+        if how is End.RST:
+            reset_at_close(self._transport.get_extra_info("socket"))
+            self.abort()
+        else:
+            self.close()
 
     def offer(self, data: Callable[[], bytes]) -> None:
         """Send data now if the system has taken all that was sent before."""
@@ -205,15 +189,16 @@ class Connection(asyncio.BufferedProtocol):
 
     def close(self) -> None:
         """Send the replies there are and close; commands without a reply get none."""
-        self._ends = True
-        self._forget_steps()
+        if self._transport.is_closing():
+            return
         self._transport.close()
         if self._unread is None and self._transport.get_write_buffer_size():
             self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
+        if self._session.closing:
+            self._server.on_good_bye()
 
     def abort(self) -> None:
         """Close at once, without sending what waits."""
-        self._ends = True
         self._transport.abort()
 
     def _ask(self) -> None:
@@ -223,7 +208,7 @@ class Connection(asyncio.BufferedProtocol):
     def _work(self, until_s: float) -> bool:
         """Answer what waits, up to `until_s`; return True if more can be done."""
         session, server = self._session, self._server
-        if self._ends or self._transport.is_closing():
+        if self._transport.is_closing():
             return False
         try:
             if session.waiting:
@@ -232,70 +217,58 @@ class Connection(asyncio.BufferedProtocol):
         except Exception:
             logger.exception("%s dropped: internal error", self._name, extra=self._mark)
             self.abort()
-        if self._ends:
+        if self._transport.is_closing():
             return False
-        if session.waiting:
+        if session.waiting or self._is_held_back:
             self._transport.pause_reading()
-            return not self._is_kept_from_answering()
+            return not (self._is_held_back or self._is_silent)
         if session.closing or (self._sent_end and not server.lasting):
-            self.take([Close()])
-        elif self._unread is not None:
-            self._transport.pause_reading()
+            self.close()
         elif not self._sent_end:
             self._transport.resume_reading()
         return False
 
     def _answer(self, until_s: float) -> None:
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
-        while session.waiting and not (self._ends or self._is_kept_from_answering()):
-            if faults.rules and faults.next_of(self._number):
-                self.take(list(faults.steps(self._number, session.answer(1))))
+        while session.waiting and not (self._is_held_back or self._is_silent):
+            if faults.rules and (rule := faults.next_of(self._number)):
+                self._send(iter(faults.steps(self._number, rule, session.answer(1))))
             else:
                 replies.append(session.answer(most))
                 size += len(replies[-1])
                 most *= 2  # The clock is read seldom, but soon enough where lines take long.
-            if size >= MOST_BYTES or time.monotonic() >= until_s:
+            if size >= MOST_BYTES or time.monotonic() >= until_s or self._transport.is_closing():
                 break
-        data = b"".join(replies)
-        if data and self._delay is None:
-            self._transport.write(data)
-        elif data:
-            self._steps.append(Send(data))
+        if replies:
+            self._transport.write(b"".join(replies))
 
-    def _is_kept_from_answering(self) -> bool:
-        """Return True if a wire fault or unread replies hold back the next line."""
+    @property
+    def _is_held_back(self) -> bool:
+        """Return True while a delayed reply, or unread ones, hold back the next line."""
+        return self._delay is not None or self._unread is not None
+
+    @property
+    def _is_silent(self) -> bool:
         faults = self._server.faults
-        silent = bool(faults.rules) and faults.silences(self._number)
-        return silent or len(self._steps) > MOST_LATE or self._unread is not None
+        rule = faults.next_of(self._number) if faults.rules else None
+        return rule is not None and isinstance(rule.fault, Silence)
 
-    def _make_steps(self) -> None:
-        while self._steps:
-            match self._steps.popleft():
-                case Send(data):
-                    self._transport.write(data)
-                case Wait(seconds):
-                    self._delay = self._loop.call_later(seconds, self._delay_is_over)
-                    return
-                case Reset():
-                    self._forget_steps()
-                    reset_at_close(self._transport.get_extra_info("socket"))
-                    self.abort()
-                case Close():
-                    self.close()
-                    if self._session.closing:
-                        self._server.on_good_bye()
-
-    def _delay_is_over(self) -> None:
+    def _send(self, steps: Iterator[Step]) -> None:
+        """Carry out the steps of a reply, up to one that waits; the others follow when it is over."""
         self._delay = None
-        self._make_steps()
-        if self._delay is None:
-            self._ask()
+        for step in steps:
+            if isinstance(step, bytes):
+                self._transport.write(step)
+            elif isinstance(step, End):
+                self.end(step)
+            else:
+                self._delay = self._loop.call_later(step, self._send_later, steps)
+                return
 
-    def _forget_steps(self) -> None:
-        self._steps.clear()
-        if self._delay is not None:
-            self._delay.cancel()
-            self._delay = None
+    def _send_later(self, steps: Iterator[Step]) -> None:
+        if not self._transport.is_closing():
+            self._send(steps)
+            self._ask()
 
     def _drop_unread(self) -> None:
         unread_s = self._server.unread_s
@@ -327,7 +300,6 @@ class TcpServer:
     """Called after a client has said good-bye and been answered."""
     faults: WireFaults = field(default_factory=WireFaults)
     protocol: str = ""
-    """Name of the protocol of this port, where `faults` are shared with ports of others."""
     suffix: str = ""
     """Follows the address of a client in its name."""
     send_bytes: int = SEND_BYTES
@@ -337,44 +309,20 @@ class TcpServer:
     def __post_init__(self) -> None:
         self.buffer = memoryview(bytearray(READ_BYTES))  # of all connections: read and emptied at once
         self.connections: set[Connection] = set()
-        self.arriving: list[Step] = []
-        """The first steps of connections that are accepted now: what `end_arriving` adds before they open."""
-        self._acceptor: Acceptor | None = None
+        self.acceptor = Acceptor(self.host, self.port, self._open)
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._acceptor = Acceptor(
-            await open_listener(self.host, self.port), as_protocol(lambda: Connection(self))
-        )
-
-    @property
-    def listening(self) -> bool:
-        return self._acceptor is not None
-
-    @property
-    def acceptor(self) -> Acceptor:
-        """The listening port. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
-            raise RuntimeError("the server does not listen")
-        return self._acceptor
+        await self.acceptor.start()
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on."""
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
         return self.acceptor.address
-
-    def end_arriving(self, step: Close | Reset) -> None:
-        """End the connections that clients have made, but that are not open here yet."""
-        self.acceptor.drop_waiting(reset=isinstance(step, Reset))
-        self.arriving.append(step)
-        self.arriving = []
 
     async def close(self) -> None:
         """Stop listening and close every connection; takes little more than CLOSING_S at most."""
-        if self._acceptor is None:
-            return
-        self._acceptor.close()
-        self._acceptor = None
+        self.acceptor.close()
         for connection in list(self.connections):
             connection.close()
         late_s = time.monotonic() + CLOSING_S
@@ -383,6 +331,9 @@ class TcpServer:
             if time.monotonic() > late_s:
                 for connection in self.connections:
                     connection.abort()
+
+    async def _open(self, connection: socket.socket, _peer: object) -> None:
+        await asyncio.get_running_loop().connect_accepted_socket(lambda: Connection(self), connection)
 
 
 def tune(connection: socket.socket, send_bytes: int) -> None:

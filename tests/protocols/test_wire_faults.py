@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.protocols.faults import Garble, Send, WireFaults
+from iiwa_sim.protocols.faults import Garble, WireFaults
 
 REPLIES = st.lists(st.binary(max_size=12).map(lambda b: bytes(32 + x % 95 for x in b) + b"\r\n"), max_size=8)
 
@@ -16,11 +16,12 @@ REPLIES = st.lists(st.binary(max_size=12).map(lambda b: bytes(32 + x % 95 for x 
 def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[bytes], seed: int) -> None:
     garbled = []
     for _ in range(2):
-        faults = WireFaults(lambda _name, _what: None)
+        faults = WireFaults()
         faults.arrives(SimpleNamespace(), "a driver")
         faults.seed(seed)
         faults.set(Garble())
-        garbled.append([step.data for step in faults.steps(1, b"".join(replies)) if isinstance(step, Send)])
+        (rule,) = faults.rules
+        garbled.append([step for reply in replies for step in faults.steps(1, rule, reply)])
     assert garbled[0] == garbled[1]
     assert [len(each) for each in garbled[0]] == [len(each) for each in replies]
     for was, now in zip(replies, garbled[0], strict=True):

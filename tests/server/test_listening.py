@@ -11,7 +11,7 @@ import socket
 import pytest
 
 from iiwa_sim.server import listening
-from iiwa_sim.server.listening import Acceptor, as_protocol
+from iiwa_sim.server.listening import Acceptor
 from tests.talking import DEADLINE_S
 
 
@@ -34,30 +34,28 @@ class NoneLeft:
         return self._real.accept()
 
 
-async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_once(
+async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
+    scarce = NoneLeft(socket.create_server(("127.0.0.1", 0)), 3)
+    served = asyncio.Event()
+
+    async def opened(*_: object) -> NoneLeft:
+        return scarce
+
+    async def serve(connection: socket.socket, _peer: object) -> None:
+        connection.close()
+        served.set()
+
     monkeypatch.setattr(listening, "AGAIN_S", 0.001)
-    opened: list[asyncio.Protocol] = []
-
-    class Opened(asyncio.Protocol):
-        def connection_made(self, transport: asyncio.BaseTransport) -> None:
-            opened.append(self)
-            transport.close()  # type: ignore[attr-defined]
-
-    real = socket.create_server(("127.0.0.1", 0))
-    scarce = NoneLeft(real, 40)
-    acceptor = Acceptor(scarce, as_protocol(Opened))  # type: ignore[arg-type]
-    turns = 0
+    monkeypatch.setattr(listening, "open_listener", opened)
+    acceptor = Acceptor("", 0, serve)
+    await acceptor.start()
     async with asyncio.timeout(DEADLINE_S):
-        connecting = asyncio.create_task(asyncio.open_connection(*acceptor.address))
-        while not opened:
-            turns += 1
-            await asyncio.sleep(0)
-    _, writer = await connecting
+        _, writer = await asyncio.open_connection(*acceptor.address)
+        await served.wait()
     writer.close()
     acceptor.close()
-    assert scarce.asked <= 45, "now and then, and no more"
-    assert turns > scarce.asked, "others have their turns between"
-    (told,) = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
-    assert told == "nobody can connect for the time being: Too many open files"
+    assert scarce.asked <= 6, "now and then, and no more"
+    told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert told == ["nobody can connect for the time being: Too many open files"] * 3
