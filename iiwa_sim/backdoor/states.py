@@ -75,7 +75,6 @@ def _kept(controller: Controller) -> Callable[[], None]:
         if restore_bodies is not None:
             restore_bodies()
         load.feel_again(felt, joints)
-        controller.allow_excess()
         controller.release_emergency_stop()
         controller.switch_drives(on=True)
         controller.reset_error()

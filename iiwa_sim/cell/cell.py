@@ -317,13 +317,12 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
 def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None:
     """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
     within one, nor out of the box that it may not leave."""
-    if not cell.surfaces and cell.safety.box is None:
+    if not cell.surfaces and cell.safety == NOTHING_MORE:
         return
     x, y, z = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange).translation
-    if cell.safety.box is not None:
-        for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
-            within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
-            reader.check("start_deg", settings.start_deg, low <= at <= high, within)
+    for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
+        within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
+        reader.check("start_deg", settings.start_deg, low <= at <= high, within)
     for surface in cell.seen():
         depth_mm = -1e3 * surface.nearest(x, y, z)[0]
         outside = f"a pose with the TCP outside of surface {surface.name!r}, not {depth_mm:.3f} mm within it"

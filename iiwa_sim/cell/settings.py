@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Annotated, Literal
 
 import msgspec
@@ -64,27 +65,23 @@ class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Limits of protective stops besides the joint torques."""
 
-    collision_force_n: Annotated[float, between(0.1, GREATEST, " N")] | None = None
-    collision_torque_nm: Annotated[float, between(0.1, GREATEST, " Nm")] | None = None
-    tcp_speed_mm_per_s: Annotated[float, between(1.0, 100_000.0, " mm/s")] | None = None
-    box_min_mm: tuple[Length, Length, Length] | None = None
-    box_max_mm: tuple[Length, Length, Length] | None = None
+    collision_force_n: Annotated[float, between(0.1, GREATEST, " N")] = inf
+    collision_torque_nm: Annotated[float, between(0.1, GREATEST, " Nm")] = inf
+    tcp_speed_mm_per_s: Annotated[float, between(1.0, 100_000.0, " mm/s")] = inf
+    box_min_mm: tuple[Length, Length, Length] = (-inf, -inf, -inf)
+    box_max_mm: tuple[Length, Length, Length] = (inf, inf, inf)
 
     def __post_init__(self) -> None:
-        low, high = self.box_min_mm, self.box_max_mm
-        require((low is None) <= (high is None), "box_min_mm", "both corners of the box, or none")
-        require((low is None) >= (high is None), "box_max_mm", "both corners of the box, or none")
-        for axis, (least, most) in enumerate(zip(low or (), high or (), strict=True)):
+        for axis, (least, most) in enumerate(zip(self.box_min_mm, self.box_max_mm, strict=True)):
             require(least < most, f"box_max_mm[{axis}]", f"more than {least:g} mm, box_min_mm there")
 
     def safety(self) -> Safety:
         """Return the limits for the controller, in SI units."""
-        speed_mm, low_mm, high_mm = self.tcp_speed_mm_per_s, self.box_min_mm, self.box_max_mm
         return Safety(
             self.collision_force_n,
             self.collision_torque_nm,
-            None if speed_mm is None else 1e-3 * speed_mm,
-            None if low_mm is None or high_mm is None else (metres(low_mm), metres(high_mm)),
+            1e-3 * self.tcp_speed_mm_per_s,
+            (metres(self.box_min_mm), metres(self.box_max_mm)),
         )
 
 

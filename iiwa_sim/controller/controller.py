@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import dist, isfinite
+from math import dist, inf, isfinite
 from typing import Any
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
@@ -34,7 +34,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
-from iiwa_sim.controller.limits_watch import NOTHING_MORE, LinkWatch, Protection, Safety, body_touched
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, TouchLog, body_touched
 from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
@@ -144,11 +144,11 @@ class Controller:
         self.endings = Endings(lambda number: self.motions.is_pending(number), self.tell)  # noqa: PLW0108 motions are replaced
         """Tells its listeners how each move ended."""
         self.errors = RobotErrors()
-        self.protection = Protection(description.joints, description.torque, safety)
+        self.protection = Protection(self.load, description, safety)
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = servo_timeout_s
-        self._link_watch = None if on_event is None else LinkWatch(self.load, tick_s, on_event)
+        self._touch_log = None if on_event is None else TouchLog(self.load, on_event)
 
         self.trajectories = JointTrajectories(self)
         self.record_error = self.errors.record
@@ -213,13 +213,11 @@ class Controller:
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
         acts = load.wrenches or load.torques
-        if protection.looks_always or (acts and not protection.tolerates(load)):
+        if protection.looks_always or (acts and not protection.tolerates()):
             self._protect()
-        links = self._link_watch
-        if links is not None and (
-            tick % links.every == 0 or (acts and (links.touching or load.link_contacts))
-        ):
-            links.after_tick(tick, joints != self.joints_before)
+        touch_log = self._touch_log
+        if touch_log is not None and (acts or touch_log.touching):
+            touch_log.after_tick()
 
     def _watch_forces(self, guard: ForceGuard) -> None:
         """End a force move that has met a force."""
@@ -233,21 +231,12 @@ class Controller:
 
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
-        why = self._passed_limit(self.errors.standing is not None)
+        tcp = self.tcp().translation
+        speed_m_per_s = dist(self.tcp(self.joints_before).translation, tcp) / self.tick_s
+        is_in_error = self.errors.standing is not None
+        why = self.protection.reason_to_stop(self.joints, tcp, speed_m_per_s, is_in_error)
         if why is not None:
             self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{body_touched(self.load)}"))
-
-    def _passed_limit(self, standing: bool) -> str | None:
-        """Return why the robot has to stop for a force or for the last tick; None if it need not.
-
-        `standing` says that an error has stopped it before: then the excess is allowed from now on.
-        """
-        joints, protection = self.motions.joints, self.protection
-        why = protection.overload(self.load, joints, standing)
-        if protection.watches_tcp:
-            before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
-            why = protection.trespass(before, now, self.tick_s, standing) or why
-        return why
 
     def _fail_in_tick(self, fault: Exception) -> None:
         """Stop after an internal error in a tick."""
@@ -267,7 +256,7 @@ class Controller:
             self.joints_before != self.motions.joints
             or self.endings.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
-            or not self.protection.knows(self.load)
+            or not self.protection.settled
         ) and (
             self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
         )
@@ -341,8 +330,8 @@ class Controller:
     @property
     def collision_detection(self) -> tuple[float, float]:
         """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
-        safety = self.protection.safety
-        return safety.force_n or 0.0, safety.torque_nm or 0.0
+        force_n, torque_nm = self.protection.safety[:2]
+        return 0.0 if force_n == inf else force_n, 0.0 if torque_nm == inf else torque_nm
 
     def set_tool_load(self, load: ToolLoad) -> None:
         """Assume this load at the flange from now on; the difference to the true one acts from outside.
@@ -443,7 +432,7 @@ class Controller:
             number = self._queue(request)
             if request.thresholds is not None:
                 guard = ForceGuard(number, request.thresholds, self.cartesian_force())
-        if guard or when_ended or self.endings.listeners or self._link_watch:  # somebody is told of its end
+        if guard or when_ended or self.endings.listeners or self._touch_log:  # somebody is told of its end
             self.endings.pending.append(PendingMove(number, when_ended, guard))
         return number
 
@@ -596,10 +585,6 @@ class Controller:
         """Have the TCP there from now on, in no mode; raises `Refused` while anything moves or waits."""
         self._check_rest()
         self._begin_anew(self.joints, tool_in_flange)
-
-    def allow_excess(self) -> None:
-        """Allow a present excess over limits, but no greater one, as after the reset of a protective stop."""
-        self._passed_limit(standing=True)
 
     def _check_rest(self) -> None:
         if self.moving:

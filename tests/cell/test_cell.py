@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from math import radians
+from math import inf, radians
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,7 @@ from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.handling import NO_HANDLING
+from iiwa_sim.controller.limits_watch import NOTHING_MORE
 from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.world.gripper import Jaws
@@ -135,8 +136,8 @@ def test_what_the_robot_watches(tmp_path: Path) -> None:
         "box_min_mm = [200, -400, 250]\nbox_max_mm = [800, 400, 900]\n"
     )
     cell = cell_from(tmp_path, text)
-    assert cell.safety == (80.0, None, 0.25, ((0.2, -0.4, 0.25), (0.8, 0.4, 0.9)))
-    assert cell_from(tmp_path, "").safety == (None,) * 4
+    assert cell.safety == (80.0, inf, 0.25, ((0.2, -0.4, 0.25), (0.8, 0.4, 0.9)))
+    assert cell_from(tmp_path, "").safety == NOTHING_MORE
 
 
 def test_noise_and_io(tmp_path: Path) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.controller.limits_watch import LinkWatch
+from iiwa_sim.controller.limits_watch import TouchLog
 from tests.world.scenes import GRIPPER, HEAD, TABLE_MM, Scene, down, part, table
 
 
@@ -20,9 +20,9 @@ def test_what_a_jaw_or_the_sphere_meets_is_told_by_name_and_kind(
     scene.goes(down(600, 100, top_mm + 80.0), straight=False)
     scene.drives(closed=True)
     told: list[str] = []
-    meetings = LinkWatch(scene.controller.load, scene.controller.tick_s, told.append)
+    meetings = TouchLog(scene.controller.load, told.append)
     scene.goes(down(600, 100, top_mm + low_mm), 0.05)
-    for tick in range(3):
-        meetings.after_tick(tick, moved=True)
+    for _ in range(3):
+        meetings.after_tick()
     assert f"{who} touches part 'block'" in told
     assert len(told) == len(set(told)), "each is told once"
