@@ -6,7 +6,7 @@ true load acts from outside, at every pose and in every motion.
 
 from __future__ import annotations
 
-from math import hypot, isfinite
+from math import isfinite
 from typing import NamedTuple
 
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, body
@@ -17,8 +17,6 @@ from iiwa_sim.robot.capsules import Capsule
 GREATEST_MASS_KG = 1000.0
 FARTHEST_MM = 10_000.0
 """Farthest centre of mass from the flange, along each axis."""
-WITHIN_REACH_M = 1.0
-"""Distance from the flange: no part that a gripper holds has its middle farther away."""
 Inertia = tuple[float, float, float, float, float, float]
 """kg m^2: ixx, iyy, izz, ixy, ixz, iyz, about the centre of mass, with the signs of URDF."""
 
@@ -54,8 +52,7 @@ NO_TOOL = Tool(NO_LOAD, (0.0,) * 6)
 def unknown_load(tool: Tool, assumed: ToolLoad) -> Moments | None:
     """Return the moments at the flange, of a true tool, that the controller does not assume; None for none.
 
-    Its assumed load has the inertia of the tool. More mass than the tool's is a mass in the one place that
-    makes the centre right, if that is near. Raises `Refused` for numbers out of range.
+    Its assumed load has the inertia of the tool. Raises `Refused` for numbers out of range.
     """
     mass, centre = assumed
     if not 0.0 <= mass <= GREATEST_MASS_KG:
@@ -65,13 +62,5 @@ def unknown_load(tool: Tool, assumed: ToolLoad) -> Moments | None:
             expected = f"expected {-FARTHEST_MM:g} to {FARTHEST_MM:g} mm"
             raise Refused(EXECUTION, f"centre of mass at {axis} {1e3 * value:g} mm: {expected}")
     known = body(mass, centre, tool.inertia) if mass else NO_MOMENTS
-    true = body(*tool.load, tool.inertia)
-    more = mass - tool.load.mass_kg
-    if more > 0.0:
-        x, y, z = (
-            (mass * c - tool.load.mass_kg * t) / more for c, t in zip(centre, tool.load.centre, strict=True)
-        )
-        if hypot(x, y, z) <= WITHIN_REACH_M:
-            known = true + body(more, (x, y, z))
-    unknown: Moments = true - known
+    unknown: Moments = body(*tool.load, tool.inertia) - known
     return unknown if unknown.any() else None

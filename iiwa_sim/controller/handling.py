@@ -7,6 +7,7 @@ from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
+import numpy as np
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -97,7 +98,7 @@ def capsules_of(jaws: Jaws, opening_m: float, tool_in_flange: Transform) -> list
     radius = 0.5 * min(wide, thick)
     count = min(MOST_CAPSULES, ceil(max(wide, thick) / (2.0 * radius)))
     spread = 0.5 * max(wide, thick) - radius
-    offs = [spread * (2.0 * number / (count - 1) - 1.0) if count > 1 else 0.0 for number in range(count)]
+    offs: list[float] = np.linspace(-spread, spread, count).tolist()
     top, tip, middle, found = min(-radius, radius - long), -radius, 0.5 * (opening_m + thick), []
     for name, side in (("jaw 1", middle), ("jaw 2", -middle)):
         for off in offs:
@@ -122,27 +123,23 @@ class Handling:
         self._numbers += [each.number for each in setup.inputs]
         self._told, self._rested = list[bool | None](), False
         self._wrong: dict[str, bool] = {}
-        self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
-        self._drives = STAYS
-        self._scene_driven_by: tuple[bool, ...] | None = None
+        self._driven_by: tuple[bool, ...] | None = None  # outputs that drive jaws and scene
+        self._driven = STAYS  # direction of the jaws
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
         self._changes = load.world.changes
-        self._parts: tuple[PartState, ...] = ()
-        self._bodies: tuple[BodyState, ...] = ()
-        self._seen_at = -1
         self._place_jaws()
-        self._drive_scene()
+        self._drive()
         self._tell()
 
     @property
     def settled(self) -> bool:
         """True if ticks change nothing, as long as the robot stays where it is and outputs as they are."""
         gripper = self.gripper
-        if gripper is not None and not gripper.stuck and self._driven() != gripper.driven:
+        if self._driven_by is not self._io.outputs or self._changes != self._load.world.changes:
             return False
-        if self._setup.outputs and self._scene_driven_by is not self._io.outputs:
+        if gripper is not None and not gripper.stuck and self._driven != gripper.driven:
             return False
-        return self.world.settled and self._changes == self._load.world.changes
+        return self.world.settled
 
     @property
     def under_way(self) -> bool:
@@ -158,10 +155,10 @@ class Handling:
         self.coming_tcp = None if coming is None else load.coming_tcp(coming)
         if self._changes != load.world.changes:
             self._share_surfaces()
-        if self._setup.outputs:
-            self._drive_scene()
+        if self._driven_by is not self._io.outputs:
+            self._drive()
         joints, compliance = motions.joints, motions.compliance if coming is None else STIFF
-        self.arm.go(joints, coming, load.tcp(joints), self.coming_tcp, self._driven(), compliance)
+        self.arm.go(joints, coming, load.tcp(joints), self.coming_tcp, self._driven, compliance)
 
     def feel(self) -> None:
         """End a tick: take what bodies do to the robot, switch inputs."""
@@ -207,35 +204,27 @@ class Handling:
                 world.restore(state)
             self._changes = self._load.world.changes
             self._load.hand(arm.wrench, arm.push, arm.torques)
-            self._scene_driven_by = None
+            self._driven_by = None
             self._tell_anew()
 
         return restore
 
     @property
     def parts(self) -> tuple[PartState, ...]:
-        """Return the parts in the order of the cell."""
-        self._look()
-        return self._parts
-
-    @property
-    def scene_bodies(self) -> tuple[BodyState, ...]:
-        """Return the bodies of the scene that are shown."""
-        self._look()
-        return self._bodies
-
-    def _look(self) -> None:
-        world, arm, scene = self.world, self.arm, self.scene
-        if world.changes == self._seen_at:
-            return
-        self._seen_at = world.changes
-        self._parts = tuple(
+        """The parts in the order of the cell."""
+        world, arm = self.world, self.arm
+        return tuple(
             PartState(part.name, Frame.from_transform(arm.pose(number)), world.state(number))
             for number, part in enumerate(world.parts)
         )
-        self._bodies = tuple(
-            BodyState(each.name, Frame.from_transform(arm.in_base(each.pose_in(world.data))))
-            for each in (() if scene is None else scene.bodies)
+
+    @property
+    def scene_bodies(self) -> tuple[BodyState, ...]:
+        """The bodies of the scene that are shown."""
+        arm, data = self.arm, self.world.data
+        return tuple(
+            BodyState(each.name, Frame.from_transform(arm.in_base(each.pose_in(data))))
+            for each in (() if self.scene is None else self.scene.bodies)
         )
 
     @property
@@ -289,26 +278,17 @@ class Handling:
         self._wrong.clear()
         self._tell_anew()
 
-    def _drive_scene(self) -> None:
-        """Have outputs drive the actuators of the scene that are wired to them."""
-        world, io = self.world, self._io
-        if self._scene_driven_by is io.outputs:
-            return
-        self._scene_driven_by = io.outputs
+    def _drive(self) -> None:
+        """Have outputs drive the jaws and what is wired to them in the scene."""
+        world, io, wiring = self.world, self._io, self._setup.wiring
+        self._driven_by = io.outputs  # a change makes another tuple
+        if self.gripper is not None:
+            closes = io.output(wiring.close_output)
+            opens = not closes if wiring.open_output == NOTHING else io.output(wiring.open_output)
+            self._driven = STAYS if opens == closes else OPENS if opens else CLOSES
         news = [each.drive(world.model, world.data, io.output(each.number)) for each in self._setup.outputs]
         if any(news):
             world.wake()
-
-    def _driven(self) -> int:
-        """Return in which direction outputs drive the jaws."""
-        if self.gripper is None:
-            return STAYS
-        if self._io.outputs is not self._driven_by:  # a change makes another tuple
-            self._driven_by, wiring = self._io.outputs, self._setup.wiring
-            closes = self._io.output(wiring.close_output)
-            opens = not closes if wiring.open_output == NOTHING else self._io.output(wiring.open_output)
-            self._drives = STAYS if opens == closes else OPENS if opens else CLOSES
-        return self._drives
 
     def _place_jaws(self) -> None:
         """Tell the arm where its jaws are."""
