@@ -10,7 +10,7 @@ await new Promise((connected, failed) => {
   ros.on("connection", connected);
   ros.on("error", failed);
 });
-ros.authenticate("", "example", "robot", "", 0, "admin", 0); // without a secret every one is let in
+ros.authenticate("", "example", "robot", "", 0, "admin", 0); // every one is let in
 
 const command = (number, type, poseType, pose, more = {}) => ({
   command_id: number, command_type: type, pose_type: poseType, pose, velocity_type: "%", velocity: [0.5], ...more,

@@ -75,18 +75,10 @@ class RosRobot(SteppedRobot):
 class RosClient:
     """A client of rosbridge."""
 
-    def __init__(self, robot: RosRobot, secret: str | None = None) -> None:
+    def __init__(self, robot: RosRobot) -> None:
         self.robot = robot
         self.outbox = Outbox()
-        self.session = RosbridgeSession(
-            robot.graph,
-            robot.joint_interface,
-            self.outbox,
-            robot.log,
-            "test",
-            secret=secret,
-            now_s=lambda: 1e-9 * NOW_NS,
-        )
+        self.session = RosbridgeSession(robot.graph, robot.joint_interface, self.outbox, robot.log, "test")
 
     def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
         """What is answered."""

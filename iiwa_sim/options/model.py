@@ -53,7 +53,6 @@ StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
 RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
 File = Annotated[str, Meta(min_length=1, extra={"metavar": "FILE", "expected": _NOT_EMPTY})]
 Host = Annotated[str, Meta(min_length=1, extra={"metavar": "HOST", "expected": _NOT_EMPTY})]
-SecretFile = Annotated[str, _checked(secret_in, "a readable file that is not empty", "FILE")]
 TokenFile = Annotated[
     str, _checked(lambda path: Token(secret_in(path)), f"a readable file with {_A_TOKEN}", "FILE")
 ]
@@ -145,9 +144,6 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
     backdoor_token_file: Annotated[TokenFile | None, _backdoor("file with the token of the backdoor")] = None
 
     rosbridge_port: Annotated[Port | None, _ros("serve rosbridge; usually 9090; 0 picks a port")] = None
-    rosbridge_secret: Annotated[
-        SecretFile | None, _ros("serve only clients that know the secret in this file", "", "all clients")
-    ] = None
     rosbridge_origin: Annotated[
         tuple[Origin, ...], _ros("also admit web pages of this origin", "", "pages of this machine")
     ] = ()
@@ -179,14 +175,14 @@ COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "ver
 COMMON |= {"backdoor_port", "rosbridge_port", "ros", "ros2"}
 REPEATED = ("rosbridge_origin", "rosbridge_host")  # on the command line
 WRITTEN = ("transcript", "record")  # files of which each robot writes its own
-FILES = ("cell", "robot", "rosbridge_secret", "backdoor_token_file", *WRITTEN)  # seen from the fleet file
+FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)  # seen from the fleet file
 SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")  # Kubernetes sets them for a Service iiwa-sim
 LISTENS_AT = {"port": "host", "status_port": "host", "rosbridge_port": "host"}  # ports and their addresses
 LISTENS_AT |= {"backdoor_port": "backdoor_host", "view_port": "view_host"}
 NEEDS = {  # an option: at least one of these has to be given with it
     "status_rate": ("status_port", "view_port"),
     "record_rate": ("record",),
-    **dict.fromkeys(("rosbridge_secret", "rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
+    **dict.fromkeys(("rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
     **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
     **dict.fromkeys(("ros_result", "ros_reference", "ros_stamps"), ("rosbridge_port", "ros", "ros2")),
     **dict.fromkeys(

@@ -7,7 +7,8 @@ from typing import Any
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.ros.messages import BadMessage, Message, checked, interface, short_name, time_of, to_ros1
+from iiwa_sim.ros.messages import BadMessage, Message, checked, short_name, time_of, to_ros1
+from iiwa_sim.wording import harmless, shortened
 
 NODE = "/iiwa_sim"
 ROS_VERSION = "/rosapi/get_ros_version"
@@ -111,7 +112,7 @@ class Graph:
     def call(self, name: str, request: Any) -> Message:
         """Call a service; return the response. Raises BadMessage."""
         service = self.services[name]
-        response: Message = service.take(checked(request, service.kind, "srv"))
+        response: Message = service.take(checked(request, service.kind))
         return response
 
     def step(self) -> None:
@@ -121,42 +122,31 @@ class Graph:
                 topic.publish(topic.content())
 
 
-class RosApi:
-    """Answers questions about a graph, as the services of the package rosapi do in ROS 1 and ROS 2.
+def rosapi(graph: Graph, service: str, argument: str, ros2: bool) -> Message:
+    """Answer a question about a graph, as the package rosapi does in ROS 1 and ROS 2.
 
     https://github.com/RobotWebTools/rosbridge_suite/tree/ros2/rosapi
+
+    Raises:
+        BadMessage: There is no such service.
     """
-
-    def __init__(self, graph: Graph) -> None:
-        self._graph = graph
-        self._answers: dict[str, Callable[[str, bool], Message]] = {
-            "topics": lambda _, ros2: _listed(self._topics(ros2)),
-            "topic_type": lambda name, ros2: {"type": self._topics(ros2).get(rooted(name), "")},
-            "topics_for_type": lambda kind, ros2: {"topics": _of(self._topics(ros2), kind)},
-            "services": lambda _, ros2: {"services": [*self._services(ros2), *self.services]},
-            "service_type": lambda name, ros2: {"type": self._services(ros2).get(rooted(name), "")},
-            "services_for_type": lambda kind, ros2: {"services": _of(self._services(ros2), kind)},
-            "nodes": lambda _, __: {"nodes": [NODE]},
-            "message_details": lambda kind, _: _details(kind, "msg", 0),
-            "service_request_details": lambda kind, _: _details(kind, "srv", 0),
-            "service_response_details": lambda kind, _: _details(kind, "srv", 1),
-            "action_servers": lambda _, __: {"action_servers": list(graph.actions)},
-            "get_time": lambda _, ros2: {"time": graph.stamp if ros2 else to_ros1(graph.stamp)},
-            "get_ros_version": lambda _, __: {"version": 2, "distro": ""},
-        }
-        self.services = [f"/rosapi/{name}" for name in self._answers]
-
-    def answer(self, service: str, arguments: Any, ros2: bool) -> Message:
-        """Return a response. Raises KeyError with the name of a service or type that does not exist."""
-        if service not in self.services:
-            raise KeyError(service)
-        return self._answers[service.removeprefix("/rosapi/")](argument_of(arguments), ros2)
-
-    def _topics(self, ros2: bool) -> dict[str, str]:
-        return {**_told(self._graph.published, ros2), **_told(self._graph.subscribed, ros2)}
-
-    def _services(self, ros2: bool) -> dict[str, str]:
-        return _told(self._graph.services, ros2)
+    topics = _types({**graph.published, **graph.subscribed}, ros2)
+    services = _types(graph.services, ros2)
+    answers: dict[str, Message] = {
+        "/rosapi/topics": {"topics": list(topics), "types": list(topics.values())},
+        "/rosapi/topic_type": {"type": topics.get(rooted(argument), "")},
+        "/rosapi/topics_for_type": {"topics": [each for each in topics if topics[each] == argument]},
+        "/rosapi/services": {"services": list(services)},
+        "/rosapi/service_type": {"type": services.get(rooted(argument), "")},
+        "/rosapi/services_for_type": {"services": [each for each in services if services[each] == argument]},
+        "/rosapi/nodes": {"nodes": [NODE]},
+        "/rosapi/action_servers": {"action_servers": list(graph.actions)},
+        "/rosapi/get_time": {"time": graph.stamp if ros2 else to_ros1(graph.stamp)},
+        ROS_VERSION: {"version": 2, "distro": ""},
+    }
+    if service not in answers:
+        raise BadMessage(f"there is no {shortened(harmless(service), 200)}")
+    return answers[service]
 
 
 def rooted(name: str) -> str:
@@ -164,25 +154,7 @@ def rooted(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def argument_of(arguments: Any) -> str:
-    """Return the first argument of a call: no service of rosapi here needs another."""
-    values = [*arguments.values()] if isinstance(arguments, dict) else arguments
-    return values[0] if isinstance(values, list) and values and isinstance(values[0], str) else ""
-
-
-def _told(named: Mapping[str, Topic] | Mapping[str, Served], ros2: bool) -> dict[str, str]:
+def _types(named: Mapping[str, Topic | Served], ros2: bool) -> dict[str, str]:
     """The types by name, as a client of that ROS knows them."""
-    shown = {name: each for name, each in named.items() if ros2 or each.in_ros1}
-    return {name: each.kind if ros2 else short_name(each.kind) for name, each in shown.items()}
-
-
-def _listed(topics: dict[str, str]) -> Message:
-    return {"topics": list(topics), "types": list(topics.values())}
-
-
-def _of(types: dict[str, str], wanted: str) -> list[str]:
-    return [name for name, kind in types.items() if kind == wanted]
-
-
-def _details(name: str, kind: str, part: int) -> Message:
-    return {"typedefs": interface(name, kind)[part].details}
+    shown = {name: each.kind for name, each in named.items() if ros2 or each.in_ros1}
+    return shown if ros2 else {name: short_name(kind) for name, kind in shown.items()}

@@ -94,7 +94,7 @@ class JointInterface:
             ended: Called once, at its end.
             hear: Called with feedback, at 20 Hz of simulated time.
         """
-        request = _goal(checked(args, ACTION_TYPE, "action"), self._graph.now_ns())
+        request = _goal(checked(args, ACTION_TYPE), self._graph.now_ns())
         number = 0
 
         def end(outcome: Outcome, reason: str) -> None:

@@ -10,8 +10,7 @@ import json
 import logging
 import os
 from asyncio.subprocess import PIPE, Process
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -33,8 +32,6 @@ START_S = 120.0
 """Time (s) after its start in which the process has to become a node."""
 END_S = 10.0
 """Time (s) in which the process has to end when it is asked to, before it is killed."""
-AGAIN_S = 2.0
-"""Time (s) after which a process that has ended by itself is started again."""
 LONGEST_LINE_BYTES = 1 << 28
 MOST_UNREAD_BYTES = 1 << 17
 """Bytes that the process may leave unread before messages wait in the outbox, the newest of each topic."""
@@ -61,46 +58,15 @@ class Relay:
         self._name, self._python, self._config = name, python, config
         self._open_session = open_session
         self._turns = turns
-        self._running: asyncio.Task[None] | None = None
         self._process: Process | None = None
+        self._tasks: list[asyncio.Task[None]] = []
         self.ready: Message = {}
         """The line by which the process has told that it is a node."""
 
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
-        ready = asyncio.get_running_loop().create_future()
-        self._running = asyncio.create_task(self._run(ready))
-        await ready
-
-    async def close(self) -> None:
-        """End the node and its process."""
-        if self._running is not None:
-            self._running.cancel()
-            await asyncio.wait([self._running])
-
-    async def _run(self, ready: "asyncio.Future[None]") -> None:
-        """Be a node until cancelled: a process that ends by itself is started again."""
-        while True:
-            try:
-                async with self._node() as process:
-                    if ready.done():
-                        logger.warning("the node of %s runs again", self._name)
-                    else:
-                        ready.set_result(None)
-                    code = await process.wait()
-                    logger.warning("the node of %s ended with code %s: it is started again", self._name, code)
-            except RosFault as fault:
-                if not ready.done():
-                    ready.set_exception(fault)
-                    return
-                logger.warning("%s", fault)
-            await asyncio.sleep(AGAIN_S)
-
-    @asynccontextmanager
-    async def _node(self) -> AsyncIterator[Process]:
-        """A process that is the node; it ends with the block. Raises RosFault."""
         try:
-            process = await asyncio.create_subprocess_exec(
+            self._process = process = await asyncio.create_subprocess_exec(
                 *(self._python, "-c", START, str(Path(__file__).parent)),
                 self._name.lower().replace(" ", ""),
                 stdin=PIPE,
@@ -117,31 +83,30 @@ class Relay:
         assert process.stderr is not None
         process.stdin.transport.set_write_buffer_limits(MOST_UNREAD_BYTES)
         process.stdin.write(msgspec.json.encode(self._config) + b"\n")
-        tasks, outbox = [asyncio.create_task(self._log(process.stderr))], Outbox()
-        session: RosbridgeSession | None = None
+        self._tasks.append(asyncio.create_task(self._log(process.stderr)))
+        self.ready = await self._first_line(process.stdout)
+        if without := self.ready["without"]:
+            logger.info("%s has no types here for %s: left out", self._name, ", ".join(without))
+        outbox = Outbox()
+        session = self._open_session(self._name, outbox)
+        self._tasks.append(asyncio.create_task(self._read(process.stdout, session)))
+        self._tasks.append(asyncio.create_task(outbox.deliver(partial(_send, process.stdin))))
+
+    async def close(self) -> None:
+        """End the node and its process."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        if self._process is None:
+            return
+        assert self._process.stdin is not None
+        self._process.stdin.close()
         try:
-            ready = await self._first_line(process.stdout)
-            if ready != self.ready and ready["without"]:
-                logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
-            session = self._open_session(self._name, outbox)
-            tasks.append(asyncio.create_task(self._read(process.stdout, session)))
-            tasks.append(asyncio.create_task(outbox.deliver(partial(_send, process.stdin))))
-            self.ready, self._process = ready, process
-            yield process
-        finally:
-            if session is not None:
-                session.end()
-            process.stdin.close()
-            try:
-                async with asyncio.timeout(END_S):
-                    await process.wait()
-            except TimeoutError:
-                with contextlib.suppress(ProcessLookupError):
-                    process.kill()
-                await process.wait()
-            for task in tasks:
-                task.cancel()
-            await asyncio.wait(tasks)
+            async with asyncio.timeout(END_S):
+                await self._process.wait()
+        except TimeoutError:
+            self._process.kill()
+            await self._process.wait()
 
     async def _first_line(self, stdout: asyncio.StreamReader) -> Message:
         try:
@@ -156,13 +121,12 @@ class Relay:
         return told
 
     async def _read(self, stdout: asyncio.StreamReader, session: RosbridgeSession) -> None:
-        async for line in stdout:
-            message: Message = json.loads(line)  # msgspec is faster, and reads no NaN
-            if message["op"] == "status":
-                logger.warning("%s: %s", self._name, message["msg"])
-            else:
-                shown = line[:1000]
-                await self._turns.take(lambda m=message, s=shown: session.handle(m, s))  # type: ignore[misc]
+        try:
+            async for line in stdout:  # msgspec is faster than json, and reads no NaN
+                await self._turns.take(partial(session.receive, line, json.loads))
+            logger.error("the node of %s has ended by itself", self._name)
+        finally:
+            session.end()
 
     async def _log(self, stderr: asyncio.StreamReader) -> None:
         async for line in stderr:
@@ -172,5 +136,5 @@ class Relay:
 
 async def _send(stdin: asyncio.StreamWriter, frame: Frame) -> None:
     stdin.write(f"{frame}\n".encode())
-    with contextlib.suppress(ConnectionError):  # it is started again
+    with contextlib.suppress(ConnectionError):  # the process has ended
         await stdin.drain()

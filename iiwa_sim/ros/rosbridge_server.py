@@ -30,7 +30,6 @@ MOST_UNREAD_BYTES = 4_194_304
 """Bytes that a client may leave unread, such as answers to pings, before it is dropped."""
 CLOSING_S = 1.0
 """Time (s) for a client to answer the closing handshake."""
-POLICY_VIOLATION = 1008
 
 logger = logging.getLogger(__name__)
 
@@ -128,15 +127,12 @@ class RosbridgeServer:
         sending = asyncio.create_task(outbox.deliver(lambda frame: connection.send(encoded(frame))))
         logger.info("%s connected", name, extra=mark)
         try:
-            while not session.closing:
+            while True:
                 text = await connection.recv(decode=False)
                 await self._turns.take(lambda text=text: session.receive(text))  # type: ignore[misc]
                 if outbox.overflown:
                     logger.warning("%s asks and does not read the answers: it is dropped", name, extra=mark)
                     connection.transport.abort()
-            while (message := outbox.next(0.0)[0]) is not None:
-                await connection.send(encoded(message))
-            await connection.close(POLICY_VIOLATION)
         except ConnectionClosed:
             pass
         finally:

@@ -8,11 +8,8 @@ A client that names a type as ROS 2 does, package/msg/Type, or sends a goal, is 
 ROS 2 from then on. Topics that ROS 1 does not have are always in that form.
 """
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from hashlib import sha512
-from hmac import compare_digest
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -20,21 +17,19 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
-from iiwa_sim.ros.graph import ROS_VERSION, Graph, RosApi, Served, Topic, argument_of, rooted
+from iiwa_sim.ros.graph import ROS_VERSION, Graph, Served, Topic, rooted, rosapi
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
-from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, interface, short_name, to_ros1
+from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
 from iiwa_sim.wording import harmless, shortened
 
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 """How roslibjs cancels all goals of an action."""
-CLOCKS_APART_S = 5
-"""Greatest difference between the time in an `auth` and the time here."""
 _UNKNOWN = 0  # of action_msgs/GoalStatus
 _Count = Annotated[float, msgspec.Meta(ge=0, le=2**31)] | None
 
 _encode = msgspec.json.Encoder().encode
-_decoder = msgspec.json.Decoder(dict[str, Any])
+_decode = msgspec.json.Decoder(dict[str, Any]).decode
 
 
 class _Asked(msgspec.Struct):
@@ -55,43 +50,14 @@ class _Asked(msgspec.Struct):
     feedback: bool | None = None
 
 
-class _Auth(msgspec.Struct):
-    """The fields of the operation `auth`; `t` and `end` are in s since 1970."""
-
-    mac: str
-    client: str
-    dest: str
-    rand: str
-    t: int
-    level: str
-    end: int
-
-
 class RosbridgeSession:
     """One client's messages in, and replies and topics out through its outbox."""
 
     def __init__(
-        self,
-        graph: Graph,
-        joints: JointInterface,
-        outbox: Outbox,
-        log: SessionLog,
-        name: str,
-        *,
-        secret: str | None = None,
-        now_s: Callable[[], float] = time.time,
+        self, graph: Graph, joints: JointInterface, outbox: Outbox, log: SessionLog, name: str
     ) -> None:
-        """The client has to authenticate first, by `auth`, where there is a secret.
-
-        `now_s` returns the time since 1970 that an `auth` is compared with.
-        """
-        self.closing = False
-        """True if the client has failed to authenticate: it is closed once it has been told."""
-        self._graph, self._joints, self._api = graph, joints, RosApi(graph)
-        self._outbox = outbox
+        self._graph, self._joints, self._outbox = graph, joints, outbox
         self._log, self._name = log, name
-        self._secret, self._now_s = secret, now_s
-        self._known = secret is None
         self._speaks_ros2 = False
         self._subscriptions: dict[str, dict[Any, _Asked]] = {}  # by topic, and by the ids of the client
         self._ends: dict[str, Callable[[], None]] = {}
@@ -107,27 +73,18 @@ class RosbridgeSession:
             **dict.fromkeys(("unadvertise", "auth", "set_level", "status"), lambda _: None),
         }
 
-    def receive(self, text: bytes) -> None:
-        """Handle one message of the client."""
+    def receive(self, text: bytes, decode: Callable[[bytes], Any] = _decode) -> None:
+        """Handle one message of the client, a JSON object."""
+        identifier = None
         try:
-            message = _decoder.decode(text)
-        except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as fault:
-            self._refuse(text, None, f"expected one JSON object: {fault}")
-        else:
-            self.handle(message, text)
-
-    def handle(self, message: Message, text: object) -> None:
-        """Handle a message that was decoded from a text, which is for the log."""
-        identifier, operation = message.get("id"), message.get("op")
-        try:
-            if not self._known:
-                self._authenticate(message)
-                return
+            message = decode(text)
+            identifier, operation = message.get("id"), message.get("op")
             if not isinstance(operation, str) or operation not in self._operations:
                 raise BadMessage(f"op {_shown(operation)}: expected {', '.join(self._operations)}")
             self._operations[operation](msgspec.convert(message, _Asked))
-        except (BadMessage, msgspec.ValidationError) as fault:
-            self._refuse(text, identifier, str(fault))
+        except (BadMessage, msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as fault:
+            self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, str(fault))
+            self._tell(identifier, str(fault))
         except Exception as fault:  # noqa: BLE001  # an internal error must not cost the client its connection
             self._log.exception(self._name, _shown(text), fault)
             self._tell(identifier, "internal error, see the log")
@@ -138,10 +95,6 @@ class RosbridgeSession:
             end()
         for number in self._goals.values():
             self._joints.forget(number)
-
-    def _refuse(self, text: object, identifier: Any, reason: str) -> None:
-        self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, reason)
-        self._tell(identifier, reason)
 
     def _tell(self, identifier: Any, reason: str) -> None:
         self._reply({"op": "status", "level": "error", "msg": reason}, identifier)
@@ -227,31 +180,27 @@ class RosbridgeSession:
         name = asked.service
         self._notice(asked.type)
         try:
-            values, result = self._answer(rooted(name), asked.args), True
-        except (BadMessage, KeyError) as fault:
-            values = f"there is no {_shown(fault.args[0])}" if isinstance(fault, KeyError) else str(fault)
-            result = False
+            values, result = self._answer(rooted(name), asked.args or {}), True
+        except BadMessage as fault:
+            values, result = str(fault), False
             self._log.refused(self._name, f"call_service {_shown(name)}", COMMUNICATION_FAILURE, values)
         response = {"op": "service_response", "service": name, "values": values, "result": result}
         self._reply(response, asked.id)
 
     def _answer(self, name: str, arguments: Any) -> Any:
-        """The response of a service. Raises BadMessage and KeyError."""
+        """The response of a service. Raises BadMessage."""
         if name == CANCEL_SERVICE:
             self._joints.cancel()
             return {"return_code": 0, "goals_canceling": []}
         service = self._graph.services.get(name)
-        if service is not None:
-            fields = interface(service.kind, "srv")[0].fields
-            request, in_ros2 = (
-                _request_of([field.name for field in fields], arguments),
-                self._in_ros2(service),
-            )
-            response = self._graph.call(name, request if in_ros2 else from_ros1(request))
-            return response if in_ros2 else to_ros1(response)
-        self._notice(argument_of(arguments))
-        self._speaks_ros2 |= name == ROS_VERSION
-        return self._api.answer(name, arguments, self._speaks_ros2)
+        if service is None:
+            argument = str(next(iter(arguments.values()), "")) if isinstance(arguments, dict) else ""
+            self._notice(argument)
+            self._speaks_ros2 |= name == ROS_VERSION
+            return rosapi(self._graph, name, argument, self._speaks_ros2)
+        if self._in_ros2(service):
+            return self._graph.call(name, arguments)
+        return to_ros1(self._graph.call(name, from_ros1(arguments)))
 
     # Goals
 
@@ -296,44 +245,10 @@ class RosbridgeSession:
             raise BadMessage("there is no such goal, or it has ended")
         self._joints.cancel(number)
 
-    def _authenticate(self, message: Message) -> None:
-        assert self._secret is not None
-        self.closing = True
-        if message.get("op") != "auth":
-            raise BadMessage("expected op auth before any other")
-        _check_auth(message, self._secret, int(self._now_s()))
-        self._known, self.closing = True, False
-
-
-def _check_auth(message: Message, secret: str, now_s: int) -> None:
-    """Raise BadMessage for an `auth` with wrong fields.
-
-    The code is that of rosauth (https://wiki.ros.org/rosauth): SHA-512 over the secret, client, dest, rand,
-    t, level and end; `t` must be near the present time (s since 1970), and `end` in the future.
-    """
-    auth = msgspec.convert(message, _Auth)
-    mac, *fields = map(str, msgspec.structs.astuple(auth))
-    expected = sha512("".join([secret, *fields]).encode("utf-8", "backslashreplace")).hexdigest()
-    if not compare_digest(expected.encode(), mac.encode("utf-8", "backslashreplace")):
-        raise BadMessage("not let in: mac: made with another secret, or of other fields")
-    if abs(now_s - auth.t) > CLOCKS_APART_S:
-        raise BadMessage(f"not let in: t is more than {CLOCKS_APART_S} s from the time here")
-    if auth.end < now_s:
-        raise BadMessage("not let in: end is over")
-
 
 def _check_type(name: str, kind: str, told: Any) -> None:
     if told not in (None, "", "*") and short_name(str(told)) != short_name(kind):
         raise BadMessage(f"{name} is of type {short_name(kind)}, not {_shown(told)}")
-
-
-def _request_of(names: Sequence[str], arguments: Any) -> Any:
-    """The request as a message: arguments by name, or in the order of the fields."""
-    if not isinstance(arguments, list):
-        return {} if arguments is None else arguments
-    if len(arguments) > len(names):
-        raise BadMessage(f"expected up to {len(names)} arguments, got {len(arguments)}")
-    return dict(zip(names, arguments, strict=False))
 
 
 def _shown(what: object) -> str:

@@ -3,7 +3,6 @@
 import os
 import sys
 import time
-from functools import partial
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -22,7 +21,6 @@ from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.relay import Relay, RosFault
 from iiwa_sim.ros.ros2_env import found_python
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
-from iiwa_sim.server.token import secret_in
 from iiwa_sim.server.web_access import WebAccess
 
 if TYPE_CHECKING:
@@ -115,8 +113,8 @@ class RosSide:
         """The name of the node of ROS 2, if there is one."""
         return None if self._ros2 is None else self._ros2.ready["node"]
 
-    def _open_session(self, name: str, outbox: Outbox, *, secret: str | None = None) -> RosbridgeSession:
-        return RosbridgeSession(self._graph, self._joints, outbox, self._log, name, secret=secret)
+    def _open_session(self, name: str, outbox: Outbox) -> RosbridgeSession:
+        return RosbridgeSession(self._graph, self._joints, outbox, self._log, name)
 
     def _rosbridge_server(self, settings: Settings, turns: Turns) -> "RosbridgeServer | None":
         if settings.rosbridge_port is None:
@@ -126,10 +124,9 @@ class RosSide:
                 raise RosFault(f"rosbridge needs {library}: pip install -e '.[rosbridge]'")
         from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
-        secret = None if settings.rosbridge_secret is None else secret_in(settings.rosbridge_secret)
         access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
         address = settings.host, settings.rosbridge_port
-        return RosbridgeServer(partial(self._open_session, secret=secret), address, turns, access)
+        return RosbridgeServer(self._open_session, address, turns, access)
 
     def _config(self, settings: Settings, *, ros2: bool) -> Message:
         """The first line for the process of a node: what there shall be, and the types."""

@@ -19,7 +19,7 @@ strict=true exclusive=TRUE reconnect_pause=2.5 bye_shuts_down=1 clock=fast rate=
 status_port=31001 status_rate=20 view_port=31005 view_host=::1 view_token=swordfish view_token_file=SECRET
 transcript=said.txt record=run.mcap record_rate=50 log_level=debug log_json=1 backdoor_port=31003
 backdoor_host=::1 backdoor_token=swordfish backdoor_token_file=SECRET
-rosbridge_port=0 rosbridge_secret=SECRET rosbridge_origin=https://a.example,null
+rosbridge_port=0 rosbridge_origin=https://a.example,null
 rosbridge_host=simulator,robot ros=1 ros_result=2016 ros_reference=ignore ros_stamps=simulated ros2=1
 ros2_python=/no/such/python ros_namespace=cell
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import signal
 import sys
@@ -18,7 +17,7 @@ from iiwa_sim.simulator import Simulator
 from tests.processes import refused, running, succeeds
 from tests.ros.users import AWAY, CELL, HERE, NAMES, User, compiled, rclpy_python, user
 from tests.ros_robot import command, ptp
-from tests.talking import DEADLINE_S, Client, until, wait_until
+from tests.talking import DEADLINE_S, wait_until
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ros2_rclpy.py"
 ROS2 = ("--port", "0", "--ros2")
@@ -84,26 +83,6 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
         code, log = process.ends(signal.SIGTERM)
     assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
     assert code == 0, log
-
-
-@pytest.mark.slow
-async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
-    async with Simulator(ros2=True, ros2_python=python) as simulator:
-        assert simulator._ros is not None
-        relay = simulator._ros._ros2
-        assert relay is not None
-        first = relay._process
-        assert first is not None
-        assert first.stdin is not None
-        first.stdin.close()  # killed it would leave segments of shared memory
-        await until(lambda: relay._process is not first)
-        client = await Client.connect(simulator.port)
-        assert await client.ask("get status") == "stopped"
-        await client.leaves()
-        second = relay._process
-    assert second is not None
-    assert second.returncode == 0, "it ends with the robot"
-    assert len(asyncio.all_tasks()) == 1, "nothing watches over it any more"
 
 
 def test_a_namespace_that_is_none_is_told(python: Path) -> None:

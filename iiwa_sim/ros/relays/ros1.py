@@ -50,7 +50,6 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
     try:
         pipe.read(relay.take)
     finally:
-        relay.ends = True
         rospy.signal_shutdown("the robot ends")
 
 
@@ -59,10 +58,8 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
 
     def __init__(self, pipe: Pipe, config: dict[str, Any]) -> None:
         super().__init__()
-        self.ends = False
         self._pipe = pipe
         self._types = _Types(config["packages"], config["result_constants"])
-        rospy.on_shutdown(self._shut_down)
         self._publishers = {
             topic: rospy.Publisher(
                 topic,
@@ -92,11 +89,6 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
         if message["op"] == "publish" and not rospy.is_shutdown():
             publisher = self._publishers[message["topic"]]
             publisher.publish(self._types.filled(publisher.data_class(), message["msg"]))
-
-    def _shut_down(self) -> None:
-        if not self.ends:
-            gone = "the ROS node was shut down from outside: its topics and services are gone"
-            self._pipe.say("status", level="warning", msg=gone)
 
     def _hears(self, topic: str) -> Callable[[Any], object]:
         return lambda message: self._pipe.say("publish", topic=topic, msg=_plain(message))

@@ -2,9 +2,7 @@
 
 import array
 import importlib
-import os
 import threading
-import time
 import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -36,8 +34,8 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 INVALID_GOAL = -1
 GONE = {"error_code": INVALID_GOAL, "error_string": "the robot has gone"}
-CANCELING_S = 10.0
-"""rclpy takes less to note that a goal is to be cancelled, before which it cannot be."""
+POLL_S = 0.01
+"""Period at which a goal looks whether its client wants to cancel it."""
 
 
 def serve(pipe: Pipe, config: Message) -> None:
@@ -53,13 +51,15 @@ def serve(pipe: Pipe, config: Message) -> None:
     executor.add_node(node)
 
     def spin() -> None:
-        try:
-            executor.spin()
-        except rclpy.executors.ExternalShutdownException:
-            pass
-        except Exception:  # noqa: BLE001  # whatever it is, the node hears nothing from now on
-            traceback.print_exc()
-            os._exit(1)  # iiwa-sim starts another
+        while True:
+            try:
+                executor.spin()
+            except rclpy.executors.ExternalShutdownException:
+                pass
+            except Exception:  # noqa: BLE001  # a callback failed, as when a client has gone: others go on
+                traceback.print_exc()
+                continue
+            return
 
     pipe.say("ready", without=relay.without, node=node.get_fully_qualified_name())
     for topic, kind, recurs, _ in config["publish"]:
@@ -83,9 +83,9 @@ class _Goal:
 
     number: str
     handle: Any = None
+    """The goal as rclpy has it, once it is accepted."""
     ended: threading.Event = field(default_factory=threading.Event)
     end: Message = field(default_factory=lambda: {"result": True, "status": ABORTED, "values": GONE})
-    cancelling: bool = False
 
 
 class Relay:
@@ -96,7 +96,7 @@ class Relay:
         self._node = node
         self._publishers: dict[str, tuple[Any, Any]] = {}
         self._goals: dict[str, _Goal] = {}  # not told to have ended
-        self._wished: dict[int, _Goal] = {}  # by the id of the request, which rclpy passes on as it is
+        self._wished: _Goal | None = None  # asked for last: rclpy accepts one after the other
         self._count = 0
         self.without: list[str] = []
         """Names of what has no type in this interpreter."""
@@ -121,7 +121,7 @@ class Relay:
                 callback_group=goals,
                 goal_callback=self._wish,
                 handle_accepted_callback=self._accepted,
-                cancel_callback=self._cancel,
+                cancel_callback=lambda _: rclpy.action.CancelResponse.ACCEPT,
             )
 
     def take(self, message: Message) -> None:
@@ -181,7 +181,7 @@ class Relay:
         self._pipe.say("send_action_goal", args=plain(request), **asked)
         values, _ = self._pipe.call(BARRIER, {})
         if values is not None and goal.end["result"]:
-            self._wished[id(request)] = goal
+            self._wished = goal
             return rclpy.action.GoalResponse.ACCEPT
         del self._goals[number]
         if not goal.ended.is_set():  # late, it would be followed for nobody
@@ -189,30 +189,23 @@ class Relay:
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
-        handle.goal = goal = self._wished.pop(id(handle.request))
-        goal.handle = handle
+        assert self._wished is not None
+        self._wished.handle, handle.goal = handle, self._wished
         handle.execute()
 
     def _execute(self, handle: Any) -> Any:
         """Wait for the end, and tell it. A thread waits for each goal, of which the older have just ended."""
-        goal = handle.goal
-        goal.ended.wait()
+        goal, cancelling = handle.goal, False
+        while not goal.ended.wait(POLL_S):
+            if handle.is_cancel_requested and not cancelling:
+                cancelling = True
+                self._pipe.say("cancel_action_goal", id=goal.number)
         status, result = goal.end["status"], goal.end["values"]
-        if status == CANCELED:
-            end_s = time.monotonic() + CANCELING_S
-            while goal.cancelling and not handle.is_cancel_requested and time.monotonic() < end_s:
-                time.sleep(0.001)
-            if not handle.is_cancel_requested:  # nobody may be told of a cancelling who has not asked for it
-                status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
+        if status == CANCELED and not cancelling:  # another client did: rclpy tells it only to who asked
+            status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)()
         del self._goals[goal.number]
         return fill(self._made.Result(), result)
-
-    def _cancel(self, handle: Any) -> Any:
-        if not handle.goal.ended.is_set():
-            handle.goal.cancelling = True
-            self._pipe.say("cancel_action_goal", id=handle.goal.number)
-        return rclpy.action.CancelResponse.ACCEPT
 
 
 def class_of(name: str) -> Any:
