@@ -102,7 +102,7 @@ def test_a_command(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.M
     match [words[0].removeprefix(".venv/bin/"), *words[1:]]:
         case ["iiwa-sim", "check", *rest]:
             assert server(rest[0])  # what it finds is shown in tests/check
-        case ["iiwa-sim", "plot" | "show" | "export" | "replay" as name, file, *_]:
+        case ["iiwa-sim", "plot" | "show" | "replay" as name, file, *_]:
             assert name in cli.COMMANDS
             assert Path(file).exists() or file in ("run.mcap", "session.txt")
         case ["iiwa-sim", name, *rest] if name in cli.COMMANDS:

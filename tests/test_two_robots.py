@@ -23,7 +23,6 @@ from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.options.sources import SettingError
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
-from iiwa_sim.recordings.tables import write_tables
 from tests.processes import IIWA_SIM, refused, started
 from tests.recordings.recorded import found_in
 from tests.view.viewer import viewing
@@ -257,7 +256,6 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
         for each in (left, right)
     ]
     assert said == [[], ["lin move : 400"]]
-    assert len(write_tables(right, tmp_path)) == 4
     frames = [each.content["transforms"] for each in found_in(file, "/left/tf", "/right/tf")][:2]
     children = [{(each["parent_frame_id"], each["child_frame_id"]) for each in found} for found in frames]
     assert ("world", "left/iiwa_link_0") in children[0]

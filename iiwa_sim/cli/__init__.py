@@ -18,8 +18,7 @@ from iiwa_sim.wording import Unusable
 COMMANDS = {
     "plot": "draw a motion, of a file of commands or a recording",
     "check-cell": "print what is in a cell, or what is wrong with it",
-    "replay": "play a transcript or a recording against a server, and report replies that differ",
-    "export": "write a recording as tables",
+    "replay": "play a transcript against a server, and report replies that differ",
     "show": "play a recording on a web page, with a time line",
     "check": "report how a server deviates from the original controller",
     "view": "serve the live page of robots that run elsewhere",

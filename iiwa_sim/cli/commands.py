@@ -43,7 +43,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     )
     parser.add_options(("cell", "robot", "rate"))
     own, given = parser.parsed(words)
-    settings, is_recorded = settings_of(given), _is_recording(own.commands)
+    settings, is_recorded = settings_of(given), own.commands.suffix.lower().partition(":")[0] == ".mcap"
     for key in given if is_recorded else ():
         raise SettingError(f"--{key}: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cells_of, single
@@ -95,45 +95,20 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
     """Exit code 0 if all replies agree, 1 if some deviate, 2 if the file cannot be played.
 
     iiwa-sim replay session.txt 127.0.0.1:30000
-    iiwa-sim replay run.mcap 127.0.0.1:30000
     """
-    parser.add_argument("file", type=path, metavar="FILE", help="of --transcript or --record")
+    parser.add_argument("file", type=path, metavar="FILE", help="of --transcript")
     parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
     own, _ = parser.parsed(words)
     from iiwa_sim.transcript.lines import read_file
     from iiwa_sim.transcript.replay import replay as played
 
-    if _is_recording(own.file):
-        with _opened(own.file) as recorded:
-            from iiwa_sim.recordings.read import transcript_of
-
-            transcript = transcript_of(recorded)
-    else:
-        transcript = read_file(own.file)
+    transcript = read_file(own.file)
     deviations = 0
     for deviation in played(transcript, *own.server):
         deviations += 1
         say(harmless(f"{transcript.name}:{deviation.line}: {deviation}") + "\n")
     say(f"{deviations} deviation{'' if deviations == 1 else 's'} in {len(transcript.steps)} lines\n")
     return 1 if deviations else 0
-
-
-def export(parser: Parser, words: Sequence[str]) -> int:
-    """States, dialogue and events have a file each, FILE.state.csv and so on. Columns of states carry units.
-
-    iiwa-sim export run.mcap --csv
-    """
-    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
-    parser.add_argument("--csv", action="store_true", required=True, help="as CSV, in UTF-8")
-    folder = "folder to write into (default: that of the recording)"
-    parser.add_argument("-o", "--output", type=path, default=None, metavar="FOLDER", help=folder)
-    own, _ = parser.parsed(words)
-    with _opened(own.recording) as recorded:
-        from iiwa_sim.recordings.tables import write_tables
-
-        for file in write_tables(recorded, own.output or own.recording.parent):
-            say(harmless(str(file)) + "\n")
-    return 0
 
 
 def check(parser: Parser, words: Sequence[str]) -> int:
@@ -278,10 +253,6 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
         )
     say(f"{python_in(made)}\n")
     return 0
-
-
-def _is_recording(file: Path) -> bool:
-    return file.suffix.lower().partition(":")[0] == ".mcap"
 
 
 @contextmanager

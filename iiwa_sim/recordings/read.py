@@ -14,12 +14,9 @@ from mcap.stream_reader import StreamReader
 from zstandard import ZstdError
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.dialogue import DialogueLine, Direction
 from iiwa_sim.recordings.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE, Event, Spoken
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
-from iiwa_sim.transcript.lines import Transcript, read
-from iiwa_sim.transcript.record import Lines
 
 SUFFIX = ".mcap"
 MOST_STATES = 60_000
@@ -164,34 +161,3 @@ class Timeline:
         """Return the last state at or before a time; the first one if there is none."""
         state: Snapshot = self.last(STATE, time_s)[0]
         return state
-
-
-def transcript_of(recorded: Recorded) -> Transcript:
-    """Return the dialogue as a transcript, at its simulated times since the recording began.
-
-    A line without its reply, at the end of a recording that was cut off, is left out. Raises RecordingFault,
-    and TranscriptFault for a dialogue that makes no sense.
-    """
-    protocols = recorded.metadata.get("protocols", "").split()
-    if not protocols:
-        raise RecordingFault(f"{recorded.path}: it does not tell its protocols")
-    lines = Lines(protocols, 0)
-    text = [lines.header(f"from {recorded.path.name}")]
-    start = next(recorded.contents(STATE), None)
-    start_s = 0.0 if start is None else start.time_s
-    spoken = list(recorded.contents(DIALOGUE))
-    if spoken and spoken[-1].direction == Direction.FROM_CLIENT.value:
-        spoken.pop()
-    for each in spoken:
-        real_ns = round(each.real_s * 1e9)
-        told = (
-            each.session,
-            Direction(each.direction),
-            each.text,
-            each.tick,
-            real_ns,
-            each.reason,
-            each.protocol,
-        )
-        text.append(lines.line(DialogueLine(*told), max(0.0, each.time_s - start_s)) + "\n")
-    return read(str(recorded.path), "".join(text))

@@ -1,8 +1,7 @@
-"""`iiwa-sim plot`, `export` and `replay` with recordings."""
+"""`iiwa-sim plot` and `show` with recordings."""
 
 from __future__ import annotations
 
-import csv
 import sys
 from pathlib import Path
 
@@ -11,10 +10,8 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
 from iiwa_sim.plot.motion import motion_in
-from iiwa_sim.recordings.read import Recorded, transcript_of
+from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.lines import Kind
-from iiwa_sim.transcript.replay import replay
 from tests.processes import fails
 from tests.recordings.recorded import FAR, contents
 
@@ -41,32 +38,10 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[int, str, str]:
     code = main([str(each) for each in arguments])
     out, err = capsys.readouterr()
     return code, out, err
-
-
-def test_export_writes_what_is_in_it(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = said(capsys, "export", run, "--csv", "-o", tmp_path)
-    names = ["run.state.csv", "run.dialogue.csv", "run.events.csv"]
-    assert (code, err) == (0, "")
-    assert out.splitlines() == [str(tmp_path / name) for name in names]
-    state, dialogue, events = (rows_of(tmp_path / name) for name in names)
-    wanted = contents(run, "/state")
-    assert len(state) == len(wanted)
-    for row, content in zip(state, wanted, strict=True):
-        joints = [float(row[f"joint_position_A{axis}_rad"]) for axis in range(1, 8)]
-        assert joints == content["joint_position"]
-        assert float(row["tool_x_mm"]) == content["tool_frame"][0]
-        assert int(row["tick"]) == content["tick"]
-    assert [row["text"] for row in dialogue] == [each["text"] for each in contents(run, "/dialogue")]
-    assert [row["kind"] for row in events] == [each["kind"] for each in contents(run, "/events")]
 
 
 def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
@@ -99,18 +74,7 @@ def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
     assert named == [("LIN 0.5 r20", 20.0), ("LIN 0.25", 0.0), ("PTP", 0.0)]
 
 
-def test_replay_plays_the_dialogue(run: Path) -> None:
-    transcript = transcript_of(Recorded(run))
-    assert len(transcript.steps) == 14
-    compared = [step.kind for step in transcript.steps if step.kind.is_reply]
-    assert compared == [Kind.EXACT] * 3 + [Kind.NUMBERS] + [Kind.EXACT] * 2
-    with Simulator(clock="100x") as another:
-        assert not list(replay(transcript, another.host, another.port))
-
-
-@pytest.mark.parametrize(
-    "command", [("plot", "{}", "-o", "a.png"), ("export", "{}", "--csv"), ("replay", "{}", "127.0.0.1:1")]
-)
+@pytest.mark.parametrize("command", [("plot", "{}", "-o", "a.png"), ("show", "{}")])
 @pytest.mark.parametrize("content", [bytes([0x89]) + b"MCAP0\r\n" + b"\xff" * 100, None])
 def test_rubbish_ends_in_one_line(
     command: tuple[str, ...], content: bytes | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -137,5 +101,5 @@ def test_without_the_library_one_line_tells_how_to_get_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    told = fails("export", "a.mcap", "--csv", program=(sys.executable, "-c", WITHOUT))
+    told = fails("plot", "a.mcap", "-o", "a.png", program=(sys.executable, "-c", WITHOUT))
     assert told == "iiwa-sim: a recording needs the library mcap: pip install -e '.[record]'\n"
