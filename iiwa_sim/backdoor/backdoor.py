@@ -205,7 +205,7 @@ class Backdoor:
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
         surfaces.check_outside(controller, tcp.translation)
-        controller.set_tool(tool)
+        controller.place(controller.joints, tool)
 
     # Inputs and outputs
 
@@ -217,7 +217,7 @@ class Backdoor:
 
     def emergency_stop(self, pressed: bool = True) -> None:
         """Press the emergency stop: the robot stops with error 3030. Or release it; the error stays."""
-        (self._controller.emergency_stop if pressed else self._controller.release_emergency_stop)()
+        (self._controller.emergency_stop if pressed else self._controller.errors.release_emergency_stop)()
 
     def fail(self, code: int, reason: str = ON_PURPOSE) -> None:
         """Stop the robot with an error such as 3060, protective stop, or 3000, following error."""
@@ -229,7 +229,7 @@ class Backdoor:
 
     def reset_error(self) -> None:
         """End the error state. Refused while the emergency stop is pressed or the drives are off."""
-        self._controller.reset_error()
+        self._controller.errors.reset()
 
     def set_override(self, override: float) -> None:
         """Set the override, 0 to 1, also for a running move."""
@@ -238,8 +238,7 @@ class Backdoor:
     def place(self, joints: Sequence[float]) -> None:
         """Put the robot at joint positions (rad) without a motion. At rest only."""
         controller = self._controller
-        controller.check_place(joints)
-        tcp = controller.tcp(tuple(joints))
+        tcp = controller.tcp(controller.planner.checked_joints(joints))
         surfaces.check_outside(controller, tcp.translation)
         controller.place(joints)
 

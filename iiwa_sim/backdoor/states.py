@@ -59,12 +59,11 @@ def _kept(controller: Controller) -> Callable[[], None]:
     felt = load.felt()  # contacts, with their friction and entry sides
 
     def restore() -> None:
-        controller.place(joints)
         for there in world.surfaces:
             world.remove(there)
         for surface in surfaces:
             world.put(surface)
-        controller.set_tool(tool_in_flange)
+        controller.place(joints, tool_in_flange)
         controller.set_override(override)
         for number, on in enumerate(inputs, 1):
             io.wire(number, on)
@@ -75,8 +74,8 @@ def _kept(controller: Controller) -> Callable[[], None]:
         if restore_bodies is not None:
             restore_bodies()
         load.feel_again(felt, joints)
-        controller.release_emergency_stop()
+        controller.errors.release_emergency_stop()
         controller.switch_drives(on=True)
-        controller.reset_error()
+        controller.errors.reset()
 
     return restore

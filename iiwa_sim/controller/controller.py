@@ -147,14 +147,10 @@ class Controller:
         self.protection = Protection(self.load, description, safety)
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
-        self._servo_timeout_s = servo_timeout_s
+        self._servo_timeout_s = inf if servo_timeout_s is None else servo_timeout_s
         self._touch_log = None if on_event is None else TouchLog(self.load, on_event)
 
         self.trajectories = JointTrajectories(self)
-        self.record_error = self.errors.record
-        self.reset_error = self.errors.reset
-        self.release_emergency_stop = self.errors.release_emergency_stop
-        self.set_collision_detection = self.protection.set_collision_detection
 
     # Ticks
 
@@ -173,21 +169,18 @@ class Controller:
     def move_on(self) -> None:
         """Make the first half of a tick: the robot moves."""
         # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
-        if self._servo_timeout_s is not None:
-            timeout_s, mode = self._servo_timeout_s, self.mode
-            if mode in SERVO_MODES and (self.tick - self.servo_heard) * self.tick_s >= timeout_s:
-                self.fail(
-                    COMMUNICATION_FAILURE,
-                    f"no {mode.value} command for {timeout_s:g} s: the robot stops",
-                    Event.SERVO_TIMEOUT,
-                )
+        waited_s = (self.tick - self.servo_heard) * self.tick_s
+        if waited_s >= self._servo_timeout_s and self.mode in SERVO_MODES:
+            self._end_servo(f"for {self._servo_timeout_s:g} s")
         self.tick += 1
         motions, pending = self.motions, self.endings.pending
         self.joints_before = motions.joints
         try:
             motions.step()
         except Exception as fault:
-            self._fail_in_tick(fault)
+            reason = f"internal error: {type(fault).__name__}, see the log"
+            self.endings.lost(0, EXECUTION, reason)
+            self.fail(EXECUTION, reason)
             raise
         if motions.tracking:
             self.trajectories.after_tick()
@@ -238,13 +231,6 @@ class Controller:
         if why is not None:
             self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{body_touched(self.load)}"))
 
-    def _fail_in_tick(self, fault: Exception) -> None:
-        """Stop after an internal error in a tick."""
-        reason = f"internal error: {type(fault).__name__}, see the log"
-        self.errors.fail(EXECUTION, reason)
-        self.endings.lost(0, EXECUTION, reason)
-        self.stop()
-
     @property
     def resting(self) -> bool:
         """True if ticks change nothing but their number and the noise, until something is asked for.
@@ -255,7 +241,7 @@ class Controller:
         return not (
             self.joints_before != self.motions.joints
             or self.endings.pending
-            or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
+            or (self._servo_timeout_s < inf and self.mode in SERVO_MODES)
             or not self.protection.settled
         ) and (
             self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
@@ -285,6 +271,11 @@ class Controller:
         self.stop_for(event, code, reason)
         self.tell(ErrorRecord(code, reason))
 
+    def _end_servo(self, waited: str) -> None:
+        """Stop, in error, in a servo mode that has received no command."""
+        reason = f"no {self.mode.value} command {waited}: the robot stops"
+        self.fail(COMMUNICATION_FAILURE, reason, Event.SERVO_TIMEOUT)
+
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self.errors.press_emergency_stop()
@@ -304,11 +295,6 @@ class Controller:
             error_code=0 if standing is None else standing.code,
         )
 
-    @property
-    def last_error(self) -> ErrorRecord | None:
-        """The error that stopped the robot and was not reset, else the last refusal since a reset."""
-        return self.errors.last
-
     # Settings
 
     def set_override(self, override: float) -> None:
@@ -326,12 +312,6 @@ class Controller:
     def override(self) -> float:
         """The part of their planned speed at which all motions run or will run, 0..1."""
         return self.motions.executor.time.override
-
-    @property
-    def collision_detection(self) -> tuple[float, float]:
-        """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
-        force_n, torque_nm = self.protection.safety[:2]
-        return 0.0 if force_n == inf else force_n, 0.0 if torque_nm == inf else torque_nm
 
     def set_tool_load(self, load: ToolLoad) -> None:
         """Assume this load at the flange from now on; the difference to the true one acts from outside.
@@ -394,8 +374,7 @@ class Controller:
 
     def cartesian_force(self) -> Wrench:
         """Return the wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
-        wrench: Wrench = self.load.cartesian_force()
-        return wrench
+        return self.load.cartesian_force()
 
     def joint_torque(self) -> tuple[float, ...]:
         """Return the external torque on each joint (Nm)."""
@@ -464,13 +443,17 @@ class Controller:
         if self.mode is Mode.IMPEDANCE and self.motions.holding:
             raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
 
-    def accept(self, event: Event) -> int:
-        """Change the mode, which may stop the robot; gives the number of the move."""
-        change = TRANSITIONS[self.mode, event]
-        if change.stops:
+    def begin(self, event: Event, begin: Callable[[int], None], replaced: str = REPLACED) -> int:
+        """Begin an accepted request in place of what runs, or behind it; returns its number.
+
+        The mode changes, which may stop the robot. Moves that end by that are told that they are `replaced`.
+        """
+        if TRANSITIONS[self.mode, event].stops:
             self.stop_for(event, STOP_TRIGGERED, REPLACED)
-        self.mode = change.mode
+        self.mode = TRANSITIONS[self.mode, event].mode
         self.accepted += 1
+        with self.endings.because(STOP_TRIGGERED, replaced):
+            begin(self.accepted)
         return self.accepted
 
     def _queue(self, request: MoveRequest) -> int:
@@ -482,9 +465,7 @@ class Controller:
         move = self._planned(request, self.end_of_queue)
         if request.thresholds is not None:
             check_thresholds(request.thresholds)
-        number = self.accept(Event.NORMAL_MOVE)
-        self.motions.executor.append(move)
-        return number
+        return self.begin(Event.NORMAL_MOVE, lambda _: self.motions.executor.append(move))
 
     def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
@@ -498,17 +479,13 @@ class Controller:
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         if motions.moving and not stops:
             self.planner.check_approach(move.limits, 0.0)
-        number = self.accept(Event.IMPEDANCE_MOVE)
-        with self.endings.because(STOP_TRIGGERED, REPLACED):
-            motions.move_compliantly(move, impedance)
-        return number
+        return self.begin(Event.IMPEDANCE_MOVE, lambda _: motions.move_compliantly(move, impedance))
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
         _check_stiffness(stiffness_nm_per_rad, LARGEST_NM_PER_RAD, "Nm/rad")
-        number = self.accept(Event.IMPEDANCE_MOVE)
-        with self.endings.because(STOP_TRIGGERED, REPLACED):
-            self.motions.hold(number, stiffness_nm_per_rad)
-        return number
+        return self.begin(
+            Event.IMPEDANCE_MOVE, lambda number: self.motions.hold(number, stiffness_nm_per_rad)
+        )
 
     def _head_for(self, request: MoveRequest) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
@@ -517,11 +494,8 @@ class Controller:
         here = self.motions.rest_after_stop() if change.stops else self.motions.present
         moving = self.motions.moving and not change.stops
         joints, limits = self.planner.servo_target(request, change.mode, here, moving)
-        number = self.accept(event)
-        with self.endings.because(STOP_TRIGGERED, REPLACED):
-            self.motions.head_for(number, joints, limits)
         self.servo_heard = self.tick
-        return number
+        return self.begin(event, lambda number: self.motions.head_for(number, joints, limits))
 
     def _planned(self, request: MoveRequest, start: Joints, number: int = 0) -> Move:
         """Plan a move from joint positions (rad); without a number it gets that of the next one accepted."""
@@ -565,39 +539,22 @@ class Controller:
         if self.mode not in SERVO_MODES:
             modes = " or ".join(mode.value for mode in SERVO_MODES)
             raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
-        reason = f"no {self.mode.value} command in time: the robot stops"
-        self.fail(COMMUNICATION_FAILURE, reason, Event.SERVO_TIMEOUT)
+        self._end_servo("in time")
 
-    def check_place(self, joints: Sequence[float]) -> Joints:
-        """Return the checked joint positions; raises `Refused` where `place` would; changes nothing."""
-        self._check_rest()
-        return self.planner.checked_joints(joints)
-
-    def place(self, joints: Sequence[float]) -> None:
-        """Put the robot at rest at joint positions (rad), in no mode.
+    def place(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> None:
+        """Put the robot at rest at joint positions (rad), in no mode, with another TCP if one is given.
 
         Raises `Refused` outside the limits, and while anything moves or waits.
         """
-        self._begin_anew(self.check_place(joints), self.tool_in_flange)
-        self.joints_before = self.joints
-
-    def set_tool(self, tool_in_flange: Transform) -> None:
-        """Have the TCP there from now on, in no mode; raises `Refused` while anything moves or waits."""
-        self._check_rest()
-        self._begin_anew(self.joints, tool_in_flange)
-
-    def _check_rest(self) -> None:
         if self.moving:
             raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
-
-    def _begin_anew(self, joints: Joints, tool_in_flange: Transform) -> None:
-        """Put the robot at rest at joint positions (rad), with its TCP there, in no mode."""
-        override = self.override
+        joints, override = self.planner.checked_joints(joints), self.override
         self.mode = Mode.UNKNOWN
-        self.tool_in_flange = tool_in_flange
+        self.tool_in_flange = tool_in_flange = tool_in_flange or self.tool_in_flange
         self.tcp_of_arm = self.model.tcp(tool_in_flange)
         self.motions = self._motions_from(joints)
         self.motions.executor.set_override(override)
+        self.joints_before = joints
         self.load.place(joints, tool_in_flange)
         if self.handling is not None:
             self.handling.tcp_is(joints, self.load.tcp(joints))

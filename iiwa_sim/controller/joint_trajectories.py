@@ -105,7 +105,7 @@ class JointTrajectories:
         Raises `Refused`, and then nothing has changed.
         """
         controller = self._controller
-        motions, endings = controller.motions, controller.endings
+        motions = controller.motions
         controller.errors.check()
         controller.check_hold()
         knots = knots_of(request, self._names)
@@ -120,15 +120,16 @@ class JointTrajectories:
             trajectory = motions.plan_trajectory(reference, controller.planner.servo_limits[Mode.DIRECT])
         except ArithmeticError:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
-        with endings.because(STOP_TRIGGERED, PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED):
-            number = controller.accept(Event.TRAJECTORY)
-            motions.track(number, trajectory)
+        replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
+        number = controller.begin(
+            Event.TRAJECTORY, lambda number: motions.track(number, trajectory), replaced
+        )
 
         def ended(ending: Ending) -> None:
             if when_ended is not None:
                 when_ended(Outcome.REACHED if ending.code == SUCCESS else self._outcome, ending.reason)
 
-        endings.pending.append(PendingMove(number, ended, None))
+        controller.endings.pending.append(PendingMove(number, ended, None))
         self._number, self._request, self._end_s = number, request, reference.end_s
         self._outcome = Outcome.ENDED
         return number

@@ -71,6 +71,12 @@ class Protection:
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
         self._allowed, self._load.judged = 0.0, False
 
+    @property
+    def collision_detection(self) -> tuple[float, float]:
+        """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
+        force_n, torque_nm = self.safety[:2]
+        return 0.0 if force_n == inf else force_n, 0.0 if torque_nm == inf else torque_nm
+
     def tolerates(self) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
         load, safety = self._load, self.safety

@@ -142,7 +142,7 @@ def _bye(session: LineSession, _: Request) -> bytes:
 
 
 def _error(session: LineSession, _: Request) -> bytes:
-    last = session.controller.last_error
+    last = session.controller.errors.last
     return _prose("0 none" if last is None else f"{last.code} {last.reason}")
 
 
@@ -191,11 +191,11 @@ COMMANDS: dict[str, Handler] = {
     "get robot status": _counts(lambda robot, _: robot.status()),
     "get mode": lambda session, _: written(session.controller.mode.value),
     "get error": _error,
-    "reset error": _does(lambda robot, _: robot.reset_error()),
+    "reset error": _does(lambda robot, _: robot.errors.reset()),
     "set override": _does(lambda robot, v: robot.set_override(v[0])),
     "get override": _gives(lambda robot: (robot.override,)),
-    "set collision detection": _does(lambda robot, v: robot.set_collision_detection(v[0], v[1])),
-    "get collision detection": _gives(lambda robot: robot.collision_detection),
+    "set collision detection": _does(lambda robot, v: robot.protection.set_collision_detection(v[0], v[1])),
+    "get collision detection": _gives(lambda robot: robot.protection.collision_detection),
     "set tool load": _does(lambda robot, v: robot.set_tool_load(_tool_load(v))),
     "get tool load": _gives(lambda robot: robot.tool_load.told()),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),

@@ -185,7 +185,7 @@ class Krc4Session(Session):
     def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
         told = harmless(reason)
         self.log.refused(self.name, _in_log(text), code, told)
-        self.controller.record_error(code, told)
+        self.controller.errors.record(code, told)
         answer = reply_of((message.id, -abs(message.command), code), ())
         self.dialogue.exchange(self.name, text, written(answer), f"{code} {told}", _tag(message))
         return to_xml(answer)

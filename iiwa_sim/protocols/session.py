@@ -178,7 +178,7 @@ class LineSession(Session):
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
             self._reason = f"internal error at '{shown(line)}', see the log"
-            self.controller.record_error(EXECUTION, self._reason)
+            self.controller.errors.record(EXECUTION, self._reason)
             return written(ERROR)
         if request.in_degrees and self._is_first(name, "degrees"):
             self.log.odd(self.name, name, request.in_degrees)
@@ -194,7 +194,7 @@ class LineSession(Session):
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self.log.refused(self.name, shown(line), refusal.code, refusal.reason)
         self._reason = f"{refusal.code} {refusal.reason}"
-        self.controller.record_error(refusal.code, refusal.reason)
+        self.controller.errors.record(refusal.code, refusal.reason)
         return written(refusal.reply)
 
 

@@ -49,7 +49,7 @@ class StatusSession(LineSession):
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         for other in self.controllers[1:]:
-            other.record_error(COMMUNICATION_FAILURE, NOTHING_ELSE)
+            other.errors.record(COMMUNICATION_FAILURE, NOTHING_ELSE)
         return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
 
 

@@ -136,7 +136,7 @@ class AppendixA:
             self._servo = move.kind.value if move.kind.is_servo else ""
             self._controller.move(move, lambda ending: self._end(command, ending.code, ending.reason))
         except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
+            self._controller.errors.record(refused.code, refused.reason)
             self._end(command, refused.code, refused.reason)
 
     def _end(self, command: _Command, code: int, information: str) -> None:

@@ -106,7 +106,7 @@ class Graph:
         try:
             topic.take(checked(content, topic.kind))
         except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
+            self._controller.errors.record(refused.code, refused.reason)
             raise BadMessage(refused.reason) from None
 
     def call(self, name: str, request: Any) -> Message:

@@ -73,7 +73,7 @@ class JointInterface:
         }
         graph.services |= {
             "/stop": _trigger(controller.stop),
-            "/reset_error": _trigger(controller.reset_error),
+            "/reset_error": _trigger(controller.errors.reset),
             "/emergency_stop": _switch(self._emergency_stop),
         }
         for number in range(1, len(controller.io.output_names) + 1):
@@ -105,7 +105,7 @@ class JointInterface:
         try:
             self._goal = number = self._controller.trajectories.follow(request, end)
         except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
+            self._controller.errors.record(refused.code, refused.reason)
             raise
         if hear is not None:
             self._feedback[number] = hear
@@ -147,7 +147,7 @@ class JointInterface:
         if pressed:
             self._controller.emergency_stop()
         elif self._controller.status().error_code == EMERGENCY_STOP:
-            self._controller.release_emergency_stop()
+            self._controller.errors.release_emergency_stop()
 
     # States
 
@@ -175,7 +175,7 @@ class JointInterface:
         return {"header": self._graph.header(TOOL), "wrench": {"force": force, "torque": torque}}
 
     def _diagnosis(self) -> Message:
-        status, last = self._controller.status(), self._controller.last_error
+        status, last = self._controller.status(), self._controller.errors.last
         reason = "" if last is None else last.reason
         told = {
             "level": 2 if status.in_error else 0,

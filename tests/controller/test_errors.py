@@ -77,7 +77,7 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
     way = np.array(undisturbed.joints)
     off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
     assert off <= np.abs(np.diff(way, axis=0)).max(), "it rests between two places of the way it was on"
-    assert robot.controller.last_error == cause
+    assert robot.controller.errors.last == cause
     assert robot.faults == [(cause.code, cause.reason)], "and the log hears of it"
     status = robot.controller.status()
     assert (status.in_error, status.error_code, status.motion_possible) == (1, cause.code, 0)
@@ -110,7 +110,7 @@ def is_stopped(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
     robot.controller.move(joint_move(AWAY, FULL))
     robot.step(50)
     robot.controller.emergency_stop()
-    robot.controller.release_emergency_stop()
+    robot.controller.errors.release_emergency_stop()
     return EMERGENCY_STOP
 
 
@@ -125,19 +125,19 @@ def test_an_error_refuses_moves_until_it_is_reset(
     assert controller.mode is Mode.UNKNOWN
     robot.runs_until_stopped(0.1)
     rest = controller.joints
-    cause = controller.last_error
+    cause = controller.errors.last
     assert cause is not None
     assert cause.code == code
     for move in MOVES:
         with pytest.raises(Refused, match="no move before reset error: ") as refused:
             move(controller)
         assert refused.value.code == code
-        controller.record_error(refused.value.code, refused.value.reason)
-        assert controller.last_error is cause, "the cause is told as long as it stands"
+        controller.errors.record(refused.value.code, refused.value.reason)
+        assert controller.errors.last is cause, "the cause is told as long as it stands"
     robot.step(10)
     assert controller.joints == rest
-    controller.reset_error()
-    assert controller.last_error is None
+    controller.errors.reset()
+    assert controller.errors.last is None
     assert controller.status() == (2, 0, 1, 1, 0, 0, 0)
     for move in MOVES:
         move(controller)
@@ -159,7 +159,7 @@ def test_an_emergency_stop_has_to_be_released_before_the_reset() -> None:
     robot.runs_until_stopped(0.1)
     assert talk.ask("reset error") == "error"
     assert talk.ask("get error") == "3030 emergency stop"
-    robot.controller.release_emergency_stop()
+    robot.controller.errors.release_emergency_stop()
     assert talk.ask("get robot status") == "2 0 0 0 0 1 3030"
     assert talk.ask("lin move : 450 100 520 0 -1.57 0 1 0") == "error"
     assert talk.ask("reset error") == "done"
@@ -171,11 +171,11 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller = SteppedRobot().controller
     controller.switch_drives(on=False)
     with pytest.raises(Refused, match="the drives have to be switched on first") as refused:
-        controller.reset_error()
+        controller.errors.reset()
     assert refused.value.code == COMPONENT_NOT_READY
     controller.switch_drives(on=True)
     assert controller.status().drives_powered == 0, "not before the reset"
-    controller.reset_error()
+    controller.errors.reset()
     assert controller.status().drives_powered == 1
     controller.move(joint_move(AWAY, FULL))
 
@@ -226,7 +226,7 @@ def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
     controller.stop()
     robot.step()
     tool = Frame(0, 0, 99, 0, 0, 0).to_transform()
-    for change in (lambda: controller.place(AWAY), lambda: controller.set_tool(tool)):
+    for change in (lambda: controller.place(AWAY), lambda: controller.place(controller.joints, tool)):
         with pytest.raises(Refused, match="the robot has to be at rest, with nothing waiting"):
             change()
 
@@ -235,7 +235,7 @@ def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()
-    controller.set_tool(tool)
+    controller.place(controller.joints, tool)
     expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
     assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
     target = expected._replace(y_mm=expected.y_mm + 50.0)

@@ -92,7 +92,7 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
     felt_n = robot.controller.cartesian_force()[2]
     assert felt_n == pytest.approx(pushed_n - STIFFNESS * depth_m, rel=1e-3, abs=1e-2)
     assert not robot.controller.motions.is_pending(number)
-    assert robot.controller.last_error is None
+    assert robot.controller.errors.last is None
     assert_within_limits(robot)
 
 

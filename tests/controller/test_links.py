@@ -78,7 +78,7 @@ def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> N
     assert reason.startswith("protective stop: the external torque on A")
     while c.moving:
         c.step()
-    c.reset_error()
+    c.errors.reset()
     robot.goes_to(STRETCHED)
     assert len(robot.faults) == 1, "it may be led out"
     assert set(c.joint_torque()) == {0.0}
@@ -124,7 +124,7 @@ def test_an_arm_that_folds_onto_itself_is_told_of_once_and_stopped() -> None:
     torques = robot.controller.joint_torque()
     assert torques[5:] == (0.0, 0.0)
     assert torques[3] != 0.0
-    robot.controller.reset_error()
+    robot.controller.errors.reset()
     robot.goes_to(STRETCHED)
     assert set(robot.controller.joint_torque()) == {0.0}
     assert len(robot.faults) == 1

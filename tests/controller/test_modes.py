@@ -198,7 +198,7 @@ def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
     assert robot.controller.joints == rest
     mode = REQUESTS[command][0].value
     assert robot.faults == [(COMMUNICATION_FAILURE, f"no {mode} command for 0.03 s: the robot stops")]
-    assert robot.controller.last_error == ErrorRecord(*robot.faults[0])
+    assert robot.controller.errors.last == ErrorRecord(*robot.faults[0])
     robot.step(200)
     assert len(robot.faults) == 1
     assert_within_limits(robot)

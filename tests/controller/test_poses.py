@@ -109,7 +109,13 @@ def test_a_relative_move_out_of_reach_is_told_with_its_target(in_tool: bool) -> 
 
 
 def state(controller: Controller) -> tuple[object, ...]:
-    return (controller.joints, controller.moving, controller.mode, controller.last_error, controller.status())
+    return (
+        controller.joints,
+        controller.moving,
+        controller.mode,
+        controller.errors.last,
+        controller.status(),
+    )
 
 
 @pytest.mark.requirement("FRC020")

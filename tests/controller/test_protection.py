@@ -71,7 +71,7 @@ def assert_stopped_itself(robot: SteppedRobot, *words: str) -> None:
     assert code == STOP_TRIGGERED
     assert reason.startswith("protective stop: ")
     assert all(word in reason for word in words), reason
-    assert robot.controller.last_error == ErrorRecord(code, reason)
+    assert robot.controller.errors.last == ErrorRecord(code, reason)
     assert (robot.controller.status().in_error, robot.controller.status().error_code) == (1, STOP_TRIGGERED)
     with pytest.raises(Refused, match="no move before reset error: protective stop"):
         robot.controller.move(joint_move(robot.controller.joints, [0.1] * len(robot.controller.joints)))
@@ -98,13 +98,13 @@ def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
     start = robot.controller.tool_frame()
     robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
     robot.runs_until_stopped()
-    robot.controller.reset_error()
+    robot.controller.errors.reset()
     robot.step(5)
     assert len(robot.faults) == 1, "it may stay where it is"
     robot.controller.move(lin_move(down(robot, 10.0), 0.1, 0.0))
     robot.runs_until_stopped()
     assert len(robot.faults) == 2
-    robot.controller.reset_error()
+    robot.controller.errors.reset()
     robot.controller.move(lin_move(start, 0.2, 0.0))
     robot.runs_until_stopped()
     assert len(robot.faults) == 2
@@ -161,24 +161,24 @@ def test_a_collision_is_a_force_or_torque_at_the_tcp_above_its_threshold(
 
 def test_collision_detection_is_set_read_and_switched_off() -> None:
     robot = watched(torque_nm=3.0)
-    assert robot.controller.collision_detection == (0.0, 3.0)
-    robot.controller.set_collision_detection(10.0, 0.0)
+    assert robot.controller.protection.collision_detection == (0.0, 3.0)
+    robot.controller.protection.set_collision_detection(10.0, 0.0)
     for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0), (0.9e-3, 0.0)):
         with pytest.raises(Refused, match=r"expected 0, for off, or 0\.001 to 100000 N"):
-            robot.controller.set_collision_detection(*wrong)
-    assert robot.controller.collision_detection == (10.0, 0.0)
+            robot.controller.protection.set_collision_detection(*wrong)
+    assert robot.controller.protection.collision_detection == (10.0, 0.0)
     robot.controller.load.wrench = (0.0, 0.0, 11.0, 0.0, 0.0, 0.0)
-    robot.controller.set_collision_detection(0.0, 0.0)
+    robot.controller.protection.set_collision_detection(0.0, 0.0)
     robot.step()
     assert not robot.faults
-    robot.controller.set_collision_detection(10.0, 0.0)
+    robot.controller.protection.set_collision_detection(10.0, 0.0)
     assert not robot.controller.resting, "what is applied has to be judged anew"
     robot.step()
     assert_stopped_itself(robot, "11.0 N")
-    robot.controller.reset_error()
+    robot.controller.errors.reset()
     passes(robot)
     assert len(robot.faults) == 1, "what it stands in may stay"
-    robot.controller.set_collision_detection(10.0, 0.0)
+    robot.controller.protection.set_collision_detection(10.0, 0.0)
     passes(robot, 1)
     assert len(robot.faults) == 2, "set anew, it allows nothing"
 
@@ -195,7 +195,7 @@ def test_the_tcp_runs_no_faster_than_its_limit_by_more_than_a_tick() -> None:
     assert np.linalg.norm(np.subtract(after[:3], before[:3])) / TICK_S > 250.0
     assert_stopped_itself(robot, "mm/s, its limit is 250 mm/s")
     robot.runs_until_stopped()
-    robot.controller.reset_error()
+    robot.controller.errors.reset()
     robot.controller.set_override(0.05)
     robot.controller.move(lin_move(start, 1.0, 0.0))
     robot.runs_until_stopped()
@@ -211,7 +211,7 @@ def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
     robot.runs_until_stopped()
     assert_stopped_itself(robot, "TCP is at y", "its box is")
     for target in (outside, start):
-        robot.controller.reset_error()
+        robot.controller.errors.reset()
         robot.controller.move(lin_move(target, 0.2, 0.0))
         robot.runs_until_stopped()
         assert len(robot.faults) == 2
@@ -221,7 +221,7 @@ def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
 def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_first: bool) -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.set_collision_detection(50.0, 0.0)
+    controller.protection.set_collision_detection(50.0, 0.0)
     for times in range(1, 4):
         controller.load.wrench = (90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         passes(robot, 1)
@@ -229,7 +229,7 @@ def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_fi
         passes(robot)
         for resets in (reset_first, not reset_first):
             if resets:
-                controller.reset_error()
+                controller.errors.reset()
             else:
                 controller.load.wrench = NO_WRENCH
             passes(robot)

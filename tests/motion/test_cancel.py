@@ -149,7 +149,7 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     ((code, reason),) = robot.faults
     assert code == JOINT_LIMIT, reason
     assert f"move {numbers[2]} and those behind it are forgotten" in reason
-    assert robot.controller.last_error == ErrorRecord(code, reason)
+    assert robot.controller.errors.last == ErrorRecord(code, reason)
     robot.runs_until_stopped()
     assert robot.controller.tool_frame().z_mm == pytest.approx(700.0)
     assert len(robot.faults) == 1

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import WhenEnded
-from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.errors import RobotErrors
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
@@ -36,7 +36,7 @@ class FakeRobot:
         self.mode = Mode.UNKNOWN
         self.io = Io()
         self.override = 1.0
-        self.last_error: ErrorRecord | None = None
+        self.errors = RobotErrors()
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
     def move(self, request: MoveRequest, _when_ended: WhenEnded | None = None) -> int:
@@ -48,12 +48,6 @@ class FakeRobot:
     @property
     def accepted(self) -> int:
         return len(self.moves)
-
-    def record_error(self, code: int, reason: str) -> None:
-        self.last_error = ErrorRecord(code, reason)
-
-    def reset_error(self) -> None:
-        self.last_error = None
 
     def stop(self) -> None:
         self.stops += 1

@@ -132,8 +132,8 @@ def test_what_is_no_xml_is_answered_without_ids_and_ends_the_connection(wire: by
     assert talk.says(request(3, "PTA", *AWAY_DEG)) == []
     assert not robot.controller.moving
     talk.session.lost()
-    assert robot.controller.last_error is not None
-    assert robot.controller.last_error.code == 3040
+    assert robot.controller.errors.last is not None
+    assert robot.controller.errors.last.code == 3040
 
 
 @given(st.binary(max_size=120), st.integers(0, 200))

@@ -63,7 +63,7 @@ def test_anything_else_is_refused_and_does_nothing(line):
     ((name, text, code, reason),) = reader.journal.refusals
     assert (name, code, reason) == ("reader", 3040, NOTHING_ELSE)
     assert text.isprintable()
-    assert reader.robot.last_error == ErrorRecord(3040, NOTHING_ELSE)
+    assert reader.robot.errors.last == ErrorRecord(3040, NOTHING_ELSE)
 
 
 @pytest.mark.requirement("FRA201", "FRA007")

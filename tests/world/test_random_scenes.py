@@ -96,7 +96,7 @@ class RandomScene:
     def _moves(self, request: object) -> None:
         controller = self.scene.controller
         with suppress(Refused):
-            controller.reset_error()
+            controller.errors.reset()
             controller.move(request)  # type: ignore[arg-type]
             while controller.moving:
                 self._steps(1)

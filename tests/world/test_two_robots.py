@@ -177,7 +177,7 @@ def test_arms_press_on_each_other_with_5e4_n_per_m() -> None:
 def test_a_collision_stops_both_and_names_the_other() -> None:
     shared = closed_and_facing()
     for robot in shared.robots:
-        robot.set_collision_detection(50.0, 0.0)
+        robot.protection.set_collision_detection(50.0, 0.0)
     shared.robots[0].move(lin_move_at(down(600, 0, 430), 0.1, 0.0))
     shared.step(1000)
     for n, other in enumerate("10"):
