@@ -9,22 +9,19 @@ forces that end a move; `info` for clients that connect and disconnect; `debug` 
 import json
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import partial
 
-from iiwa_sim.never_waiting import NeverWaiting
-from iiwa_sim.throttle import Throttle
+from iiwa_sim.line_writer import LineWriter
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
-"""Refusals logged per second for one session and one code, so that a flood of noise leaves the log
-readable."""
-
-LEVELS = ("error", "warning", "info", "debug")
-DEFAULT_LEVEL = "warning"
+"""Refusals logged per second for one session and one code."""
+SECOND_NS = 1_000_000_000
 
 logger = logging.getLogger(__name__)
 
@@ -43,12 +40,26 @@ def named(name: str) -> Iterator[None]:
         robot.reset(before)
 
 
-class SessionLog:
-    """The log of sessions. It writes to logging and throttles refusals.
+class Throttle:
+    """Admits the first few events of each kind in a second, for a log that stays readable."""
 
-    For each session and code the first `REFUSALS_TOLD` in a second are logged, and the last of these says so.
-    The number of further ones is logged before the next refusal of any session. At debug level all are
-    logged.
+    def __init__(self, most: int) -> None:
+        self._most, self._until_ns = most, 0
+        self._counts = Counter[Hashable]()
+
+    def count(self, kind: Hashable, now_ns: int) -> int | None:
+        """Return the number of this event in its second, from 1; None for one that is not admitted."""
+        if now_ns >= self._until_ns:
+            self._until_ns = now_ns + SECOND_NS
+            self._counts.clear()
+        self._counts[kind] += 1
+        return self._counts[kind] if self._counts[kind] <= self._most else None
+
+
+class SessionLog:
+    """The log of sessions. It writes to logging.
+
+    For each session and code the first `REFUSALS_TOLD` in a second are logged, at debug level all.
     """
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -56,7 +67,7 @@ class SessionLog:
         """Told of every refusal, none held back: session, line, code and reason."""
         self.wants_commands: Callable[[], bool] = partial(logger.isEnabledFor, logging.DEBUG)
         self._now_ns = now_ns
-        self._refusals = Throttle[tuple[str, int]](REFUSALS_TOLD, _refused_more)
+        self._refusals = Throttle(REFUSALS_TOLD)
 
     def command(self, session: str, line: str, reply: str) -> None:
         _say(logging.DEBUG, f"{session} '{line}' -> {reply}", session=session, line=line, reply=reply)
@@ -70,7 +81,7 @@ class SessionLog:
             if count is None:
                 return
             if count == REFUSALS_TOLD:
-                text += f" (of those that follow within a second with code {code}, the number is told)"
+                text += f" (further ones with code {code} in this second are not logged)"
         _say(logging.WARNING, text, session=session, line=line, code=code, reason=reason)
 
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
@@ -95,35 +106,24 @@ def _say(level: int, text: str, fault: Exception | None = None, **fields: object
         logger.log(level, "%s", text, exc_info=fault, extra={"fields": fields})
 
 
-def _refused_more(kind: tuple[str, int], untold: int) -> None:
-    session, code = kind
-    text = f"{session} refused {untold} more within that second, with code {code}"
-    _say(logging.WARNING, text, session=session, code=code, untold=untold)
-
-
 def configure(level: str, as_json: bool, descriptor: int) -> None:
-    """Write log lines of `level` (one of LEVELS) or above to the file `descriptor`.
+    """Write log lines of `level` or above to the file `descriptor`.
 
     Of other loggers, such as asyncio's, only warnings and errors.
     """
-    handler = _NeverWaitingHandler(descriptor)
+    handler = _Handler(descriptor)
     handler.setFormatter(_JsonFormatter() if as_json else _PlainFormatter())
     ours = logging.getLogger("iiwa_sim")
     ours.setLevel(level.upper())
     logging.basicConfig(level=max(ours.level, logging.WARNING), handlers=[handler], force=True)
 
 
-class _NeverWaitingHandler(logging.Handler):
-    """A handler that drops lines rather than wait for a reader.
-
-    A program that starts the simulator with a pipe for stderr and never reads it, or stops the terminal,
-    would otherwise block the robot in mid-motion. The number of dropped lines is logged when the reader is
-    back.
-    """
+class _Handler(logging.Handler):
+    """A handler that drops lines rather than block the robot in mid-motion, if nobody reads stderr."""
 
     def __init__(self, descriptor: int) -> None:
         super().__init__()
-        self._writer = NeverWaiting(descriptor, self._told)
+        self._writer = LineWriter(descriptor, self._tell_lost)
 
     def emit(self, record: logging.LogRecord) -> None:
         self._writer.put(self.format(record).encode() + b"\n")
@@ -135,7 +135,7 @@ class _NeverWaitingHandler(logging.Handler):
         self._writer.close()
         super().close()
 
-    def _told(self, lost: int) -> bytes:
+    def _tell_lost(self, lost: int) -> bytes:
         words = {"msg": f"{lost} log lines lost: nobody read them", "levelname": "WARNING"}
         return self.format(logging.makeLogRecord(words)).encode() + b"\n"
 

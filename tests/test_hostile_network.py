@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import signal
 import socket
 from pathlib import Path
@@ -78,9 +77,7 @@ def test_a_line_of_many_megabytes_is_refused_and_the_next_one_answered() -> None
         assert client.makefile().read() == "error\nbye\n"
 
 
-def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost_is_counted(
-    tmp_path: Path,
-) -> None:
+def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(tmp_path: Path) -> None:
     path = tmp_path / "fifo"
     os.mkfifo(path)
     with running("--transcript", str(path)) as simulator:
@@ -91,6 +88,4 @@ def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost
             robot.wait_until_stopped(DEADLINE_S)
         code, said = simulator.ends(signal.SIGTERM)
     assert code == 0
-    told = re.search(rf"{re.escape(str(path))}: the last (\d+) lines are lost: nobody read them", said)
-    assert told is not None, said
-    assert 1000 < int(told[1]) < 20_000, "of two for each command the system holds some hundred"
+    assert f"{path}: the last lines are lost: nobody read them" in said

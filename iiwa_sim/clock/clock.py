@@ -12,7 +12,7 @@ from math import ceil
 from iiwa_sim.clock.pace import REAL, Pace
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
-from iiwa_sim.throttle import Throttle
+from iiwa_sim.log import Throttle
 
 DEFAULT_RATE_HZ = 500
 
@@ -134,7 +134,7 @@ class Clock:
         self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = self._accepted = 0  # what is accepted is no news
-        self._faults = Throttle[str](1, _log_repeated)
+        self._faults = Throttle(1)
         self._take(pace)
 
     def start(self, robot: Stepped) -> None:
@@ -346,7 +346,3 @@ class Clock:
             place = f"{type(fault).__name__} in {where.filename}, line {where.lineno}"
             if self._faults.count(place, self._now_ns()) is not None:
                 logger.exception("internal error in a tick")
-
-
-def _log_repeated(place: str, untold: int) -> None:
-    logger.error("%d more internal errors in ticks within that second: %s", untold, place)

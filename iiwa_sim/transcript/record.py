@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Self
 
 from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.never_waiting import NeverWaiting
+from iiwa_sim.line_writer import LineWriter
 from iiwa_sim.protocols.krc4_xml import NO_MESSAGE
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, KRC4
 from iiwa_sim.protocols.table import load_table
@@ -119,7 +119,7 @@ class Recorder:
             self._descriptor = os.open(path, how | os.O_NOCTTY | os.O_CLOEXEC, 0o666)
         except OSError as fault:
             raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
-        self._out = NeverWaiting(self._descriptor, lambda n: b"# %d lines lost: nobody read them\n" % n)
+        self._out = LineWriter(self._descriptor, lambda n: b"# %d lines lost: nobody read them\n" % n)
         self._put(self._lines.header(title))
 
     def __enter__(self) -> Self:
@@ -136,10 +136,10 @@ class Recorder:
         self._dialogue.listeners.remove(self._hear)
         written = self._out.close()
         self._check_fault()
-        if not self._broken and (untold := self._out.untold):
-            logger.warning("%s: the last %d lines are lost: nobody read them", self._path, untold)
-        if written:  # otherwise the thread that waits for the file still uses it
+        if written:
             os.close(self._descriptor)
+        else:  # the thread that waits for the file still uses it
+            logger.warning("%s: the last lines are lost: nobody read them", self._path)
 
     def _hear(self, said: DialogueLine) -> None:
         self._check_fault()

@@ -28,9 +28,9 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from iiwa_sim.log import Throttle
 from iiwa_sim.server.token import Token
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import harmless, shortened
 
 MOST_BYTES = 65_536
@@ -124,7 +124,7 @@ class _Gate:
         self._token = token
         self._cookie = f"iiwa-sim-{port}"  # cookies are one machine's
         self._key = secrets.token_urlsafe(32)
-        self._access, self._throttle = WebAccess(), Throttle[str](1)
+        self._access, self._throttle = WebAccess(), Throttle(1)
         self.is_ready = False
         """True when viser has started; it listens before, and fails at connections then."""
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
+from iiwa_sim.log import Throttle
 from iiwa_sim.server.token import Token
-from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.connection import Place, Station
 from iiwa_sim.view.panel import Panel, acting
@@ -84,7 +84,7 @@ def run_page(
 
 def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[[bool], None]) -> None:
     """Call `draw` for each picture until `over` is set, with True if a browser has the page open."""
-    throttle = Throttle[str](1)
+    throttle = Throttle(1)
     while not over.is_set():
         began_s, is_open = time.monotonic(), bool(server.get_clients())
         try:

@@ -349,9 +349,6 @@ def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes
     assert robot.ticks == 1000
     faults = [record for record in caplog.records if record.levelno == logging.ERROR]
     assert [record.exc_info[0] for record in faults if record.exc_info] == [ZeroDivisionError, KeyError] * 2
-    more = [record.getMessage() for record in faults if not record.exc_info]
-    assert len(more) == 2
-    assert more[0].startswith("249 more internal errors in ticks within that second: ")
 
 
 @pytest.mark.parametrize("fixed", [REAL, FAST, STEPPED, multiple(2.5)])
