@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     from iiwa_sim.controller.errors import Refused as Refused
     from iiwa_sim.controller.state import Snapshot as Snapshot
     from iiwa_sim.frames import Frame as Frame
-    from iiwa_sim.options.model import Settings as Settings
-    from iiwa_sim.options.sources import SettingError as SettingError
+    from iiwa_sim.options.model import SettingError as SettingError, Settings as Settings
     from iiwa_sim.protocols.faults import (
         EVERY as EVERY,
         NEXT as NEXT,
@@ -73,8 +72,7 @@ _HOMES = {
         *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),
     ),
     "frames": ("Frame",),
-    "options.model": ("Settings",),
-    "options.sources": ("SettingError",),
+    "options.model": ("SettingError", "Settings"),
     "robot.description": ("RobotFault",),
     "ros.relay": ("RosFault",),
     "server.listening": ("ListenFault",),

@@ -239,11 +239,11 @@ def _failure(why: object) -> BaseException:
 @contextmanager
 def _robot(name: str, options: "Given", shown: list[_Robot], artifact: Path | None) -> "Iterator[Simulator]":
     """A simulator while the context is open, and what a report shows of its robots from then on."""
-    from iiwa_sim.options.robots import settings_of
+    from iiwa_sim.options.model import Settings
     from iiwa_sim.simulator import Simulator
 
     try:
-        simulator = Simulator(settings=settings_of(options, {"port": (0,)}))
+        simulator = Simulator(settings=Settings(**options))
         for robot in simulator.robots.values():
             robot.dialogue.remember()
         simulator.__enter__()

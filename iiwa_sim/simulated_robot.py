@@ -74,7 +74,7 @@ class SimulatedRobot:
             controller.handling.arm.tell = self._events.part
         self.log = SessionLog()
         self.faults = faults = WireFaults(self.dialogue.on_wire)
-        ports = cell.ports or dict[str, int](zip(settings.protocol, settings.port, strict=True))
+        ports = cell.ports or settings.ports
         faults.canned.heard = IIWA in ports
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         for protocol in ports:

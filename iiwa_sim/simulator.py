@@ -17,9 +17,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.options.model import Settings
-from iiwa_sim.options.robots import from_keywords
-from iiwa_sim.options.sources import SettingError
+from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.options.sources import from_keywords
+from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
 from iiwa_sim.protocols.status import StatusSession, status_line
 from iiwa_sim.recordings.recordings import Recording, Recordings, Source
 from iiwa_sim.server.budget import Budget
@@ -82,6 +82,9 @@ class Simulator:
         self._thread: LoopThread | None = None
         self.cells = tuple(known or cells_of(settings.robot, settings.cell))
         """The cell, once for each robot."""
+        if self.cells[0].ports and (settings.port != (0,) or settings.protocol != (DEFAULT_PROTOCOL,)):
+            names = " and ".join(each.name for each in self.cells)
+            raise SettingError(f"--port, --protocol: expected none: write those of {names} in the cell")
         has_ros = settings.rosbridge_port is not None or settings.ros or settings.ros2
         if len(self.cells) > 1 and has_ros:
             raise SettingError(

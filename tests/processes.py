@@ -123,4 +123,4 @@ def killed_unless_done(process: subprocess.Popen[str]) -> Iterator[None]:
 
 def robots(*words: str, **environment: str) -> dict[str, Settings]:
     """The settings of each robot that a command line and variables ask for, by its name."""
-    return dict(robots_of(merged(from_environment(environment)[0], from_command_line(words))))
+    return robots_of(merged(from_environment(environment)[0], from_command_line(words)))

@@ -80,8 +80,8 @@ def test_a_command_has_examples_that_are_taken(
         original(parser, words)
         raise Parsed
 
-    original = Parser.parsed
-    monkeypatch.setattr(Parser, "parsed", parsed)
+    original = Parser.given
+    monkeypatch.setattr(Parser, "given", parsed)
     for command, found in lines.items():
         assert found, command
         for line in found:

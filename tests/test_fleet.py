@@ -96,7 +96,7 @@ WRONG = {
     "[robot.one]\nlog_level = 'debug'": "robot.one.log_level: no such option",
     "[robot.one]\nport = 65536": "robot.one.port = 65536: expected a whole number from 0 to 65535",
     "[robot.one]\nrate = '500'": "robot.one.rate = '500': expected a whole number",
-    "[robot.one]\ncell = 'a.toml'\nrobot = 'b'": "robot.one.robot = 'b': expected no cell with it",
+    "[robot.one]\ncell = 'a.toml'\nrobot = 'b'": "robot.one: --robot: expected no CELL.toml with it",
     "[robot.one]\nros2 = true\n[robot.two]\nros2 = true": "--ros-namespace: expected a different one",
     "[robot.one": "expected a readable TOML file",
 }

@@ -273,7 +273,7 @@ def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> Non
     with pytest.raises(AttributeError, match="'prot': a simulator has none"):
         cell.prot  # type: ignore[attr-defined]  # noqa: B018
     for options in ({"port": 30000}, {"protocol": "krc4"}):
-        with pytest.raises(SettingError, match=r": expected none: write \w+ of left and right in"):
+        with pytest.raises(SettingError, match=": expected none: write those of left and right in"):
             Simulator(cell=CELL, **options)
     with pytest.raises(SettingError, match="--ros, --ros2: expected none, with several robots in"):
         Simulator(cell=CELL, rosbridge_port=0)
@@ -321,7 +321,7 @@ def test_the_command_line_tells_the_ports_of_each_robot(
     assert "lost" not in said
     assert "> wrong" in (tmp_path / "said-right.txt").read_text()
     assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
-    told = "iiwa-sim: --port 5: expected none: write port of left and right in the cell\n"
+    told = "iiwa-sim: --port, --protocol: expected none: write those of left and right in the cell\n"
     assert refused(file, "--port", "5") == told
     assert main(["check-cell", str(file)]) == 0
     assert [

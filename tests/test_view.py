@@ -53,7 +53,7 @@ def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> Non
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--view-host", "::1"], "--view-host ::1: expected --view-port with it"),
+        (["--view-host", "::1"], "--view-host: expected --view-port with it"),
         (
             ["--view-port", "0", "--view-host", "0.0.0.0"],
             "expected --view-token or --view-token-file with it",

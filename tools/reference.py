@@ -106,7 +106,7 @@ def options() -> str:
 
 
 def _row(option: Option) -> str:
-    keyword = "" if option.key in PROCESS - {"ros"} else f"`{option.keyword}`"
+    keyword = "" if option.keyword in PROCESS - {"ros"} else f"`{option.keyword}`"
     value = option.metavar if "a text" in option.expected else "" if option.is_switch else option.expected
     default = "" if option.is_switch else option.unset
     flag = f"`{option.flag}`" if option.flag.startswith("-") else option.flag

@@ -1,8 +1,8 @@
 """`iiwa-sim` and its commands: options, exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds; 1 where a
-check fails; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file that
-cannot be used, and for rejected commands of a picture.
+check fails; 2, with one line on stderr, for options, a cell, a robot, an address or a file that cannot be
+used, and for rejected commands of a picture.
 """
 
 import gc
@@ -27,11 +27,6 @@ COMMANDS = {
     "ros2-env": "make an environment with rclpy for --ros2, from wheels",
 }
 """The first arguments that select a command, and what each does."""
-WITHOUT_WHEELS = {
-    "pinocchio": "pip install pin; for Windows it has no wheels: take WSL 2 or the container image",
-    "ruckig": "pip install ruckig; on ARM Linux pip compiles it with a C++ compiler: apt install g++",
-}
-"""Libraries without wheels for every platform, with a hint for each."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,15 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         function = getattr(commands, command.replace("-", "_"))
         closing = textwrap.dedent(f"    {function.__doc__}")
-        code: int = function(Parser(command, COMMANDS[command], closing), words)
-        return code
+        return int(function(Parser(command, COMMANDS[command], closing), words))
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
-        return 2
-    except ModuleNotFoundError as fault:
-        if fault.name not in WITHOUT_WHEELS:
-            raise
-        print(f"iiwa-sim: {fault.name} is not installed: {WITHOUT_WHEELS[fault.name]}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # raised in a command
         return 128 + signal.SIGINT

@@ -12,11 +12,9 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.cli.output import say
-from iiwa_sim.cli.parsing import Parser, path, server, servers
-from iiwa_sim.options.robots import settings_of
-from iiwa_sim.options.sources import SettingError
-from iiwa_sim.server.token import secret_in
+from iiwa_sim.cli.parsing import Parser, server, servers
+from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.server.token import word_of
 from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
@@ -24,7 +22,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".svg")
 PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
-PAGE_PORT = {"view_port": "8080"}
+PAGE_PORT = "8080"
 OF_EACH = ("backdoor", "driver", "name")
 """Options of `view` that are given once for each robot, in the order of their addresses, or not at all."""
 
@@ -37,15 +35,15 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
       iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
       iiwa-sim plot run.mcap -o run.png
     """
-    parser.add_argument("commands", type=path, metavar="COMMANDS|FILE.mcap", help="commands or a recording")
+    parser.add_argument("commands", type=Path, metavar="COMMANDS|FILE.mcap", help="commands or a recording")
     parser.add_argument(
         "-o", "--output", type=_picture, required=True, metavar="PICTURE", help=".png or .svg"
     )
-    parser.add_options(("cell", "robot", "rate"))
-    own, given = parser.parsed(words)
-    settings, is_recorded = settings_of(given), own.commands.suffix.lower().partition(":")[0] == ".mcap"
-    for key in given if is_recorded else ():
-        raise SettingError(f"--{key}: expected none with a recording, which names its own")
+    parser.add_options(("cell", "robot", "rate_hz"))
+    own, settings = parser.parsed(words)
+    is_recorded = own.commands.suffix.lower().partition(":")[0] == ".mcap"
+    if is_recorded and settings != Settings():
+        raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cells_of, single
     from iiwa_sim.recordings.recordings import check_mcap
 
@@ -86,8 +84,8 @@ def check_cell(parser: Parser, words: Sequence[str]) -> int:
 
     cells = load_cells(own.file)
     for cell in cells:
-        Simulator(cell=cell, protocol=fitting_protocols(cell.description))
-    say(summary(cells))
+        Simulator(cell=cell, protocol=None if cell.ports else fitting_protocols(cell.description))
+    print(summary(cells), end="")
     return 0
 
 
@@ -96,7 +94,7 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
 
     iiwa-sim replay session.txt 127.0.0.1:30000
     """
-    parser.add_argument("file", type=path, metavar="FILE", help="of --transcript")
+    parser.add_argument("file", type=Path, metavar="FILE", help="of --transcript")
     parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
     own, _ = parser.parsed(words)
     from iiwa_sim.transcript.lines import read_file
@@ -106,8 +104,8 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
     deviations = 0
     for deviation in played(transcript, *own.server):
         deviations += 1
-        say(harmless(f"{transcript.name}:{deviation.line}: {deviation}") + "\n")
-    say(f"{deviations} deviation{'' if deviations == 1 else 's'} in {len(transcript.steps)} lines\n")
+        print(harmless(f"{transcript.name}:{deviation.line}: {deviation}"), flush=True)
+    print(f"{deviations} deviation{'' if deviations == 1 else 's'} in {len(transcript.steps)} lines")
     return 1 if deviations else 0
 
 
@@ -133,10 +131,10 @@ def check(parser: Parser, words: Sequence[str]) -> int:
     findings: list[Finding] = []
     for probe, finding in report.check(link):
         if not findings:
-            say(f"{report.HEAD}\n")
+            print(report.HEAD)
         findings.append(finding)
-        say(report.line(probe, finding) + "\n")
-    say(report.summary(findings) + "\n")
+        print(report.line(probe, finding), flush=True)
+    print(report.summary(findings))
     return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
 
 
@@ -145,13 +143,11 @@ def show(parser: Parser, words: Sequence[str]) -> int:
 
     iiwa-sim show run.mcap
     """
-    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
-    parser.add_options(PAGE, defaults=PAGE_PORT)
-    own, given = parser.parsed(words)
-    settings = settings_of(given)
-    from iiwa_sim.cli.page import check_library, serve
+    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
+    parser.add_options(PAGE, view_port=PAGE_PORT)
+    own, settings = parser.parsed(words)
+    from iiwa_sim.cli.page import serve
 
-    check_library()
     with _opened(own.recording):  # fails before the page is loaded if it is none
         pass
     from iiwa_sim.recordings.read import Timeline
@@ -181,23 +177,26 @@ def view(parser: Parser, words: Sequence[str]) -> int:
     )
     name = "name of the robot on the page (default: its HOST:PORT)"
     parser.add_argument("--name", action="append", default=[], help=name)
-    parser.add_options(("robot", "backdoor_token_file", *PAGE), defaults=PAGE_PORT)
-    own, given = parser.parsed(words)
-    token = secret_in(given.pop("backdoor_token_file").value) if "backdoor_token_file" in given else ""
-    settings = settings_of(given)
+    parser.add_options(("robot", "backdoor_token_file", *PAGE), view_port=PAGE_PORT)
+    own, settings = parser.parsed(words)
     for option in OF_EACH:
         if (often := len(getattr(own, option))) not in (0, len(own.servers)):
             raise SettingError(f"--{option}: {often} given, expected one for each HOST:PORT")
-    from iiwa_sim.cli.page import check_library, serve
+    from iiwa_sim.cli.page import serve
     from iiwa_sim.server.listening import host_and_port
-
-    check_library()
     from iiwa_sim.view.app import run_page
     from iiwa_sim.view.connection import Place
 
-    common: dict[str, Any] = {"token": token, "robot": settings.robot}
+    token = word_of(None, settings.backdoor_token_file) or ""
     places = [
-        Place(name=name or host_and_port(*at), status=at, backdoor=bench, driver=driver, **common)
+        Place(
+            name=name or host_and_port(*at),
+            status=at,
+            backdoor=bench,
+            driver=driver,
+            token=token,
+            robot=settings.robot,
+        )
         for at, bench, driver, name in zip_longest(own.servers, own.backdoor, own.driver, own.name)
     ]
     serve(settings, lambda listening, *page: run_page(listening, places, *page))
@@ -228,7 +227,7 @@ def ros_package_path(parser: Parser, words: Sequence[str]) -> int:
     parser.parsed(words)
     from importlib.resources import files
 
-    say(f"{files('iiwa_sim.protocol').joinpath('rmi')}\n")
+    print(files("iiwa_sim.protocol").joinpath("rmi"))
     return 0
 
 
@@ -240,7 +239,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
       iiwa-sim ros2-env
     """
     folder = "folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)"
-    parser.add_argument("folder", nargs="?", type=path, default=None, metavar="FOLDER", help=folder)
+    parser.add_argument("folder", nargs="?", type=Path, default=None, metavar="FOLDER", help=folder)
     own, _ = parser.parsed(words)
     from iiwa_sim.ros.ros2_env import default_folder, make, python_in
 
@@ -251,7 +250,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
             "iiwa-sim: without the action FollowJointTrajectory, /tf and Appendix A, whose types need a C++ "
             f"compiler and Python's headers (g++, python3-dev): {lacking}\n"
         )
-    say(f"{python_in(made)}\n")
+    print(python_in(made))
     return 0
 
 

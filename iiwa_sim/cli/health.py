@@ -3,35 +3,21 @@
 A container is checked every few seconds, so this imports the standard library and the options only.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
-from iiwa_sim.cli.output import reached_at
-from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.cli.parsing import from_command_line, reached_at
 from iiwa_sim.client import Iiwa, Krc4, ReplyError
 from iiwa_sim.options.robots import robots_in, robots_of
 from iiwa_sim.options.sources import from_environment, merged
+from iiwa_sim.protocols.ports import IIWA
 
 TIMEOUT_S = 2.0
 """Seconds for each protocol: a check of two protocols ends before Docker's limit of 5 s."""
 _PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what follows python -m
 
 
-def _hello(host: str, port: int) -> None:
-    with Iiwa(host, port, TIMEOUT_S) as robot:
-        robot.hello()
-
-
-def _fin(host: str, port: int) -> None:
-    with Krc4(host, port, TIMEOUT_S) as robot:
-        robot.fin()
-
-
-_ASK: dict[str, Callable[[str, int], None]] = {"iiwa": _hello, "krc4": _fin}
-
-
 def fault_of(process: int) -> str:
-    """Return what is wrong with a process; empty if nothing is. Of several robots it asks two."""
+    """Return what is wrong with a process; empty if nothing is. Of several robots it asks the first."""
     try:
         words, environment = (
             Path(f"/proc/{process}/{what}").read_text(errors="surrogateescape").split("\0")[:-1]
@@ -44,20 +30,23 @@ def fault_of(process: int) -> str:
         return f"process {process} is no iiwa-sim"
     variables = {name: value for name, _, value in (each.partition("=") for each in environment)}
     robots = robots_of(merged(from_environment(variables)[0], from_command_line(words[place + 1 :])))
-    for name, settings in robots if len(robots) == 1 else (robots[0], robots[-1]):
-        listening = [
-            (f"{name} {each} {protocol}", protocol, port)
-            for each, ports in robots_in(settings).items()
-            for protocol, port in ports.items()
-        ]
-        ports = zip(settings.protocol, settings.port, strict=False)
-        for what, protocol, port in listening or [(f"{name} {each}", each, port) for each, port in ports]:
-            what = what.lstrip()
+    name, settings = next(iter(robots.items()))
+    for robot, ports in (robots_in(settings) or {"": settings.ports}).items():
+        for protocol, port in ports.items():
+            what = " ".join(filter(None, (name, robot, protocol)))
             if port == 0:
                 return f"process {process} picks a port for {what}: only its first lines tell which"
-            host = reached_at(settings.host)
             try:
-                _ASK[protocol](host, port)
+                _ask(protocol, reached_at(settings.host), port)
             except (OSError, ReplyError) as fault:
-                return f"{what} on {f'[{host}]' if ':' in host else host}:{port}: {fault}"
+                return f"{what} on port {port}: {fault}"
     return ""
+
+
+def _ask(protocol: str, host: str, port: int) -> None:
+    if protocol == IIWA:
+        with Iiwa(host, port, TIMEOUT_S) as iiwa:
+            iiwa.hello()
+    else:
+        with Krc4(host, port, TIMEOUT_S) as krc4:
+            krc4.fin()

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from iiwa_sim.cli import COMMANDS
-from iiwa_sim.cli.output import say
-from iiwa_sim.options.model import COMMON, REPEATED
-from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, SettingError, read, unknown
+from iiwa_sim.options.model import COMMON, REPEATED, SettingError, Settings
+from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
 
@@ -46,37 +45,31 @@ class Parser(argparse.ArgumentParser):
         )
         self._place = Place("command_flag" if command else "flag", " ", is_text=True)
 
-    def add_options(
-        self,
-        keys: Iterable[str],
-        shown: Container[str] | None = None,
-        defaults: Mapping[str, str] | None = None,
-    ) -> None:
+    def add_options(self, fields: Iterable[str], shown: Container[str] = OPTIONS, **defaults: str) -> None:
         """Add options of the model, each in its group; --help tells those that are `shown`.
 
         `defaults` differ from those of the model.
         """
         groups: dict[str, argparse._ArgumentGroup] = {}
-        for option in map(OPTIONS.__getitem__, keys):
+        for field in fields:
+            option = OPTIONS[field]
             if option.group not in groups:
                 groups[option.group] = self.add_argument_group(option.group)
             flag = str(getattr(option, self._place.spelling))
             kind: dict[str, Any] = {"metavar": option.metavar}
             if option.is_switch:
                 kind = {"action": "store_const", "const": "true"}
-            elif option.key in REPEATED:
+            elif field in REPEATED:
                 kind["action"] = "append"
-            unset = option.unset
-            if defaults and option.key in defaults:
-                unset = kind["default"] = defaults[option.key]
-            is_shown = shown is None or option.key in shown
-            kind["help"] = _help(option, unset) if is_shown else argparse.SUPPRESS
+            if field in defaults:
+                kind["default"] = defaults[field]
+            kind["help"] = _help(option, defaults) if field in shown else argparse.SUPPRESS
             if flag.startswith("-"):
-                groups[option.group].add_argument(flag, dest=option.key, **kind)
+                groups[option.group].add_argument(flag, dest=field, **kind)
             else:
-                groups[option.group].add_argument(option.key, nargs="?", **kind)
+                groups[option.group].add_argument(field, nargs="?", **kind)
 
-    def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
+    def given(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
         """Return the arguments of the command's own, and the options of the model. Raises SettingError."""
         found, surplus = self.parse_known_args(words)
         for word in surplus:
@@ -84,14 +77,20 @@ class Parser(argparse.ArgumentParser):
                 raise SettingError(f"{harmless(shortened(word, 60))}: unexpected argument")
             flags = [name for action in self._actions for name in action.option_strings]
             raise unknown(word.partition("=")[0], flags)
-        texts = {key: vars(found).pop(key) for key in OPTIONS if key in found}
-        return found, {key: read(OPTIONS[key], text, self._place) for key, text in texts.items()}
+        texts = {field: vars(found).pop(field) for field in OPTIONS if field in found}
+        return found, {field: read(OPTIONS[field], text, self._place) for field, text in texts.items()}
+
+    def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Settings]:
+        """Return the arguments of the command's own, and the settings. Raises SettingError."""
+        own, given = self.given(words)
+        try:
+            return own, Settings(**given)
+        except SettingError as fault:  # it names options as `iiwa-sim` without a command does
+            text = str(fault).replace("--view-", "--").replace("CELL.toml", "--cell")
+            raise SettingError(text) from None
 
     def error(self, message: str) -> NoReturn:
         raise SettingError(shortened(harmless(message.removeprefix("argument ")), LONGEST_MESSAGE))
-
-    def print_help(self, _file: object = None) -> None:
-        say(self.format_help())
 
 
 def server_parser(*, everything: bool) -> Parser:
@@ -100,7 +99,7 @@ def server_parser(*, everything: bool) -> Parser:
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
     parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
     parser.add_argument("--help-all", action="help", help="tell all options and exit")
-    parser.add_options(OPTIONS, None if everything else COMMON)
+    parser.add_options(OPTIONS, OPTIONS if everything else COMMON)
     return parser
 
 
@@ -109,37 +108,33 @@ def from_command_line(words: Sequence[str]) -> Given:
     cell = words[0] if words and not words[0].startswith("-") else ""
     if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
         raise unknown(cell, COMMANDS, "no file and no command")
-    return server_parser(everything="--help-all" in words).parsed(words)[1]
-
-
-def path(text: str) -> Path:
-    """Return a file or folder; an empty text, as of an unset variable, would be this folder."""
-    if not text:
-        raise argparse.ArgumentTypeError("expected a name, not an empty text")
-    return Path(text)
+    return server_parser(everything="--help-all" in words).given(words)[1]
 
 
 def server(text: str) -> tuple[str, int]:
-    """Return host and port of HOST:PORT. Raises ArgumentTypeError."""
-    host, (port, *others) = servers(text)
-    if others:
+    """Return host and port of HOST:PORT, or of a URL. Raises ArgumentTypeError."""
+    host, ports = servers(text)
+    if len(ports) > 1:
         raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
-    return host, port
+    return host, ports[0]
 
 
 def servers(text: str) -> tuple[str, list[int]]:
-    """Return host and ports of HOST:PORT[,PORT], or of the URL of one port. Raises ArgumentTypeError."""
-    host, _, ports = text.rpartition("://")[2].rstrip("/").rpartition(":")
-    if not host or not re.fullmatch(r"[0-9]{1,5}(,[0-9]{1,5})*", ports):
+    """Return host and ports of HOST:PORT[,PORT]. Raises ArgumentTypeError."""
+    found = re.fullmatch(r"(?:\w+://)?\[?(.+?)\]?:([0-9]{1,5}(?:,[0-9]{1,5})*)/?", text)
+    ports = [int(port) for port in found[2].split(",")] if found else []
+    if found is None or not 1 <= min(ports) <= max(ports) <= MAX_PORT:
         raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
-    numbers = list(map(int, ports.split(",")))
-    if not 1 <= min(numbers) <= max(numbers) <= MAX_PORT:
-        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
-    return host.removeprefix("[").removesuffix("]"), numbers
+    return found[1], ports
 
 
-def _help(option: Option, unset: str) -> str:
+def reached_at(host: str) -> str:
+    """Return the address on this machine of a server that listens on `host`."""
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # among all addresses
+
+
+def _help(option: Option, defaults: Mapping[str, str]) -> str:
     if option.is_switch:
         return option.text
     limits = f"{option.expected}; " if "number" in option.expected and option.metavar != "PORT" else ""
-    return f"{option.text} ({limits}default: {unset})"
+    return f"{option.text} ({limits}default: {defaults.get(option.keyword, option.unset)})"

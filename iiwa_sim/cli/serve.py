@@ -8,14 +8,13 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.cli.output import reached_at, say
-from iiwa_sim.cli.page import Page, page_url
-from iiwa_sim.cli.parsing import from_command_line
+from iiwa_sim.cli.page import listen, page_process, page_url
+from iiwa_sim.cli.parsing import from_command_line, reached_at
 from iiwa_sim.frames import Frame
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import Robots, robots_of
@@ -38,11 +37,11 @@ def run(words: Sequence[str]) -> int:
     if "version" in given:
         from importlib import metadata
 
-        say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
+        print(f"iiwa-sim {metadata.version('iiwa-sim')}")
         return 0
     variables, warnings = from_environment(os.environ)
     robots = robots_of(merged(variables, given))
-    common = robots[0][1]
+    common = next(iter(robots.values()))
     if sys.stderr is not None:
         log.configure(common.log_level, common.log_json, sys.stderr.fileno())
     for warning in warnings:
@@ -57,24 +56,22 @@ def run(words: Sequence[str]) -> int:
 async def _serve(robots: Robots) -> None:
     over = asyncio.Event()
     cells: Cells = {}
-    page = None if robots[0][1].view_port is None else Page(robots[0][1])
+    common = next(iter(robots.values()))
     try:
         async with AsyncExitStack() as running:
-            listening = None if page is None else running.enter_context(await page.listen())
-            simulators = {name: _simulator(name, settings, cells, over.set) for name, settings in robots}
+            page = None if common.view_port is None else running.enter_context(await listen(common))
+            simulators = {name: _simulator(name, each, cells, over.set) for name, each in robots.items()}
             for name, simulator in simulators.items():
                 await running.enter_async_context(_entered(name, simulator))
             for number in (signal.SIGTERM, signal.SIGINT):
                 asyncio.get_running_loop().add_signal_handler(number, over.set)
-            lines = "".join(_announcement(name, simulator) for name, simulator in simulators.items())
-            if page is not None and listening is not None:
-                lines += f"page on {page_url(listening)}\n"
+            lines = [line for name, each in simulators.items() for line in _announcement(name, each)]
+            if page is not None:
+                lines.append(f"page on {page_url(page)}")
                 places = [place for name, each in simulators.items() for place in _places(name, each)]
-                await page.start(listening, places)
-                running.push_async_callback(page.end)  # before the robots, or it would miss them
-            say(lines)
-            if sys.stderr is not None and sys.stderr.isatty():
-                say(_banner(next(iter(simulators.values()))), sys.stderr)
+                # It ends before the robots, or it would miss them.
+                await running.enter_async_context(page_process(page, common, places))
+            print(*lines, sep="\n", flush=True)
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
             await over.wait()
@@ -106,22 +103,22 @@ def _simulator(name: str, settings: Settings, cells: Cells, end: Callable[[], No
     return simulator
 
 
-def _announcement(name: str, simulator: "Simulator") -> str:
+def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:
     """Return the listening addresses, one line for each port."""
-    own, bench = simulator.host, simulator.settings.backdoor_host
+    own, settings = simulator.host, simulator.settings
     ports: list[tuple[str, str, int | None]] = [
         (f"{robot.name} {'listening' if protocol == 'iiwa' else protocol}".lstrip(), own, port)
         for robot in simulator.robots.values()
         for protocol, port in robot.ports.items()
     ]
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
-    ports += [("backdoor", bench, simulator.backdoor_port)]
+    ports += [("backdoor", settings.backdoor_host, simulator.backdoor_port)]
     lines = [f"{what} on {host_and_port(host, port)}" for what, host, port in ports if port is not None]
     if simulator.ros_master is not None:
         lines.append(f"ROS node at {simulator.ros_master}")
     if simulator.ros2_node is not None:
         lines.append(f"ROS 2 node {simulator.ros2_node}")
-    return "".join(f"{name} {line}\n".lstrip() for line in lines)
+    return [f"{name} {line}".lstrip() for line in lines]
 
 
 def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
@@ -139,14 +136,3 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
         }
         for robot in simulator.robots.values()
     ]
-
-
-def _banner(simulator: "Simulator") -> str:
-    here, first = reached_at(simulator.host), next(iter(simulator.robots.values()))
-    robot = " and ".join(each.cell.description.name for each in simulator.robots.values())
-    protocol, port = next(iter(first.ports.items()))
-    ways = {
-        "iiwa": f"telnet {here} {port}, then type help",
-        "krc4": f"""printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
-    }
-    return f"{robot}, simulated. To try it: {ways[protocol]}. Ctrl-C ends it.\n"

@@ -12,13 +12,23 @@ import msgspec
 from msgspec import Meta
 
 from iiwa_sim.clock import pace
-from iiwa_sim.protocols.ports import MAX_PORT
-from iiwa_sim.server.token import LOOPBACK, Token, secret_in
+from iiwa_sim.protocols.ports import DEFAULT_PORTS, MAX_PORT
+from iiwa_sim.server.token import LOOPBACK, Token, is_loopback, secret_in
+from iiwa_sim.wording import Unusable
+
+
+class SettingError(Unusable, ValueError):
+    """An option is unknown, its value is wrong, or it does not fit to others. The message is one line."""
 
 
 def option_name(field: str) -> str:
     """Return the name of an option: its field without the unit."""
     return field.removesuffix("_hz").removesuffix("_s")
+
+
+def flag_of(field: str) -> str:
+    """Return an option as it is on the command line."""
+    return "CELL.toml" if field == "cell" else f"--{option_name(field).replace('_', '-')}"
 
 
 def _checked(check: Callable[[str], object], expected: str, metavar: str) -> Meta:
@@ -70,8 +80,11 @@ _robots, _connections, _time, _output = map(_group, ("robots", "connections", "t
 _backdoor, _ros, _other = map(_group, ("backdoor", "ROS", "other options"))
 
 
-class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
-    """Options of one robot and of the process that runs it."""
+class Settings(msgspec.Struct, frozen=True, kw_only=True):
+    """Options of one robot and of the process that runs it. Raises SettingError if they do not fit together.
+
+    Types and ranges are not checked here: see `sources.py`.
+    """
 
     cell: Annotated[File | None, _robots("robot, start pose, tool, surfaces and parts", "CELL.toml")] = None
     robot: Annotated[
@@ -166,33 +179,69 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, rename=option_name):
 
     version: Annotated[bool, _other("print the version and exit")] = False
 
+    def __post_init__(self) -> None:
+        fields = zip(self.__struct_fields__, self.__struct_defaults__, strict=True)
+        given = {field for field, default in fields if getattr(self, field) != default}
 
-# Rules by option name. Options of the process, which one robot of a fleet cannot have:
+        def need(field: str, others: str) -> None:
+            if field in given and not given & set(others.split()):
+                flags = " or ".join(map(flag_of, others.split()))
+                raise SettingError(f"{flag_of(field)}: expected {flags} with it")
+
+        for names, others in NEEDS.items():
+            for field in names.split():
+                need(field, others)
+        for field in ("backdoor", "view"):
+            if not is_loopback(getattr(self, f"{field}_host")):
+                need(f"{field}_host", f"{field}_token {field}_token_file")
+        for field, other in EXCLUDES.items():
+            if {field, other} <= given:
+                raise SettingError(f"{flag_of(field)}: expected no {flag_of(other)} with it")
+        for field in ("status_rate_hz", "record_rate_hz"):
+            if field in given and getattr(self, field) > self.rate_hz:
+                raise SettingError(f"{flag_of(field)}: expected at most {self.rate_hz} Hz, the --rate")
+        if not self.protocol or len(set(self.protocol)) < len(self.protocol):
+            raise SettingError("--protocol: expected one or more, each once")
+        if self.port not in ((), (0,)) and len(self.port) != len(self.protocol):
+            raise SettingError(f"--port: expected {len(self.protocol)}, one for each protocol")
+
+    @property
+    def ports(self) -> dict[str, int]:
+        """Port of each protocol, 0 for any free one."""
+        if self.port == (0,):
+            return dict.fromkeys(self.protocol, 0)
+        ports = self.port or [DEFAULT_PORTS[protocol] for protocol in self.protocol]
+        return dict(zip(self.protocol, ports, strict=True))
+
+
 PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json", "ros", "version"))
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
-COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port", "clock", "rate"))  # --help
+"""Options of the process, which one robot of a fleet cannot have."""
+COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port", "clock", "rate_hz"))
 COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
 COMMON |= {"backdoor_port", "rosbridge_port", "ros", "ros2"}
-REPEATED = ("rosbridge_origin", "rosbridge_host")  # on the command line
-WRITTEN = ("transcript", "record")  # files of which each robot writes its own
-FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)  # seen from the fleet file
-SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")  # Kubernetes sets them for a Service iiwa-sim
-LISTENS_AT = {"port": "host", "status_port": "host", "rosbridge_port": "host"}  # ports and their addresses
-LISTENS_AT |= {"backdoor_port": "backdoor_host", "view_port": "view_host"}
-NEEDS = {  # an option: at least one of these has to be given with it
-    "status_rate": ("status_port", "view_port"),
-    "record_rate": ("record",),
-    **dict.fromkeys(("rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
-    **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
-    **dict.fromkeys(("ros_result", "ros_reference", "ros_stamps"), ("rosbridge_port", "ros", "ros2")),
-    **dict.fromkeys(
-        ("backdoor_host", "backdoor_token", "backdoor_token_file"), ("backdoor_port", "view_port")
-    ),
-    **dict.fromkeys(("view_host", "view_token", "view_token_file"), ("view_port",)),
+"""Options that --help tells."""
+REPEATED = ("rosbridge_origin", "rosbridge_host")
+"""Options that the command line may give several times."""
+WRITTEN = ("transcript", "record")
+"""Files of which each robot writes its own."""
+FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)
+"""Files whose paths start at the folder of the fleet file."""
+PORTS = ("status_port", "rosbridge_port", "backdoor_port")
+"""Ports that count up with the robots, besides those of the protocols."""
+EXCLUDES = {
+    "robot": "cell",
+    "fleet": "count",
+    "backdoor_token_file": "backdoor_token",
+    "view_token_file": "view_token",
 }
-EXCLUDES = {"robot": "cell", "fleet": "count"}  # an option: this one must not be given with it
-EXCLUDES |= {"backdoor_token_file": "backdoor_token", "view_token_file": "view_token"}
-AT_MOST = {"status_rate": "rate", "record_rate": "rate"}
-NEEDS_PROTOCOL = {"strict": "iiwa", "bye_shuts_down": "iiwa"}
-NEEDS_TOKEN = {"backdoor_host": ("backdoor_token", "backdoor_token_file")}  # unless it is a loopback address
-NEEDS_TOKEN |= {"view_host": ("view_token", "view_token_file")}
+NEEDS = {
+    "status_rate_hz": "status_port view_port",
+    "record_rate_hz": "record",
+    "rosbridge_origin rosbridge_host": "rosbridge_port",
+    "ros2_python ros_namespace": "ros2",
+    "ros_result ros_reference ros_stamps": "rosbridge_port ros ros2",
+    "backdoor_host backdoor_token backdoor_token_file": "backdoor_port view_port",
+    "view_host view_token view_token_file": "view_port",
+}
+"""Options each of which needs one of the others."""

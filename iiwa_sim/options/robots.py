@@ -1,57 +1,41 @@
-"""Robots of a process: the rules between options, and the settings of each robot of a fleet."""
+"""Robots of a process: the settings of each robot of a fleet."""
 
 import re
-from collections.abc import Mapping
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from iiwa_sim.options import model
-from iiwa_sim.options.model import Settings
-from iiwa_sim.options.sources import (
-    KEYWORDS,
-    OPTIONS,
-    Given,
-    Place,
-    SettingError,
-    Value,
-    from_names,
-    merged,
-)
-from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, MAX_PORT
-from iiwa_sim.server.token import is_loopback
+from iiwa_sim.options.model import SettingError, Settings, flag_of
+from iiwa_sim.options.sources import Given, Place, from_names, merged
+from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, MAX_PORT
 
-Robots = list[tuple[str, Settings]]
-"""Name and settings of each robot of a process; a single robot has an empty name."""
+Robots = dict[str, Settings]
+"""Settings by the name of each robot of a process; a single robot has an empty name."""
 
 
-def settings_of(given: Given, defaults: Mapping[str, Any] | None = None) -> Settings:
-    """Return the settings of one robot; checks the rules and picks the ports that are not given.
-
-    Args:
-        given: Options with their sources.
-        defaults: Defaults that differ from those of the command line, by keyword.
-
-    Raises:
-        SettingError: If options do not fit together.
-    """
-    values = {OPTIONS[key].keyword: each.value for key, each in given.items()}
-    found = Settings(**{**(defaults or {}), **values})
-    _check(given, found)
-    names = robots_in(found)
-    for key in ("port", "protocol"):
-        if names and key in given and given[key].value:
-            raise _error(given, key, f"expected none: write {key} of {' and '.join(names)} in the cell")
-    ports = found.port or tuple(DEFAULT_PORTS[name] for name in found.protocol)
-    ports = () if names else ports * len(found.protocol) if ports == (0,) else ports
-    found = msgspec.structs.replace(found, port=ports)
-    if len(found.port) != len(found.protocol) and not names:
-        raise _error(given, "port", f"expected {len(found.protocol)}, one for each protocol")
-    if found.view_port is not None:  # the page is a client of both
-        status = found.status_port or 0
-        found = msgspec.structs.replace(found, status_port=status, backdoor_port=found.backdoor_port or 0)
-    return found
+def robots_of(given: Given) -> Robots:
+    """Return name and settings of each robot of the process. Raises SettingError."""
+    if "fleet" in given and "count" not in given:
+        fleet = Path(given["fleet"])
+        robots = _named(fleet, {key: value for key, value in given.items() if key != "fleet"})
+        before = f"{fleet}: "
+    else:
+        common, before = Settings(**given), ""
+        names = [""] if common.count is None else [f"robot-{number}" for number in range(common.count)]
+        robots = {name: _numbered(common, number, name) for number, name in enumerate(names)}
+    if len(robots) > 1 and given.get("ros"):
+        raise SettingError("--ros: expected one robot: a process is one node of ROS 1")
+    spaces = [robot.ros_namespace.strip("/") for robot in robots.values() if robot.ros2]
+    if len(set(spaces)) < len(spaces):
+        raise SettingError(f"{before}--ros-namespace: expected a different one for each robot on ROS 2")
+    written = [file for robot in robots.values() for key in model.WRITTEN if (file := getattr(robot, key))]
+    for file in written:
+        if written.count(file) > 1 and not Path(file).is_char_device():
+            raise SettingError(f"{before}{file}: expected a file of its own for each robot and option")
+    return robots
 
 
 def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
@@ -59,8 +43,6 @@ def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
 
     A file that cannot be used has none: whoever loads the cell says why.
     """
-    import tomllib
-
     try:
         file = tomllib.loads(Path(settings.cell or settings.robot or "").read_text(encoding="utf-8-sig"))
         found = {}
@@ -74,52 +56,7 @@ def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
     return found
 
 
-def given_by(settings: Settings) -> Given:
-    """Return those options of settings that differ from their defaults, checked. Raises SettingError."""
-    values = {each.keyword: (each, getattr(settings, each.keyword)) for each in OPTIONS.values()}
-    changed = {name: value for name, (each, value) in values.items() if value != each.default}
-    process = {
-        each.key: Value(changed.pop(name), KEYWORDS)
-        for name, (each, _) in values.items()
-        if each.key in model.PROCESS and name in changed
-    }
-    return from_names(changed, KEYWORDS) | process
-
-
-def from_keywords(
-    keywords: Mapping[str, Any], settings: Settings | None = None, folder: Path | None = None
-) -> Settings:
-    """Return settings from keyword arguments, which hold before `settings`. Raises SettingError.
-
-    Ports are free ones if none is given.
-    """
-    given = merged(given_by(settings or Settings()), from_names(keywords, KEYWORDS, folder))
-    found = settings_of(given, {"port": (0,)})
-    _check_overlaps([("", found)])
-    return found
-
-
-def robots_of(given: Given) -> Robots:
-    """Return name and settings of each robot of the process. Raises SettingError."""
-    if "fleet" in given and "count" in given:
-        raise _error(given, "fleet", f"expected no {given['fleet'].place.show(OPTIONS['count'])} with it")
-    if "fleet" in given:
-        robots = _named(Path(given["fleet"].value), {k: each for k, each in given.items() if k != "fleet"})
-    elif "count" in given:
-        common = settings_of(given)
-        numbers = range(given["count"].value)
-        robots = [(f"robot-{k}", _numbered(common, k, f"robot-{k}", set())) for k in numbers]
-    else:
-        robots = [("", settings_of(given))]
-    if len(robots) > 1 and robots[0][1].ros:
-        raise _error(given, "ros", "expected one robot: a process is one node of ROS 1")
-    _check_overlaps(robots, f"{given['fleet'].value}: " if "fleet" in given else "")
-    return robots
-
-
-def _named(path: Path, given: Given) -> Robots:
-    import tomllib
-
+def _named(path: Path, common: Given) -> Robots:
     try:
         file = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as fault:
@@ -129,78 +66,39 @@ def _named(path: Path, given: Given) -> Robots:
     tables = file.get("robot")
     if not isinstance(tables, dict) or not tables:
         raise SettingError(f"{path}: expected at least one robot, as [robot.NAME]")
-    robots: Robots = []
+    robots: Robots = {}
     for index, (name, table) in enumerate(tables.items()):
+        before = f"{path}: robot.{name}"
         if not re.fullmatch(r"[A-Za-z0-9_.-]{1,100}", name) or not isinstance(table, dict):
-            raise SettingError(f"{path}: robot.{name}: expected a table and a name of letters, digits, - _ .")
-        own = from_names(table, Place("key", " = ", f"{path}: robot.{name}."), path.parent)
-        both = merged(given, own)
-        spoken = both["protocol"].value if "protocol" in both else Settings().protocol
-        for key, protocol in model.NEEDS_PROTOCOL.items():  # given for the robots that speak it
-            if key in given and key not in own and protocol not in spoken:
-                del both[key]
-        robots.append((name, _numbered(settings_of(both), index, name, set(own))))
-    for key in model.NEEDS_PROTOCOL:
-        if key in given and not any(getattr(robot, key) for _, robot in robots):
-            raise _error(given, key, f"expected a robot with {model.NEEDS_PROTOCOL[key]} in its protocol")
+            raise SettingError(f"{before}: expected a table and a name of letters, digits, - _ .")
+        own = from_names(table, Place("key", " = ", f"{before}."), path.parent)
+        try:
+            robots[name] = _numbered(Settings(**merged(common, own)), index, name, own)
+        except SettingError as fault:
+            raise SettingError(f"{before}: {fault}") from None
     return robots
 
 
-def _numbered(robot: Settings, index: int, name: str, own: set[str]) -> Settings:
+def _numbered(robot: Settings, index: int, name: str, own: Given | None = None) -> Settings:
     """Return settings with ports and files of this robot, except for its `own` options."""
+    own = own or {}
     changed: dict[str, Any] = {}
-    for key in (key for key in model.LISTENS_AT if key not in own and key not in model.PROCESS):
-        ports = getattr(robot, key)
-        moved = [port and port + index for port in (ports if key == "port" else [ports])]
-        if max((port or 0 for port in moved), default=0) > MAX_PORT:
-            raise SettingError(
-                f"{OPTIONS[key].flag}: robot {index} has port {max(moved)}, expected up to {MAX_PORT}"
-            )
-        changed[key] = tuple(moved) if key == "port" else moved[0]
-    for key in (key for key in model.WRITTEN if key not in own and getattr(robot, key)):
-        path = Path(getattr(robot, key))
-        changed[key] = str(path.with_stem(f"{path.stem}-{name}"))
+    for key in model.PORTS:
+        if key not in own and (port := getattr(robot, key)):
+            changed[key] = _moved(key, port, index)
+    if "port" not in own and not robots_in(robot):
+        changed["port"] = tuple(_moved("port", port, index) for port in robot.ports.values())
+    if robot.view_port is not None:  # the page is a client of both
+        for key in ("status_port", "backdoor_port"):
+            changed.setdefault(key, getattr(robot, key) or 0)
+    for key in model.WRITTEN:
+        if name and key not in own and (file := getattr(robot, key)):
+            changed[key] = str(Path(file).with_stem(f"{Path(file).stem}-{name}"))
     return msgspec.structs.replace(robot, **changed)
 
 
-def _check(given: Given, found: Settings) -> None:
-    values = {key: each.value for key, each in given.items()}
-    values = {key: v for key, v in values.items() if v is not None and v is not False and v not in ((), "")}
-    if len(set(found.protocol)) < max(len(found.protocol), 1):
-        raise _error(given, "protocol", "expected one or more, each once")
-    for key, value in values.items():
-
-        def named(other: str, spelling: str = given[key].place.spelling) -> str:
-            return str(getattr(OPTIONS[other], spelling))
-
-        needed = model.NEEDS.get(key, (key,))
-        if not values.keys() & set(needed):
-            raise _error(given, key, f"expected {' or '.join(map(named, needed))} with it")
-        if model.EXCLUDES.get(key) in values:
-            raise _error(given, key, f"expected no {named(model.EXCLUDES[key])} with it")
-        limit = model.AT_MOST.get(key)
-        if limit and value > (most := getattr(found, OPTIONS[limit].keyword)):
-            raise _error(given, key, f"expected at most {most} Hz, the {named(limit)}")
-        if model.NEEDS_PROTOCOL.get(key, found.protocol[0]) not in found.protocol:
-            raise _error(given, key, f"expected {model.NEEDS_PROTOCOL[key]} in {named('protocol')}")
-        tokens = model.NEEDS_TOKEN.get(key)
-        if tokens and not values.keys() & set(tokens) and not is_loopback(value):
-            raise _error(given, key, f"expected {' or '.join(map(named, tokens))} with it")
-
-
-def _check_overlaps(robots: Robots, before: str = "") -> None:
-    """Check what no system call would refuse: files and names on ROS 2 that two robots share."""
-    spaces = [robot.ros_namespace.strip("/") for _, robot in robots if robot.ros2]
-    if len(set(spaces)) < len(spaces):
-        raise SettingError(f"{before}--ros-namespace: expected a different one for each robot on ROS 2")
-    written = [Path(file) for _, robot in robots for key in model.WRITTEN if (file := getattr(robot, key))]
-    files = [path.resolve() for path in written if not path.is_char_device()]
-    for path in files:
-        if files.count(path) > 1:
-            raise SettingError(f"{before}{path}: expected a file of its own for each robot and option")
-
-
-def _error(given: Given, key: str, expected: str) -> SettingError:
-    value, place = given[key]
-    shown = list(value) if isinstance(value, tuple) else None if value is True else value
-    return SettingError(f"{place.show(OPTIONS[key], shown)}: {expected}")
+def _moved(key: str, port: int, index: int) -> int:
+    moved = port and port + index
+    if moved > MAX_PORT:
+        raise SettingError(f"{flag_of(key)}: robot {index} has port {moved}, expected up to {MAX_PORT}")
+    return moved

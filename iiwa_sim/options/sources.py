@@ -8,14 +8,13 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin
 import msgspec
 
 from iiwa_sim.options import model
-from iiwa_sim.wording import Unusable, harmless, shortened
+from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.wording import harmless, shortened
 
 LONGEST_SHOWN = 60
 """Most characters of a name or a value that a message shows."""
-
-
-class SettingError(Unusable, ValueError):
-    """An option is unknown, or its value is wrong. The message is one line."""
+SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")
+"""Variables that Kubernetes sets for a Service named iiwa-sim."""
 
 
 def _either(words: Sequence[str]) -> str:
@@ -26,10 +25,9 @@ class Option:
     """One option in all its spellings."""
 
     def __init__(self, field: msgspec.structs.FieldInfo) -> None:
-        self.key, self.keyword, self.default = field.encode_name, field.name, field.default
-        flag = f"--{self.key.replace('_', '-')}"
-        self.flag = "CELL.toml" if self.key == "cell" else flag
-        self.command_flag = flag.replace("--view-", "--")  # in commands such as plot and view
+        self.keyword, self.key, self.default = field.name, model.option_name(field.name), field.default
+        self.flag = model.flag_of(field.name)
+        self.command_flag = f"--{self.key.replace('_', '-')}".replace("--view-", "--")  # in show, view, plot
         self.variable = f"IIWA_SIM_{self.key.upper()}"
         arms, self.is_list = get_args(get_args(field.type)[0]), isinstance(self.default, tuple)
         self.type = arms[0] if type(None) in arms else field.type
@@ -53,32 +51,25 @@ class Option:
 
 
 class Place(NamedTuple):
-    """Source of a value, and how this source spells options."""
+    """Source of values, and how it spells options."""
 
     spelling: str
     equals: str
     before: str = ""
     is_text: bool = False
 
-    def show(self, option: Option, value: object = None) -> str:
+    def show(self, option: Option, value: object) -> str:
         """Return an option and its value as the user wrote them, such as `--rate 5`; tokens stay hidden."""
         words = map(str, value if isinstance(value, list | tuple) else [value])
         text = (",".join(words) or "''") if self.is_text else repr(value)
         text = "***" if option.metavar == "TOKEN" else shortened(harmless(text), LONGEST_SHOWN)
-        return f"{self.before}{getattr(option, self.spelling)}{'' if value is None else self.equals + text}"
+        return f"{self.before}{getattr(option, self.spelling)}{self.equals}{text}"
 
 
-class Value(NamedTuple):
-    """A checked value and its source."""
-
-    value: Any
-    place: Place
-
-
-Given = dict[str, Value]
-"""Values by the names of their options."""
-OPTIONS = {field.encode_name: Option(field) for field in msgspec.structs.fields(model.Settings)}
-"""The options by name."""
+Given = dict[str, Any]
+"""Checked values by the fields of `Settings`."""
+OPTIONS = {field.name: Option(field) for field in msgspec.structs.fields(Settings)}
+"""The options by the fields of `Settings`."""
 ENVIRONMENT = Place("variable", "=", is_text=True)
 KEYWORDS = Place("keyword", "=")
 
@@ -90,7 +81,7 @@ def from_environment(variables: Mapping[str, str]) -> tuple[Given, list[str]]:
     """
     known = {each.variable: each for each in OPTIONS.values() if each.key != "version"}
     mine = {name for name, text in variables.items() if text and name.startswith("IIWA_SIM_")}
-    mine -= {name for name in mine if name.startswith(model.SERVICE_LINKS) or "tcp://" in variables[name]}
+    mine -= {name for name in mine if name.startswith(SERVICE_LINKS) or "tcp://" in variables[name]}
     given = from_names({name: variables[name] for name in known if name in mine}, ENVIRONMENT)
     return given, [str(unknown(name, known)) for name in sorted(mine - known.keys())]
 
@@ -102,7 +93,20 @@ def from_names(names: Mapping[str, Any], place: Place, folder: Path | None = Non
     for name in sorted(names.keys() - known.keys()):
         raise unknown(name, known, before=place.before)
     given = {known[name]: value for name, value in names.items() if value is not None}
-    return {option.key: read(option, value, place, folder) for option, value in given.items()}
+    return {option.keyword: read(option, value, place, folder) for option, value in given.items()}
+
+
+def from_keywords(keywords: Mapping[str, Any], settings: Settings | None = None) -> Settings:
+    """Return settings from keyword arguments, which precede `settings`. Raises SettingError.
+
+    Ports are free ones if none is given.
+    """
+    common: Given = {"port": (0,)}
+    for name, option in OPTIONS.items():
+        value = getattr(settings or Settings(), name)
+        if value != option.default:
+            common[name] = read(option, value, KEYWORDS)
+    return Settings(**merged(common, from_names(keywords, KEYWORDS)))
 
 
 def merged(*sources: Given) -> Given:
@@ -115,7 +119,7 @@ def merged(*sources: Given) -> Given:
     return found
 
 
-def read(option: Option, given: Any, place: Place, folder: Path | None = None) -> Value:
+def read(option: Option, given: Any, place: Place, folder: Path | None = None) -> Any:
     """Return a checked value. Raises SettingError with the option, its value and what is expected."""
     value = str(given) if isinstance(given, Path) else given
     if option.is_list and not isinstance(value, list | tuple):
@@ -129,7 +133,7 @@ def read(option: Option, given: Any, place: Place, folder: Path | None = None) -
         list(map(option.check, value if option.is_list else [value]))
     except (msgspec.ValidationError, ValueError, OSError):
         raise SettingError(f"{place.show(option, given)}: expected {option.expected}") from None
-    return Value(value, place)
+    return value
 
 
 def unknown(name: str, known: Iterable[str], what: str = "no such option", before: str = "") -> SettingError:

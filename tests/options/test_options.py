@@ -35,18 +35,19 @@ def secret(tmp_path: Path) -> str:
 
 def test_an_option_has_the_same_value_by_each_way(secret: str) -> None:
     values = dict(word.replace("SECRET", secret).split("=", 1) for word in VALUES.split())
-    assert values.keys() == OPTIONS.keys() - {"version"}
+    options = {option.key: option for option in OPTIONS.values()}
+    assert values.keys() == options.keys() - {"version"}
     for key, text in values.items():
-        option = OPTIONS[key]
+        option = options[key]
         words = [f"{option.flag}={each}" for each in (text.split(",") if key in REPEATED else [text])]
         words = [option.flag] if option.is_switch else [text] if key == "cell" else words
-        value = from_command_line(words)[key].value
+        value = from_command_line(words)[option.keyword]
         assert value != option.default
-        assert from_environment({option.variable: text})[0][key].value == value
-        if key not in PROCESS:
+        assert from_environment({option.variable: text})[0][option.keyword] == value
+        if option.keyword not in PROCESS:
             native = list(value) if option.is_list else value
-            assert from_names({key: native}, Place("key", " = "))[key].value == value
-            assert from_names({option.keyword: native}, Place("keyword", "="))[key].value == value
+            assert from_names({key: native}, Place("key", " = "))[option.keyword] == value
+            assert from_names({option.keyword: native}, Place("keyword", "="))[option.keyword] == value
 
 
 def test_the_command_line_comes_before_the_environment_and_an_empty_variable_is_none() -> None:
@@ -68,16 +69,16 @@ WRONG = {
     "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
     "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
     "--servo-timeout 0": "--servo-timeout 0: expected a number above 0 and up to 86400 s",
-    "--status-rate 50": "--status-rate 50: expected --status-port or --view-port with it",
-    "--protocol krc4 --strict": "--strict: expected iiwa in --protocol",
+    "--status-rate 20": "--status-rate: expected --status-port or --view-port with it",
+    "--port 1,2": "--port: expected 1, one for each protocol",
     "--prot 1": "--prot: no such option, did you mean --port?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
-    "a.toml --robot lbr_iiwa_7_r800": "--robot lbr_iiwa_7_r800: expected no CELL.toml with it",
+    "a.toml --robot lbr_iiwa_7_r800": "--robot: expected no CELL.toml with it",
     "chek-cell a.toml": "chek-cell: no file and no command, did you mean check-cell?",
     "shwo": "shwo: no file and no command, did you mean show?",
     "--count 2 --ros": "--ros: expected one robot",
     "--transcript /tmp/a --record /tmp/a": "/tmp/a: expected a file of its own for each robot and option",
-    "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host 0.0.0.0: expected --backdoor-token or "
+    "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host: expected --backdoor-token or "
     "--backdoor-token-file with it",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
     "--backdoor-port 0 --backdoor-token-file /no/such": "--backdoor-token-file /no/such: expected a readable",
@@ -99,7 +100,7 @@ def test_keywords_and_settings_of_a_simulator() -> None:
         "lbr_iiwa_14_r820", settings=Settings(clock="fast", protocol=("iiwa", "krc4")), rate_hz=250
     )
     assert found.settings == Settings(
-        robot="lbr_iiwa_14_r820", clock="fast", protocol=("iiwa", "krc4"), rate_hz=250, port=(0, 0)
+        robot="lbr_iiwa_14_r820", clock="fast", protocol=("iiwa", "krc4"), rate_hz=250, port=(0,)
     )
     assert found.clock.tick_s == 0.004
     assert Simulator(cell=found.cell).cell is found.cell
@@ -111,7 +112,7 @@ def test_keywords_and_settings_of_a_simulator() -> None:
         ({"stirct": True}, "stirct: no such option, did you mean strict?"),
         ({"rate_hz": 5}, "rate_hz=5: expected a whole number from 100 to 1000 Hz"),
         ({"strict": 1}, "strict=1: expected true or false"),
-        ({"record_rate_hz": 10}, "record_rate_hz=10: expected record with it"),
+        ({"record_rate_hz": 10}, "--record-rate: expected --record with it"),
         ({"settings": Settings(rate_hz=5)}, "rate_hz=5: expected"),
         ({"log_level": "debug"}, "log_level: no such option"),
     ],
@@ -128,6 +129,6 @@ def test_the_pages_of_options_and_backdoor_are_current() -> None:
 
 
 def test_an_address_is_taken_as_it_is_printed() -> None:
-    assert from_names({"host": "[::1]"}, Place("keyword", "="))["host"].value == "::1"
+    assert from_names({"host": "[::1]"}, Place("keyword", "="))["host"] == "::1"
     assert servers("http://[::1]:8080/") == ("::1", [8080])
     assert servers("127.0.0.1:30000,54600") == ("127.0.0.1", [30000, 54600])
