@@ -18,7 +18,7 @@ from tests.talking import Client
 
 # No test asks how long something takes. Samples are the same in every run: few in `make test`, many with
 # HYPOTHESIS_PROFILE=many. HYPOTHESIS_PROFILE=hunt draws new ones.
-for profile, samples in (("few", 6), ("many", 60), ("hunt", 100)):
+for profile, samples in (("few", 4), ("many", 60), ("hunt", 100)):
     settings.register_profile(
         profile,
         max_examples=samples,
@@ -40,6 +40,7 @@ collect_ignore = ["examples"]  # a project of its own: test_examples.py runs it
 
 def pytest_collection_finish() -> None:
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)  # tests make many objects, and few cycles
     gc.enable()
 
 

@@ -8,5 +8,5 @@ MANY = os.environ.get("HYPOTHESIS_PROFILE") in ("many", "hunt")
 
 
 def some(count: int) -> int:
-    """A seventh of the samples, at least 5; with the profile `many` all of them."""
-    return count if MANY else max(count // 7, 5)
+    """A tenth of the samples, at least 4; with the profile `many` all of them."""
+    return count if MANY else max(count // 10, 4)

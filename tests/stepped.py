@@ -26,7 +26,7 @@ ARMS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 """One of each kind of arm: what holds of any robot is tested on both."""
 ALL_ROBOTS = [name if name in ARMS else pytest.param(name, marks=pytest.mark.slow) for name in ROBOTS]
 """To parametrize tests with: `make test` leaves a second arm of a kind to `make test-slow`."""
-STIFF = {Mode.DIRECT, Mode.TRAJECTORY}
+STIFF = (Mode.DIRECT, Mode.TRAJECTORY)
 """The modes with the limits of direct moves."""
 TOLERANCE = 1.01  # of planned acceleration
 VELOCITY_TOLERANCE, JERK_TOLERANCE = 1.005, 1.05
@@ -133,11 +133,14 @@ class SteppedRobot:
         if self.controller.override != self._override:
             self._override = self.controller.override
             self._stop_ticks = round(CHANGE_S / self.tick_s)
-        if mode is not self._mode and self._mode is not Mode.UNKNOWN:
-            self.may_stop()
-        if not STIFF.isdisjoint((mode, self._mode)):
+        if mode is not self._mode:
+            if self._mode is not Mode.UNKNOWN:
+                self.may_stop()
+            if self._mode in STIFF:
+                self._direct_ticks = self._longest_stop
+            self._mode = mode
+        if mode in STIFF:
             self._direct_ticks = self._longest_stop
-        self._mode = mode
 
     def runs_until_stopped(self, limit_s: float = 600.0) -> int:
         """Ticks until the robot is at rest."""

@@ -1,56 +1,10 @@
-"""Several robots in one process: ports, names, options of each, and that none notices the others."""
+"""Files of several robots in one process: the options of each, and what is wrong in them."""
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import json
-import re
-import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
-from tests.processes import IIWA_SIM, next_line, refused, robots
-from tests.talking import DEADLINE_S, Client
-
-
-@contextlib.contextmanager
-def fleet(*options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, dict[str, int]]]]:
-    """A process, and by robot and port's name the ports."""
-    with subprocess.Popen(
-        [*IIWA_SIM, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
-        try:
-            expected = len(robots(*options)) * sum(option.endswith("port") for option in options)
-            ports: dict[str, dict[str, int]] = {}
-            for _ in range(expected):
-                line = next_line(process)
-                found = re.fullmatch(r"(?:(\S+) )?(\w+) on 127\.0\.0\.1:(\d+)\n", line)
-                assert found is not None, line
-                ports.setdefault(found[1] or "", {})[found[2]] = int(found[3])
-            yield process, ports
-        finally:
-            process.kill()
-
-
-def test_one_log_tells_which_robot() -> None:
-    with fleet("--count", "2", "--port", "0", "--log-level", "info", "--log-json") as (process, ports):
-
-        async def said() -> None:
-            for name in ("robot-1", "robot-0"):
-                client = await Client.connect(ports[name]["listening"])
-                assert await client.ask(f"nonsense {name}") == "unknown command"
-                assert await client.ask("bye") == "bye"
-                await client.leaves()
-
-        asyncio.run(said())
-        process.terminate()
-        _, told = process.communicate(timeout=DEADLINE_S)
-    lines = [json.loads(line) for line in told.splitlines()]
-    refused = [(line["robot"], line["line"]) for line in lines if "code" in line]
-    assert refused == [("robot-1", "nonsense robot-1"), ("robot-0", "nonsense robot-0")]
-    assert {line["robot"] for line in lines if "session" in line} == {"robot-0", "robot-1"}
-    assert process.returncode == 0
+from tests.processes import refused, robots
 
 
 def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:

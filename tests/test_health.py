@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.simulator import Simulator
-from tests.processes import IIWA_SIM, started
 
 
 @contextmanager
@@ -31,18 +29,11 @@ def started_as(*words: str, **environment: str) -> Iterator[int]:
         process.stdin.write(b"\n")
 
 
-def free_ports(count: int) -> list[int]:
-    with ExitStack() as taken:
-        listeners = [taken.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
-        return [listener.getsockname()[1] for listener in listeners]
-
-
 def test_a_server_is_asked_in_all_its_protocols_on_the_ports_of_its_command_line() -> None:
-    ports = ",".join(map(str, free_ports(2)))
-    with started(*IIWA_SIM, "--protocol", "krc4,iiwa", "--port", ports) as server:
-        assert server.line()
-        assert server.line()
-        assert main(["health", str(server.process.pid)]) == 0
+    with Simulator(protocol=["krc4", "iiwa"]) as robot:
+        ports = ",".join(str(robot.ports[name]) for name in ("krc4", "iiwa"))
+        with started_as("iiwa-sim", "--protocol", "krc4,iiwa", "--port", ports) as process:
+            assert main(["health", str(process)]) == 0
 
 
 def test_of_several_robots_the_first_is_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

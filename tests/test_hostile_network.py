@@ -7,6 +7,8 @@ import signal
 import socket
 from pathlib import Path
 
+import pytest
+
 from iiwa_sim import Simulator
 from iiwa_sim.client import Iiwa
 from tests.processes import running
@@ -31,15 +33,18 @@ def said_to(port: int, data: bytes) -> bytes:
         return answer
 
 
-def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() -> None:
-    options = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0"
-    with running(*options.split()) as simulator:
-        ports = {"iiwa": simulator.port}
-        for name in ("krc4", "status", "rosbridge", "backdoor"):
-            ports[name] = int(simulator.line().rpartition(":")[2])
-        for name, port in ports.items():
-            if name == "backdoor":
-                continue
+def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    with Simulator(
+        protocol=["iiwa", "krc4"], status_port=0, backdoor_port=0, rosbridge_port=0
+    ) as simulator:
+        rosbridge, backdoor = simulator.rosbridge_port, simulator.backdoor_port
+        assert simulator.status_port is not None
+        assert rosbridge is not None
+        assert backdoor is not None
+        lines = {**simulator.ports, "status": simulator.status_port, "rosbridge": rosbridge}
+        for name, port in lines.items():
             answer = said_to(port, FROM_A_PAGE)
             if name == "rosbridge":
                 assert b" 101 " not in answer
@@ -52,17 +57,15 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
             b"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
             b"Sec-WebSocket-Version: 13\r\n\r\n"
         )
-        assert said_to(ports["rosbridge"], foreign).startswith(b"HTTP/1.1 403 ")
-        assert said_to(ports["backdoor"], foreign).startswith(b"HTTP/1.1 403 ")
+        assert said_to(rosbridge, foreign).startswith(b"HTTP/1.1 403 ")
+        assert said_to(backdoor, foreign).startswith(b"HTTP/1.1 403 ")
         rebound = foreign.replace(b"Origin: https://evil.example\r\n", b"").replace(
             b"127.0.0.1", b"evil.example"
         )
-        assert said_to(ports["rosbridge"], rebound).startswith(b"HTTP/1.1 403 ")
-        assert said_to(ports["backdoor"], rebound).startswith(b"HTTP/1.1 403 ")
-        with Iiwa("127.0.0.1", simulator.port) as robot:
-            assert robot.command("get override") == "1.0"
-        code, log = simulator.ends(signal.SIGTERM)
-    assert code == 0
+        assert said_to(rosbridge, rebound).startswith(b"HTTP/1.1 403 ")
+        assert said_to(backdoor, rebound).startswith(b"HTTP/1.1 403 ")
+        assert simulator.state().override == 1.0
+    log = caplog.text
     closed = [line for line in log.splitlines() if "closed: it sent an HTTP request" in line]
     assert len(closed) == 3
     assert log.count("(rosbridge) refused: ") == 3, "in words of websockets for the page, and as follows:"

@@ -1,19 +1,27 @@
-"""What is optional costs nothing where nobody asks for it: it is not even loaded."""
+"""Optional rooms and libraries: nobody loads them unasked, and a missing one is told in one line."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
+
+from tests.processes import ended
 
 LOADED = """
 import sys
 import iiwa_sim.cli.serve
+from iiwa_sim.cli import main
 from iiwa_sim.simulator import Simulator
-Simulator()
-print(*(name for name in sys.modules if name.startswith(("iiwa_sim.ros", "iiwa_sim.recordings", "mcap"))))
+with Simulator(clock="stepped") as simulator:
+    simulator.advance(0.02)
+optional = ("iiwa_sim.ros", "iiwa_sim.recordings", "mcap", "mujoco", "matplotlib", "viser")
+print(*(name for name in sys.modules if name.startswith(optional)), flush=True)
+sys.modules["mcap"] = None
+sys.exit(main(["plot", "a.mcap", "-o", "a.png"]))
 """
 
 
-def test_rooms_of_ros_and_recordings_are_loaded_only_for_a_robot_that_has_them() -> None:
-    told = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+def test_rooms_and_libraries_are_loaded_only_for_a_robot_that_has_them() -> None:
+    told = ended([sys.executable, "-c", LOADED])
     assert set(told.stdout.split()) == {"iiwa_sim.recordings", "iiwa_sim.recordings.recordings"}
+    assert told.returncode == 2
+    assert told.stderr == "iiwa-sim: a recording needs the library mcap: pip install -e '.[record]'\n"

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from iiwa_sim.client import Iiwa
-from tests.processes import ended, refused, running
+from tests.processes import IIWA_SIM, ended, refused, running, started
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
@@ -64,8 +64,10 @@ def test_a_port_in_use() -> None:
 
 
 def test_the_log_as_json() -> None:
-    with running("--log-json", "--log-level", "debug") as simulator:
-        with socket.create_connection(("127.0.0.1", simulator.port)) as client:
+    """Of two robots in one process; each entry names its robot."""
+    with started(*IIWA_SIM, "--count", "2", "--port", "0", "--log-json", "--log-level", "debug") as simulator:
+        ports = [int(simulator.line().rpartition(":")[2]) for _ in range(2)]
+        with socket.create_connection(("127.0.0.1", ports[1])) as client:
             name = "{}:{}".format(*client.getsockname())
             for line in (b"hello", b"get joint position : 1\x1b[2J\xe2\x80\xae", b'{"level": "error"}'):
                 client.sendall(line + b"\n")
@@ -81,6 +83,7 @@ def test_the_log_as_json() -> None:
     assert [event["level"] for event in ours] == [
         "info", "debug", "debug", "warning", "debug", "info"
     ]  # fmt: skip
+    assert {event["robot"] for event in ours} == {"robot-1"}
     assert (ours[1]["line"], ours[1]["reply"]) == ("hello", "hello")
     assert ours[3]["line"] == '{"level": "error"}'
     assert ours[3]["reason"]

@@ -130,6 +130,7 @@ def roslibjs(pytestconfig: pytest.Config) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA002", "FRA005")
 def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros_roslibjs.mjs", roslibjs)

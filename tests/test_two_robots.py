@@ -7,7 +7,8 @@ import logging
 import signal
 import socket
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
+from http.client import HTTPConnection
 from pathlib import Path
 
 import msgspec
@@ -291,7 +292,22 @@ def test_a_single_robot_may_have_a_name_and_a_base(tmp_path: Path) -> None:
         assert bar.frame[:2] == pytest.approx((740, 200), abs=0.1)
 
 
-def test_the_command_line_tells_the_ports_of_each_robot(
+def shows_both(port: int) -> None:
+    """The page of a port shows both robots in their places, and acts on each."""
+    with closing(HTTPConnection("127.0.0.1", port, timeout=60)) as page:
+        page.request("GET", "/")
+        assert b"<html" in page.getresponse().read()
+    with viewing(port) as viewer:
+        viewer.until(lambda message: message.get("name", "").startswith("/robots/0/bodies/"))
+        stands = viewer.until(lambda each: each.get("name") == "/robots/1" and "position" in each)
+        assert stands["position"] == pytest.approx((1.29, 0.0, 0.0))
+        viewer.clicks("Robot", "right")
+        viewer.commands("Emergency stop")
+        viewer.shows("Emergency stop is PRESSED")
+        assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/bodies/")]
+
+
+def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with ExitStack() as taken:
@@ -302,20 +318,24 @@ def test_the_command_line_tells_the_ports_of_each_robot(
         text = text.replace(f'name = "{name}"', f'name = "{name}"\nport = {port}')
     file, transcript = tmp_path / "cell.toml", tmp_path / "said.txt"
     file.write_text(text)
-    options = ("--status-port", "0", "--backdoor-port", "0", "--transcript", str(transcript))
+    options = ("--backdoor-port", "0", "--view-port", "0", "--transcript", str(transcript))
     with started(*IIWA_SIM, str(file), *options) as server:
-        lines = [server.line() for _ in range(4)]
+        lines = [server.line().strip() for _ in range(5)]
         assert lines[:2] == [
-            f"left listening on 127.0.0.1:{ports[0]}\n",
-            f"right listening on 127.0.0.1:{ports[1]}\n",
+            f"left listening on 127.0.0.1:{ports[0]}",
+            f"right listening on 127.0.0.1:{ports[1]}",
         ]
-        assert [line.split()[0] for line in lines[2:]] == ["status", "backdoor"]
+        assert [line.split()[0] for line in lines[2:]] == ["status", "backdoor", "page"]
         assert main(["health", str(server.process.pid)]) == 0
         client = Connection("127.0.0.1", ports[1], 60)
         client.send(b"wrong\r\n")
         assert client.read_line() == b"unknown command"
         client.close()
+        page = int(lines[-1].rstrip("/").rpartition(":")[2])
+        shows_both(page)
         code, said = server.ends(signal.SIGTERM)
+        with pytest.raises(OSError, match="refused"):
+            socket.create_connection(("127.0.0.1", page), 60)
     assert code == 0
     assert "warning right 127.0.0.1:" in said, "the log names the robot"
     assert "lost" not in said
@@ -358,16 +378,3 @@ def test_the_fixture_has_all_robots_and_its_report_their_dialogues(pytester: pyt
         ["*iiwa left dialogue*", "nothing was said", "*iiwa right dialogue*", "*> get mode"]
     )
     result.stdout.fnmatch_lines(["E*AssertionError: on purpose"])
-
-
-def test_the_page_shows_all_robots_in_their_places() -> None:
-    with started(*IIWA_SIM, str(CELL), "--view-port", "0", "--clock", "fast") as server:
-        lines = [server.line() for _ in range(5)]
-        with viewing(int(lines[-1].rstrip("/\n").rpartition(":")[2])) as viewer:
-            viewer.until(lambda message: message.get("name", "").startswith("/robots/0/bodies/"))
-            stands = viewer.until(lambda each: each.get("name") == "/robots/1" and "position" in each)
-            assert stands["position"] == pytest.approx((1.29, 0.0, 0.0))
-            viewer.clicks("Robot", "right")
-            viewer.commands("Emergency stop")
-            viewer.shows("Emergency stop is PRESSED")
-            assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/bodies/")]

@@ -4,32 +4,12 @@ from __future__ import annotations
 
 import signal
 import socket
-import urllib.request
 from collections.abc import Sequence
 
 import pytest
 
 from tests.processes import IIWA_SIM, refused, running, started
-from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
-
-
-def page_port(lines: Sequence[str]) -> int:
-    (url,) = [line.removeprefix("page on ") for line in lines if line.startswith("page on ")]
-    return int(url.rstrip("/").rpartition(":")[2])
-
-
-def test_the_page_comes_with_the_robot_and_goes_with_it() -> None:
-    with running("--view-port", "0") as simulator:
-        port = page_port([simulator.line().strip() for _ in range(3)])
-        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        with opener.open(f"http://127.0.0.1:{port}/", timeout=DEADLINE_S) as page:
-            assert b"<html" in page.read()
-        with viewing(port) as viewer:
-            viewer.labelled("Emergency stop")
-        assert simulator.ends(signal.SIGTERM) == (0, "")
-        with pytest.raises(OSError, match="refused"):
-            socket.create_connection(("127.0.0.1", port), DEADLINE_S)
 
 
 @pytest.mark.slow
@@ -37,7 +17,7 @@ def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
     with running("--status-port", "0") as simulator:
         status = simulator.line().split()[-1]
         with started(*IIWA_SIM, "view", status, "--port", "0") as page:
-            with viewing(page_port([page.line().strip()])) as viewer:
+            with viewing(int(page.line().strip().rstrip("/").rpartition(":")[2])) as viewer:
                 viewer.until(lambda message: "LBR iiwa 7 R800" in str(message.get("updates")))
             assert page.ends(signal.SIGINT) == (0, "")
         assert simulator.ends(signal.SIGTERM) == (0, "")

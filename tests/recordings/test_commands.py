@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from iiwa_sim.client import CommandError, Iiwa, Krc4
 from iiwa_sim.plot.motion import motion_in
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
-from tests.processes import fails
 from tests.recordings.recorded import FAR, contents
 
 SPEEDS = [1.0] * 7
@@ -86,20 +84,3 @@ def test_rubbish_ends_in_one_line(
     assert (code, out) == (2, "")
     assert err.startswith(f"iiwa-sim: {path}: ")
     assert err.count("\n") == 1
-
-
-WITHOUT = """
-import sys
-sys.modules["mcap"] = None
-from iiwa_sim.cell.cell import load_cell
-from iiwa_sim.cli import main
-sys.exit(main(sys.argv[1:]))
-"""
-
-
-def test_without_the_library_one_line_tells_how_to_get_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    told = fails("plot", "a.mcap", "-o", "a.png", program=(sys.executable, "-c", WITHOUT))
-    assert told == "iiwa-sim: a recording needs the library mcap: pip install -e '.[record]'\n"

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.robot.description import load_robot
+from tests.samples import MANY
+from tests.stepped import ALL_ROBOTS
 from tools.fit_capsules import FOOT_MM, TURNS_RAD, distances, is_within, meshes
 
 BOUND_MM = {"kr_6_r900_sixx": 13.0, "lbr_iiwa_7_r800": 10.0, "lbr_iiwa_14_r820": 10.0}
@@ -35,10 +37,10 @@ def below(mesh: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([edges[:, 1], edges[:, 0], np.zeros((len(edges), 3))], axis=1)
 
 
-@pytest.mark.parametrize("name", built_in_robots())
+@pytest.mark.parametrize("name", ALL_ROBOTS)
 def test_capsules_and_shapes_of_links_fit_both_ways(name: str) -> None:
     description, bound, rng = load_robot(name), BOUND_MM[name], np.random.default_rng(0)
-    for turn in TURNS_RAD:
+    for turn in TURNS_RAD if MANY else TURNS_RAD[1:]:
         for link, (near, own) in meshes(description, turn).items():
             capsules = np.array([each for of, each in description.capsules_mm if of == link])
             corners = near[own].reshape(-1, 3)

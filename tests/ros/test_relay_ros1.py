@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros import side
 from tests.needed import lacks
-from tests.processes import IIWA_SIM, Process, fails, next_line, refused, running, started, succeeds
+from tests.processes import IIWA_SIM, Process, next_line, refused, running, started, succeeds
 from tests.talking import wait_until
 
 PYTHON = "/usr/bin/python3"
@@ -141,7 +141,7 @@ def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.M
     uri = "http://127.0.0.1:1"
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("ROS_MASTER_URI", uri)
-    told = fails("--port", "0", "--ros")
+    told = refused("--port", "0", "--ros")
     assert told.startswith(f"iiwa-sim: no ROS master at {uri}: start one (roscore")
 
 

@@ -85,6 +85,7 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
     assert code == 0, log
 
 
+@pytest.mark.slow
 def test_a_namespace_that_is_none_is_told(python: Path) -> None:
     said = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
     assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import random
 import re
 import socket
@@ -10,7 +11,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.processes import running
+from iiwa_sim.simulator import Simulator
 from tests.talking import DEADLINE_S
 
 BLOCK = 5000
@@ -68,7 +69,8 @@ def send_all(connection: socket.socket, seed: int, count: int) -> None:
 def test_as_many_replies_come_as_there_are_commands_and_in_order(commands: int) -> None:
     seed, count = 20, commands // BLOCK
     received = 0
-    with running("--log-level", "error") as simulator:
+    logging.getLogger("iiwa_sim").setLevel(logging.ERROR)
+    with Simulator() as simulator:
         connection = socket.create_connection(("127.0.0.1", simulator.port), DEADLINE_S)
         with connection, connection.makefile("rb") as replies:
             sending = threading.Thread(target=send_all, args=(connection, seed, count))

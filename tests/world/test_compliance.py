@@ -26,7 +26,7 @@ CASES: list[Case] = [
     )
     if (what == "held" or below == 5e4 or own == 1e6) and (what, kg, stiffness) != ("hit", 5.0, 100.0)
 ]
-FEW = [case for number, case in enumerate(CASES) if number % 96 == 5]
+FEW = [case for number, case in enumerate(CASES) if number % 128 == 5]
 
 
 def settles(case: Case) -> tuple[float, float]:
@@ -89,10 +89,9 @@ def test_it_comes_to_rest_in_all_cases(case: Case) -> None:
     check(case)
 
 
-@pytest.mark.parametrize("start_deg", ["[0, 30, 0, -60, 0, 90, 0]", "[0, 80, 0, -10, 0, 5, 0]"])
-def test_a_hold_is_calm_also_where_the_arm_is_stretched(start_deg: str) -> None:
+def test_a_hold_is_calm_also_where_the_arm_is_stretched() -> None:
     """A part in the jaws is pressed on a wall under the TCP."""
-    head = STRONG.replace("[0, 30, 0, -60, 0, 90, 0]", start_deg)
+    head = STRONG.replace("[0, 30, 0, -60, 0, 90, 0]", "[0, 80, 0, -10, 0, 5, 0]")
     empty = Scene(part("block", (0, 600, -300), kg=0.2), head=head)
     tcp = empty.controller.tool_frame()
     x, y, z = tcp[:3]
@@ -114,7 +113,7 @@ friction = 0.3
     fx, fy, fz = (r.T @ (0.0, 0.0, -15.0)).tolist()
     scene.controller.load.wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
     forces = []
-    for _ in range(1500):
+    for _ in range(1000):
         scene.step()
         forces.append(scene.arm.wrench[:3])
     last = np.array(forces[-200:])

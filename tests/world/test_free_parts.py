@@ -57,7 +57,7 @@ def test_a_part_stays_on_a_slope_below_its_friction_angle(kg: float, stiffness: 
     scene = on_slope(15.0, "[40, 40, 30]", 0.3, kg, stiffness)
     scene.step(500)
     start = scene.place_mm("it")
-    scene.step(30_000)
+    scene.step(10_000)
     assert np.abs(scene.place_mm("it") - start).max() < 1.0
 
 
@@ -112,7 +112,7 @@ def test_a_conveyor_carries_a_box_at_its_speed() -> None:
     assert scene.handling.under_way
 
 
-@pytest.mark.parametrize("speed", [0.25, 2.5])
+@pytest.mark.parametrize("speed", [pytest.param(0.25, marks=pytest.mark.slow), 2.5])
 def test_jaws_throw_no_cube_faster_than_physics_allows(speed: float) -> None:
     cubes = [
         part(f"{i} {k}", (540 + 21 * i, -30 + 21 * k, 310), "[20, 20, 20]", 0.02)
@@ -143,7 +143,7 @@ def test_jaws_throw_no_cube_faster_than_physics_allows(speed: float) -> None:
     assert fastest < 2.0 * speed + 1.0, "as measured"
 
 
-@pytest.mark.parametrize("speed", [0.05, 0.25])
+@pytest.mark.parametrize("speed", [pytest.param(0.05, marks=pytest.mark.slow), 0.25])
 def test_a_block_between_jaws_and_a_wall_presses_as_springs_in_series(speed: float) -> None:
     wall = """
 [[box]]

@@ -62,7 +62,7 @@ def test_jaws_grip_a_part_and_inputs_tell_it() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, -100.0, 330.0), abs=0.2)
 
 
-@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.25), (5e4, 0.01), (1e5, 0.1)])
+@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.25), (1e5, 0.1)])
 def test_a_held_part_presses_as_stiff_as_the_cell_says(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness, gripper=SLOPPY)
     above = told(scene)
@@ -126,7 +126,7 @@ def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, 100.0, 330.0), abs=0.3)
 
 
-@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25), (1e6, 0.01)])
+@pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25)])
 def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness)
     above = told(scene)
