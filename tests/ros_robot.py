@@ -34,7 +34,7 @@ class RosRobot(SteppedRobot):
 
     def hears(self, topic: str) -> list[dict[str, Any]]:
         messages = self.heard.setdefault(topic, [])
-        self.graph.listen(topic, lambda message, _: messages.append(message))
+        self.graph.listen(topic, messages.append)
         return messages
 
     def step(self, ticks: int = 1) -> None:

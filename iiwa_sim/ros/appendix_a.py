@@ -88,11 +88,6 @@ class AppendixA:
             return self._begun[0].result is not None or self._failed
         return bool(self._waiting) and self._controller.override > 0.0
 
-    @property
-    def is_idle(self) -> bool:
-        """True if every command has its result, and no tick has anything to do."""
-        return not (self._begun or self._waiting or self._failed)
-
     def _take(self, message: Any) -> None:
         """Take a CommandList: its commands follow those before, or take their place.
 

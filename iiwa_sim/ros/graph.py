@@ -14,8 +14,7 @@ NODE = "/iiwa_sim"
 ROS_VERSION = "/rosapi/get_ros_version"
 
 Content = Callable[[], Message]
-Listener = Callable[[Message, int], None]
-"""Takes a message of a topic and its number."""
+Listener = Callable[[Message], None]
 
 
 @dataclass
@@ -29,7 +28,6 @@ class Topic:
     """Makes a message; None for a topic that is published when something happens."""
     in_ros1: bool = False
     """True if clients of ROS 1 know it, in their form."""
-    seq: int = 0
     listeners: list[Listener] = field(default_factory=list)
 
     @property
@@ -40,8 +38,7 @@ class Topic:
     def publish(self, message: Message) -> None:
         """Tell all listeners a message."""
         for listener in list(self.listeners):
-            listener(message, self.seq)
-        self.seq = (self.seq + 1) % 2**32
+            listener(message)
 
 
 @dataclass
@@ -97,7 +94,7 @@ class Graph:
         topic.listeners.append(listener)
         if topic.is_latched:
             assert topic.content is not None
-            listener(topic.content(), 0)
+            listener(topic.content())
         return partial(topic.listeners.remove, listener)
 
     def receive(self, name: str, content: Any) -> None:
@@ -130,8 +127,8 @@ def rosapi(graph: Graph, service: str, argument: str, ros2: bool) -> Message:
     Raises:
         BadMessage: There is no such service.
     """
-    topics = _types({**graph.published, **graph.subscribed}, ros2)
-    services = _types(graph.services, ros2)
+    topics = types_of({**graph.published, **graph.subscribed}, ros2)
+    services = types_of(graph.services, ros2)
     answers: dict[str, Message] = {
         "/rosapi/topics": {"topics": list(topics), "types": list(topics.values())},
         "/rosapi/topic_type": {"type": topics.get(rooted(argument), "")},
@@ -154,7 +151,7 @@ def rooted(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def _types(named: Mapping[str, Topic | Served], ros2: bool) -> dict[str, str]:
-    """The types by name, as a client of that ROS knows them."""
+def types_of(named: Mapping[str, Topic | Served], ros2: bool) -> dict[str, str]:
+    """Return the types of topics or services by name, as ROS 1 or ROS 2 knows them."""
     shown = {name: each.kind for name, each in named.items() if ros2 or each.in_ros1}
     return shown if ros2 else {name: short_name(kind) for name, kind in shown.items()}

@@ -1,8 +1,8 @@
 """Messages as JSON has them, and their checks.
 
 The robot keeps every message in the form of ROS 2. A client of ROS 1 gets and sends the same message with
-times as `{secs, nsecs}` and a number `seq` in each header. The definitions of messages that the robot takes
-are files of `protocol/`.
+times as `{secs, nsecs}` and a `seq` in each header, which is 0. The definitions of messages that the robot
+takes are files of `protocol/`.
 """
 
 import re
@@ -55,16 +55,16 @@ def checked(content: Any, name: str) -> Any:
         raise BadMessage(str(fault)) from None
 
 
-def to_ros1(value: Any, seq: int = 0) -> Any:
-    """Return a message of ROS 2 in the form of ROS 1; `seq` is the number for its headers."""
+def to_ros1(value: Any) -> Any:
+    """Return a message of ROS 2 in the form of ROS 1."""
     if isinstance(value, list):
-        return [to_ros1(each, seq) for each in value] if value and isinstance(value[0], dict) else value
+        return [to_ros1(each) for each in value] if value and isinstance(value[0], dict) else value
     if not isinstance(value, dict):
         return value
     if value.keys() == {"sec", "nanosec"}:
         return {"secs": value["sec"], "nsecs": value["nanosec"]}
-    told = {name: to_ros1(each, seq) for name, each in value.items()}
-    return {"seq": seq, **told} if value.keys() == {"stamp", "frame_id"} else told
+    told = {name: to_ros1(each) for name, each in value.items()}
+    return {"seq": 0, **told} if value.keys() == {"stamp", "frame_id"} else told
 
 
 def from_ros1(value: Any) -> Any:

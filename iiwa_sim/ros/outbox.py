@@ -9,7 +9,6 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-MOST_REPLY_LETTERS = 4_194_304
 LONGEST_FEED = 1000
 
 Frame = str | dict[str, Any]
@@ -29,23 +28,13 @@ class Outbox:
     """Replies are sent in order, before messages of topics. Times are of one clock, in s."""
 
     def __init__(self) -> None:
-        self.overflown = False
-        """True if the client has left too many replies unread: nothing more is kept for it."""
+        self.replies: deque[str] = deque()
         self._news = asyncio.Event()
-        self._replies: deque[str] = deque()
-        self._reply_letters = 0
         self._feeds: dict[str, _Feed] = {}
 
     def reply(self, message: str) -> None:
         """Queue a message that must not be lost."""
-        if self.overflown:
-            return
-        self._replies.append(message)
-        self._reply_letters += len(message)
-        if self._reply_letters > MOST_REPLY_LETTERS:
-            self.overflown = True
-            self._replies.clear()
-            self._feeds.clear()
+        self.replies.append(message)
         self._news.set()
 
     def set_feed(self, topic: str, throttle_s: float, queue_length: int) -> None:
@@ -67,10 +56,8 @@ class Outbox:
 
     def next(self, now_s: float) -> tuple[Frame | None, float | None]:
         """Take out the frame to send now; else return the seconds until one is due, None if none waits."""
-        if self._replies:
-            message = self._replies.popleft()
-            self._reply_letters -= len(message)
-            return message, None
+        if self.replies:
+            return self.replies.popleft(), None
         waiting = [feed for feed in self._feeds.values() if feed.waiting]
         if not waiting:
             return None, None

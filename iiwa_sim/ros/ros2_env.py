@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import venv
-from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 
@@ -30,7 +29,7 @@ INTERFACES = (
 )
 """Packages that the wheels lack, below `protocol`: made there where a C++ compiler is."""
 STAMP = "iiwa-sim-interfaces"
-"""A file in the environment: of what its interfaces were made."""
+"""A file in the environment, once its interfaces are made."""
 
 
 def default_folder() -> Path:
@@ -45,11 +44,7 @@ def python_in(folder: Path) -> Path:
 
 
 def found_python() -> Path:
-    """The interpreter for the node, where none is named: that environment's, else one of a sourced
-    distribution.
-
-    Raises RosFault where there is none.
-    """
+    """Return that environment's interpreter, else one of a sourced distribution. Raises RosFault."""
     made = python_in(default_folder())
     if made.exists():
         return made
@@ -64,16 +59,12 @@ def found_python() -> Path:
 def make(folder: Path) -> str:
     """Make the environment, unless it is there; what pip says goes to standard error. Raises RosFault.
 
-    Gives why the interfaces were not made that the wheels lack; "" where they were.
+    Returns why the interfaces that the wheels lack were not made; "" if they were.
     """
     if sys.platform != "linux" or os.uname().machine != "x86_64":
         raise RosFault("the wheels of rclpy are for x86-64 Linux alone: use a distribution, or rosbridge")
-    packages = [Path(str(files("iiwa_sim.protocol").joinpath(name))) for name in INTERFACES]
-    script = Path(__file__).with_name("ros2_interfaces.py")
-    sources = [Path(__file__), script, *sorted(each for folder in packages for each in folder.rglob("*.*"))]
-    made_of = sha256(b"".join(each.read_bytes() for each in sources)).hexdigest()
     python, stamp = python_in(folder), folder / STAMP
-    if python.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == made_of:
+    if python.exists() and stamp.exists():
         return ""
     try:
         venv.create(folder, with_pip=True)
@@ -82,8 +73,10 @@ def make(folder: Path) -> str:
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet"]
     if subprocess.run([*pip, "install", *PACKAGES], stdout=sys.stderr, check=False).returncode:
         raise RosFault(f"pip could not install {PACKAGES[0]} into {folder}: what it says is above")
+    packages = [str(files("iiwa_sim.protocol").joinpath(name)) for name in INTERFACES]
+    script = Path(__file__).with_name("ros2_interfaces.py")
     made = subprocess.run([str(python), script, *packages], capture_output=True, text=True, check=False)
     if made.returncode:
         return shortened(" ".join(made.stderr.split()), 500)
-    stamp.write_text(made_of, encoding="utf-8")
+    stamp.touch()
     return ""

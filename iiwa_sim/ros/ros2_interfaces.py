@@ -53,34 +53,29 @@ def generate(package: str, interfaces: list[str], work: Path) -> None:
 
 def compiled(package: str, work: Path) -> tuple[Path, Path]:
     """The package's library, with all that was generated but Python's entry, and the module with that."""
-    generated = sorted(work.glob(f"*/{package}"))
-    arrays = import_module("numpy").get_include()
-    folders = [*(each.parent for each in generated), Path(sysconfig.get_paths()["include"]), Path(arrays)]
-    folders += [PREFIX / "include", *(each for each in (PREFIX / "include").iterdir() if each.is_dir())]
-    includes = [f"-I{each}" for each in folders]
-    for out in generated:
-        for compiler, suffix, standard in (("cc", "c", "gnu11"), ("c++", "cpp", "c++17")):
-            sources = sorted(str(each) for each in out.rglob(f"*.{suffix}"))
-            if sources:
-                options = [f"-std={standard}", "-O1", "-fPIC", "-w", *includes]
-                call([compiler, *options, "-c", *sources], out)
+    include = PREFIX / "include"
+    folders = [include, *include.iterdir(), *work.iterdir(), sysconfig.get_paths()["include"]]
+    folders.append(import_module("numpy").get_include())
+    command = ["cc", "-shared", "-fPIC", "-O1", "-w", *(f"-I{each}" for each in folders)]
+    sources = [each for suffix in ("c", "cpp") for each in sorted(work.rglob(f"*.{suffix}"))]
+    (entry,) = (each for each in sources if each.name.endswith(f".ep.{TYPESUPPORT}.c"))
+    sources.remove(entry)
     library = work / f"lib{package}__{ON_WIRE}.so"
     module = work / f"{package}_s__{TYPESUPPORT}{sysconfig.get_config_var('EXT_SUFFIX')}"
-    (entry,) = work.glob(f"*/*/*.ep.{TYPESUPPORT}.o")
-    parts = sorted(str(each) for out in generated for each in out.glob("*.o") if each != entry)
-    others = sorted(str(each) for each in (PREFIX / "lib").glob("lib*rosidl*.so") if package not in each.name)
-    others += [str(PREFIX / "lib" / f"lib{name}.so") for name in ("rcutils", "fastcdr")]
-    rest = ["-Wl,--as-needed", *others, f"-Wl,-rpath,{PREFIX / 'lib'}"]
-    call(["c++", "-shared", f"-Wl,-soname,{library.name}", "-o", str(library), *parts, *rest], work)
-    call(["c++", "-shared", "-o", str(module), str(entry), str(library), *rest], work)
+    libraries = PREFIX / "lib"
+    others = [str(each) for each in sorted(libraries.glob("lib*rosidl*.so")) if package not in each.name]
+    rest = ["-Wl,--as-needed", *others, "-lrcutils", "-lfastcdr", "-lstdc++"]
+    rest += [f"-L{libraries}", f"-Wl,-rpath,{libraries}"]
+    call([*command, f"-Wl,-soname,{library.name}", "-o", library, *sources, *rest])
+    call([*command, "-o", module, entry, library, *rest])
     return library, module
 
 
-def call(arguments: list[str], folder: Path) -> None:
+def call(command: list[str | Path]) -> None:
     """Run a compiler; ends the program with what it says, where it fails."""
-    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        sys.exit(f"{arguments[0]} has failed:\n{done.stderr}")
+        sys.exit(f"{command[0]} has failed:\n{done.stderr}")
 
 
 def install(package: str, work: Path, library: Path, module: Path) -> None:

@@ -26,41 +26,21 @@ READ_BYTES = 64
 pings."""
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""
-MOST_UNREAD_BYTES = 4_194_304
-"""Bytes that a client may leave unread, such as answers to pings, before it is dropped."""
 CLOSING_S = 1.0
 """Time (s) for a client to answer the closing handshake."""
 
 logger = logging.getLogger(__name__)
 
 
-class _Connection(ServerConnection):
-    """A connection that reads little at once, and drops a client that pings and does not read the answers."""
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        super().connection_made(transport)
-        self.transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's sockets
-
-    def data_received(self, data: bytes) -> None:
-        super().data_received(data)
-        if self.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
-            self.transport.abort()
-
-
-class _OneLine(logging.Filter):
-    """Drops the records of the library; logs a refused connection in one line."""
-
-    def filter(self, record: logging.LogRecord) -> bool:
-        fault = record.exc_info[1] if record.exc_info else None
-        if record.levelno >= logging.ERROR and fault is not None:
-            connection = getattr(record, "websocket", None)
-            name = "a client" if connection is None else _name_of(connection)
-            _log_refused(name, str(fault.__cause__ or fault))
-        return False
+def _log_fault(record: logging.LogRecord) -> bool:
+    """Log a connection that failed in one line, in place of the records of the library."""
+    if record.levelno >= logging.ERROR and record.exc_info and (fault := record.exc_info[1]):
+        _log_refused(_name_of(record.websocket), str(fault.__cause__ or fault))  # type: ignore[attr-defined]
+    return False
 
 
 _of_library = logging.getLogger(f"{__name__}.connections")
-_of_library.addFilter(_OneLine())
+_of_library.addFilter(_log_fault)
 
 
 class RosbridgeServer:
@@ -88,7 +68,6 @@ class RosbridgeServer:
             self._serve,
             sock=listener,
             process_request=self._admit,
-            create_connection=_Connection,
             compression=None,
             ping_interval=None,
             close_timeout=CLOSING_S,
@@ -112,6 +91,8 @@ class RosbridgeServer:
             await server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Refuse a client without access."""
+        connection.transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's sockets
         headers = request.headers
         refusal = self._access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is None:
@@ -130,9 +111,8 @@ class RosbridgeServer:
             while True:
                 text = await connection.recv(decode=False)
                 await self._turns.take(lambda text=text: session.receive(text))  # type: ignore[misc]
-                if outbox.overflown:
-                    logger.warning("%s asks and does not read the answers: it is dropped", name, extra=mark)
-                    connection.transport.abort()
+                while outbox.replies:  # a client that does not read them is not read from
+                    await connection.send(outbox.replies.popleft())
         except ConnectionClosed:
             pass
         finally:

@@ -35,7 +35,6 @@ _decode = msgspec.json.Decoder(dict[str, Any]).decode
 class _Asked(msgspec.Struct):
     """An operation that a client asks for, with the fields of any of them."""
 
-    op: str = ""
     id: str | int | float | None = None
     topic: str = ""
     type: str | None = None
@@ -139,8 +138,8 @@ class RosbridgeSession:
         self._subscriptions.setdefault(topic, {})[asked.id] = asked
         self._set_feed(topic)
 
-        def hear(content: Message, seq: int) -> None:  # in the tick: the frame is made when it is sent
-            self._outbox.feed(topic, partial(self._frame, topic, content, seq))
+        def hear(content: Message) -> None:  # in the tick: the frame is made when it is sent
+            self._outbox.feed(topic, partial(self._frame, topic, content))
 
         if topic not in self._ends:
             self._ends[topic] = self._graph.listen(topic, hear)
@@ -167,9 +166,9 @@ class RosbridgeSession:
         self._ends.pop(topic)()
         self._outbox.end_feed(topic)
 
-    def _frame(self, topic: str, content: Message, seq: int) -> Frame:
+    def _frame(self, topic: str, content: Message) -> Frame:
         wishes = list(self._subscriptions[topic].values())
-        told = content if self._in_ros2(self._graph.published[topic]) else to_ros1(content, seq)
+        told = content if self._in_ros2(self._graph.published[topic]) else to_ros1(content)
         frame = {"op": "publish", "topic": wishes[-1].topic, "msg": told}  # clients tell topics by this name
         in_cbor = any(each.compression == "cbor" for each in wishes)  # it counts, as in rosbridge_suite
         return frame if in_cbor else _encode(frame).decode()

@@ -13,10 +13,10 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.log import SessionLog
 from iiwa_sim.options.model import Settings
 from iiwa_sim.ros.appendix_a import AppendixA
-from iiwa_sim.ros.graph import NODE, Graph
+from iiwa_sim.ros.graph import NODE, Graph, types_of
 from iiwa_sim.ros.images import IMAGE, Images
 from iiwa_sim.ros.joint_interface import JointInterface
-from iiwa_sim.ros.messages import Message, short_name
+from iiwa_sim.ros.messages import Message
 from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.relay import Relay, RosFault
 from iiwa_sim.ros.ros2_env import found_python
@@ -90,8 +90,8 @@ class RosSide:
 
     @property
     def watching(self) -> bool:
-        """True if somebody hears a topic, or a command waits: each tick is wanted then."""
-        return not self._appendix_a.is_idle or self._graph.watching or self._joints.watching
+        """True if somebody hears a topic, or a command is next: each tick is wanted then."""
+        return self.has_commands or self._graph.watching or self._joints.watching
 
     @property
     def has_commands(self) -> bool:
@@ -131,24 +131,18 @@ class RosSide:
     def _config(self, settings: Settings, *, ros2: bool) -> Message:
         """The first line for the process of a node: what there shall be, and the types."""
         graph = self._graph
-
-        def named(kind: str) -> str:
-            return kind if ros2 else short_name(kind)
-
         return {
             "node": NODE.lstrip("/"),
             "namespace": settings.ros_namespace.strip("/"),
             "packages": str(files("iiwa_sim.protocol").joinpath("rmi")),
             "result_constants": RESULT_CONSTANTS[settings.ros_result],
             "publish": [
-                [name, named(topic.kind), topic.rate_hz > 0, topic.is_latched]
-                for name, topic in graph.published.items()
-                if (ros2 or topic.in_ros1) and topic.kind != IMAGE
+                [name, kind, graph.published[name].rate_hz > 0, graph.published[name].is_latched]
+                for name, kind in types_of(graph.published, ros2).items()
+                if kind != IMAGE
             ],
-            **{
-                key: [[name, named(each.kind)] for name, each in served.items() if ros2 or each.in_ros1]
-                for key, served in (("subscribe", graph.subscribed), ("serve", graph.services))
-            },
+            "subscribe": list(types_of(graph.subscribed, ros2).items()),
+            "serve": list(types_of(graph.services, ros2).items()),
             "actions": list(graph.actions.items()),
         }
 

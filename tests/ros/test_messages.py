@@ -61,8 +61,8 @@ def test_what_does_not_fit_is_refused_with_its_place(fields: dict[str, Any], whe
 def test_a_message_of_ros_1_is_one_of_ros_2_and_back() -> None:
     header = {"stamp": {"sec": 3, "nanosec": 4}, "frame_id": "x"}
     two = {"header": header, "ios": [{"stamp": {"sec": 1, "nanosec": 2}}]}
-    one = to_ros1(two, 7)
-    assert one["header"] == {"seq": 7, "stamp": {"secs": 3, "nsecs": 4}, "frame_id": "x"}
+    one = to_ros1(two)
+    assert one["header"] == {"seq": 0, "stamp": {"secs": 3, "nsecs": 4}, "frame_id": "x"}
     assert one["ios"] == [{"stamp": {"secs": 1, "nsecs": 2}}]
     assert from_ros1(one) == two
     assert from_ros1({"header": {"seq": 1}}) == {"header": {}}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import sys
-import tempfile
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -34,12 +33,9 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
         raise Fault(f"no ROS master at {master[:80]}: {hint}")
     try:
         # Without a logging file of its own, rospy takes one that replaces all handlers and writes files.
-        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
-            nothing_new.write("{version: 1, incremental: true}\n")
-            nothing_new.flush()
-            os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
-            quiet = {"disable_signals": True, "disable_rosout": True, "disable_rostime": True}
-            rospy.init_node(config["node"], argv=[], **quiet)
+        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = str(Path(__file__).with_name("ros1_logging.yaml"))
+        quiet = {"disable_signals": True, "disable_rosout": True, "disable_rostime": True}
+        rospy.init_node(config["node"], argv=[], **quiet)
         relay = Relay(pipe, config)
     except (OSError, rosgraph.MasterException, rospy.ROSException, ValueError) as fault:
         raise Fault(f"no ROS node with the master at {master}: {fault}") from None
