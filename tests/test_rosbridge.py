@@ -243,6 +243,7 @@ async def test_a_client_that_asks_and_does_not_read_is_read_no_further(
 
     assert await asyncio.to_thread(blocks)
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
+    connection.close()
 
 
 async def test_after_the_context_nothing_listens_and_clients_are_closed() -> None:
