@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 from operator import add as add_numbers
-from typing import Any, NamedTuple
+from typing import Any
 
 from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
@@ -25,17 +25,6 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 Torques = tuple[float, ...]
 NEVER = -1
 """Stands for a number of changes of surfaces that is never reached."""
-
-
-class ContactState(NamedTuple):
-    """Memory of the contacts of a robot at rest, as a named state keeps it."""
-
-    tcp: Any
-    links: Any
-    wrenches: dict[str, Wrench]
-    """Contributions of surfaces at the TCP."""
-    torques: dict[str, Torques]
-    """The same on the joints."""
 
 
 class ExternalWrench:
@@ -93,7 +82,6 @@ class ExternalWrench:
     def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
-        self._foreseen: Sequence[float] | None = None
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
         self._joints = joints
@@ -206,13 +194,10 @@ class ExternalWrench:
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base, at joint positions (rad)."""
-        if joints is self._foreseen:  # found a tick ago
-            self._tcp, self._coming_tcp, self._foreseen = self._coming_tcp, self._tcp, None
         return self._tcp.pose(joints)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
-        self._foreseen = joints
         return self._coming_tcp.pose(joints)
 
     # Ticks
@@ -293,23 +278,24 @@ class ExternalWrench:
         self._surrounded = NEVER
         self._take_links()
 
-    def felt(self) -> ContactState:
+    def felt(self) -> Any:
         """Return the memory of all contacts."""
         wrenches = {name: each for name, each in self.wrenches.items() if name in ("surfaces", "tool")}
         torques = {name: each for name, each in self.torques.items() if name in ("surfaces", "links")}
         links = None if self._surrounded == NEVER else self._links.memory()
-        return ContactState(self.world.memory(), links, wrenches, torques)
+        return self.world.memory(), links, wrenches, torques
 
-    def feel_again(self, felt: ContactState, joints: Sequence[float]) -> None:
+    def feel_again(self, felt: Any, joints: Sequence[float]) -> None:
         """Continue from such a memory, with the robot put at these joint positions (rad) again."""
-        self.world.restore(felt.tcp)
+        tcp, links, wrenches, torques = felt
+        self.world.restore(tcp)
         self._joints = joints
-        if felt.links is not None:
+        if links is not None:
             self._surrounded = self.world.changes
             self._links.surround(self.world.surfaces, joints)
-            self._links.restore(felt.links)
-        self.wrenches.update(felt.wrenches)
-        self.torques.update(felt.torques)
+            self._links.restore(links)
+        self.wrenches.update(wrenches)
+        self.torques.update(torques)
         self._settled, self.judged, self._pushes = NEVER, False, None
 
     # Readings
@@ -325,13 +311,9 @@ class ExternalWrench:
         world = None if self.bodies is None else self.bodies.world
         if world is not None and name in world.of_robots:
             return "robot"
-        return (
-            "surface"
-            if name in self.world.surfaces
-            else "body"
-            if world and name in world.of_scene
-            else "part"
-        )
+        if name in self.world.surfaces:
+            return "surface"
+        return "body" if world is not None and name in world.of_scene else "part"
 
     @property
     def colliding(self) -> tuple[str, str] | None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import accumulate
 from math import dist
 from typing import Any, NamedTuple
 
@@ -25,7 +26,8 @@ from numpy.typing import NDArray
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import Gaps
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
+from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model, arm_model
@@ -118,8 +120,8 @@ class _Scene(NamedTuple):
     """Shared by equal robots: each reads results before the next call."""
     pairs: tuple[_Pair, ...]
     """Moving capsules with each surface, links with links, then capsules of the base with surfaces."""
-    levers: Array
-    """Greatest way (m) of each moving pair per turn (rad) of each joint."""
+    gaps: tuple[Array, Array, NDArray[np.int64], Array]
+    """Levers, capsules, pairs of them and distances at which these touch, as in `Gaps`."""
 
 
 class Links:
@@ -128,7 +130,7 @@ class Links:
     def __init__(self, model: Model, tool: Sequence[Capsule] = ()) -> None:
         """Take an arm with the capsules of its tool, among no surfaces."""
         self._model = model
-        self.gaps = Gaps([1.01 * velocity for velocity in model.description.velocity])
+        self.gaps = Gaps([1.01 * limit for limit in model.description.velocity], model.tcp_of_flange)
         """They tell when nothing can touch."""
         self._tool = tuple(tool)
         self._jaws: tuple[Capsule, ...] = ()
@@ -161,7 +163,7 @@ class Links:
         """Build the scene for the present jaws and surfaces."""
         self._built = self._jaws
         self._scene = _scene(self._model.description, self._tool, self._jaws, tuple(self._surfaces.values()))
-        self.gaps.take(self._scene.levers)
+        self.gaps.take(*self._scene.gaps)
 
     def jaws_are(self, jaws: Sequence[Capsule]) -> None:
         """Have jaws at new places in the flange."""
@@ -183,7 +185,7 @@ class Links:
         self._go_to(np.array(joints))
         for row, (capsule, _, name, _) in enumerate(self._scene.pairs):
             if name is not None and name not in before:
-                depth, moves = -self._distance(row), row < len(self._scene.levers)
+                depth, moves = -self._distance(row), self._scene.joints[capsule] > 0
                 if moves and depth > 0.0:
                     self._muted.add((capsule, name))
                 elif depth > STANDS_M:
@@ -224,18 +226,11 @@ class Links:
         scene, colliding = self._scene, None
         torques, deepest = np.zeros(len(way)), 0.0
         touching: dict[tuple[int, str], tuple[float, Array, Array, int]] = {}
-        if not (self._memory or self._entry or self._muted or self._based):
-            compute, model, data, near = pin.computeDistance, scene.model, scene.data, []
-            for row in due:
-                distance = compute(model, data, row).min_distance
-                self.gaps.set(row, distance)
-                if distance <= 0.0:
-                    near.append(row)
-            due = near
         for row in due:
-            pair = scene.pairs[row]
+            pair, distance = scene.pairs[row], self._distance(row)
+            key = pair.capsule, pair.surface or ""
             if pair.surface is None:
-                distance = self._distance(row) + ALLOWED_M
+                distance += ALLOWED_M
                 if distance < 0.0:
                     torques += self._fold(row, distance)
                 if distance < deepest:
@@ -243,30 +238,30 @@ class Links:
                     colliding = (scene.capsules[pair.capsule].link, scene.capsules[pair.other].link)
             elif pair.surface in self._based:
                 distance = FAR_M
-            elif (pair.capsule, pair.surface) in self._muted and self._distance(row) <= 0.0:
-                distance = -self._distance(row)
+            elif key in self._muted and distance <= 0.0:
+                distance = -distance
             else:
-                self._muted.discard((pair.capsule, pair.surface))
-                distance, normal, point = self._deepest(row, pair)
-                key = pair.body, pair.surface
-                if key not in touching or distance < touching[key][0]:
-                    touching[key] = distance, normal, point, row
+                self._muted.discard(key)
+                if distance <= 0.0 or self._memory or key in self._entry:
+                    distance, normal, point = self._deepest(row, key, distance)
+                    body = pair.body, key[1]
+                    if body not in touching or distance < touching[body][0]:
+                        touching[body] = distance, normal, point, row
             self.gaps.set(row, distance)
         folded = None if colliding is None else tuple(torques.tolist())
         self.forces = self.forces._replace(folded=folded, colliding=colliding)
         if touching or self.forces.contacts or self._memory:
             self._press_all(touching, way, tick_s)
 
-    def _deepest(self, row: int, pair: _Pair) -> tuple[float, Array, Array]:
+    def _deepest(self, row: int, key: tuple[int, str], distance: float) -> tuple[float, Array, Array]:
         """Distance, contact normal and deepest point; where the normal jumps, those of the side of entry."""
-        distance, found = self._distance(row), self._scene.data.distanceResults[row]
-        normal, point, key = -found.normal, found.getNearestPoint1(), (pair.capsule, str(pair.surface))
-        entry = self._entry.get(key)
+        found, entry = self._scene.data.distanceResults[row], self._entry.get(key)
+        normal, point = -found.normal, found.getNearestPoint1()
         if entry is not None and (
             0.0 <= distance < THROUGH_M or (distance < 0.0 and normal @ entry[0] < TURNED)
         ):
             out, place = entry
-            pose, capsule = self._scene.data.oMg[pair.capsule], self._scene.capsules[pair.capsule]
+            pose, capsule = self._scene.data.oMg[key[0]], self._scene.capsules[key[0]]
             along = 0.5 * capsule.length_m * pose.rotation[:, 2]
             end = pose.translation - along * np.sign(along @ out) - capsule.radius_m * out
             behind = float((end - place) @ out)
@@ -404,7 +399,8 @@ def _scene(
         for number in range(len(capsules))
     ]
     moving = [each for each in touched if joints[each.capsule]]
-    folding = [_Pair(a, b, None) for a, b in _folding(description, tool)]
+    meeting = _meeting(description, tool)
+    folding = [_Pair(a, b, None) for a, b in meeting[1].tolist()]
     levers = [reach[each.capsule] for each in moving]
     levers += [np.where(np.arange(model.nq) < joints[a], 0.0, reach[b]) for a, b, *_ in folding]
     pairs = (*moving, *folding, *(each for each in touched if not joints[each.capsule]))
@@ -413,29 +409,31 @@ def _scene(
     found = scene.createData()
     for request in found.distanceRequests:
         request.gjk_tolerance = TOLERANCE_M
-    greatest = np.reshape(levers, (len(levers), model.nq))
-    return _Scene(capsules, joints, len(own), scene, found, pairs, greatest)
+    gaps = np.reshape(levers, (len(levers), model.nq)), *meeting
+    return _Scene(capsules, joints, len(own), scene, found, pairs, gaps)
 
 
 @lru_cache(maxsize=16)
-def _folding(description: RobotDescription, tool: tuple[Capsule, ...]) -> list[tuple[int, int]]:
-    """Return the pairs of capsules of links, and of the tool, that may meet: apart with the arm at home."""
-    arm, own, found = arm_model(description), capsules_of(description), []
-    pin.framesForwardKinematics(arm.pin_model, arm.data, np.array(description.home))
-    zero = arm.pin_model.createData()
-    pin.forwardKinematics(arm.pin_model, zero, np.zeros(arm.joint_count))
-    at = [arm.data.oMi[each.joints] * zero.oMi[each.joints].actInv(_se3(each.pose)) for each in own]
-    at += [arm.data.oMf[arm.flange] * _se3(each.pose) for each in tool]
-    both = [(each, each.joints) for each in own] + [(each, arm.joint_count) for each in tool]
-    solids = [coal.Capsule(each.radius_m, each.length_m) for each, _ in both]
-    places = [coal.Transform3s(each.rotation, each.translation) for each in at]
-    for a, (_, inner) in enumerate(both):
-        for b, (_, outer) in enumerate(both):
-            if outer - inner >= LEAST_JOINTS_BETWEEN:
-                request, result = coal.DistanceRequest(), coal.DistanceResult()
-                if coal.distance(solids[a], places[a], solids[b], places[b], request, result) > 0.0:
-                    found.append((a, b))
-    return found
+def _meeting(
+    description: RobotDescription, tool: tuple[Capsule, ...]
+) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return capsules of links and tool, the pairs that may meet, and when their lines do, as in `Gaps`.
+
+    A pair may meet if it is apart with the arm at home.
+    """
+    arm, own = arm_model(description), capsules_of(description)
+    frames = list(accumulate(arm.fixed_poses, compose, initial=IDENTITY))
+    into = [(each, each.joints, inverse(frames[each.joints])) for each in own]
+    into += [(each, arm.joint_count, arm.fixed_poses[-1]) for each in tool]
+    lines = [(count, *apply(pose, each.start), *apply(pose, each.end)) for each, count, pose in into]
+    capsules = np.array(lines, float).reshape(-1, 7)
+    pairs = np.argwhere(capsules[:, 0] - capsules[:, :1] >= LEAST_JOINTS_BETWEEN).copy()
+    touching = np.array([each.radius_m for each, *_ in into])[pairs].sum(axis=1)
+    gaps = Gaps(description.velocity, Tcp(arm.fixed_poses, IDENTITY))
+    gaps.take(np.zeros((len(pairs), arm.joint_count)), capsules, pairs, touching)
+    apart = np.ones(len(pairs), bool)
+    apart[gaps.go_to(description.home)] = False
+    return capsules, pairs[apart], touching[apart] - ALLOWED_M
 
 
 def _moved_m(before: Sequence[Capsule], now: Sequence[Capsule]) -> float:

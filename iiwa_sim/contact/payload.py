@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -64,10 +63,6 @@ class TcpMotion:
         """Rest at a pose."""
         self._poses = (pose, pose, pose)
         self._motion, self.still = None, True
-
-    def copy(self) -> TcpMotion:
-        """Return an independent copy."""
-        return copy.copy(self)
 
     def step(self, pose: Transform, tick_s: float, coming: Transform | None = None) -> None:
         """Make a tick that ends at `pose`; the next one ends at `coming`, if that is known."""

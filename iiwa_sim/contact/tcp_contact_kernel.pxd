@@ -17,7 +17,6 @@ cdef class Contact:
     cdef double[::1] _free             # a ball without contact: its centre (m), and its radius squared
     cdef bint _anchored
     cdef double[::1] _anchor           # m
-    cdef double[::1] _normal           # contact normal when the anchor was set
     cdef double[::1] _now              # at the place that was asked for last
     cdef bint is_free(self, double x, double y, double z) noexcept
     cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
@@ -47,12 +46,20 @@ cdef class TcpContact:
     cdef object _along_tcp(self)
 
 cdef class Gaps:
-    cdef object free                   # lower bounds of the distances (m)
-    cdef object _known                 # the distances when they were measured, else infinite
-    cdef object _levers                # greatest way (m) of each per turn (rad) of each joint
-    cdef object _velocity
+    cdef double[::1] _free             # lower bounds of the distances (m)
+    cdef double[::1] _known            # the distances when they were measured, else infinite
+    cdef double[:, ::1] _levers        # greatest way (m) of each per turn (rad) of each joint
+    cdef Tcp _arm
+    cdef double[:, ::1] _capsules      # joints, and ends in the last of them (m)
+    cdef double[:, ::1] _lines         # ends in the base (m)
+    cdef long long[:, ::1] _pairs
+    cdef double[::1] _touching
+    cdef double[::1] _velocity
     cdef double[::1] _looked           # joint positions of the bounds (rad)
+    cdef double[::1] _turns            # how far the joints have gone from those before (rad)
     cdef double[::1] _rates            # greatest share of a bound that a turn (1/rad) of each joint takes
     cdef double _fastest               # the same of all joints at their greatest velocities (1/s); 0 if one is not free
     cdef readonly long next            # no distance can be 0 before this tick
     cpdef bint is_free(self, object joints, long tick, double tick_s) except? -1
+    cdef void _place(self) noexcept
+    cdef double _distance(self, Py_ssize_t pair) noexcept

@@ -24,11 +24,13 @@ from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.shapes import Plane, follow
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform, Vector, apply, inverse, rotate, transpose
+from iiwa_sim.frames import Transform, Vector, apply, inverse
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
 _SLIP_M = cython.declare(cython.double, 1e-12)
+# Square of the sine of the angle below which two lines count as parallel.
+_PARALLEL = cython.declare(cython.double, 1e-12)
 
 
 @cython.cclass
@@ -39,7 +41,7 @@ class Contact:
         """Start without contact; `radius_m` is that of the sphere."""
         self._radius = radius_m
         self._r, self._o, self._free = np.zeros(9), np.zeros(3), np.zeros(4)
-        self._anchor, self._normal, self._now = np.zeros((3, 3))
+        self._anchor, self._now = np.zeros((2, 3))
         self._is_plane = isinstance(surface.shape, Plane)
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
         self.touched = self._left = self._anchored = False
@@ -61,9 +63,8 @@ class Contact:
         before = self.surface.pose
         self.place(self.surface._replace(pose=pose))
         if self._anchored:
-            a, n = self._anchor, self._normal
+            a = self._anchor
             a[0], a[1], a[2] = apply(pose, apply(inverse(before), (a[0], a[1], a[2])))
-            n[0], n[1], n[2] = rotate(pose.rotation, rotate(transpose(before.rotation), (n[0], n[1], n[2])))
 
     def catch_up(self, place: Vector) -> None:
         """Continue the path of the TCP from its last remembered place, after ticks within the free ball."""
@@ -72,8 +73,8 @@ class Contact:
 
     def memory(self) -> Any:
         """Return all that influences later forces."""
-        a, n = self._anchor, self._normal
-        anchor = (a[0], a[1], a[2], n[0], n[1], n[2]) if self._anchored else None
+        a = self._anchor
+        anchor = (a[0], a[1], a[2]) if self._anchored else None
         return bool(self.touched), self._start, self._entry, anchor
 
     def restore(self, memory: Any) -> None:
@@ -83,7 +84,7 @@ class Contact:
         self._anchored = anchor is not None
         if anchor is not None:
             for k in range(3):
-                self._anchor[k], self._normal[k] = anchor[k], anchor[3 + k]
+                self._anchor[k] = anchor[k]
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -137,7 +138,7 @@ class Contact:
         elif self._friction > 0.0 and remember:
             self._anchored = True
             for k in range(3):
-                self._anchor[k], self._normal[k] = p[k], n[k]
+                self._anchor[k] = p[k]
         return True
 
     @cython.cfunc
@@ -146,18 +147,11 @@ class Contact:
         self, p: cython.double[::1], limit: cython.double, remember: cython.bint, acting: cython.double[::1]
     ) -> cython.void:
         """Add the friction, at most `limit` (N)."""
-        a, u, n, r = self._anchor, self._normal, self._now, self._radius
+        a, n, r = self._anchor, self._now, self._radius
         d = cython.declare(cython.double[3])  # along the surface from the TCP to the anchor
         for k in range(3):
             d[k] = a[k] - p[k]
-        out: cython.double
-        if not self._is_plane:  # half in the tangent plane of before, half in that of now
-            out = 0.5 * (d[0] * u[0] + d[1] * u[1] + d[2] * u[2])
-            for k in range(3):
-                d[k] -= out * u[k]
-                if remember:
-                    u[k] = n[k]
-        out = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+        out: cython.double = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
         for k in range(3):
             d[k] -= out * n[k]
         length: cython.double = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
@@ -165,13 +159,10 @@ class Contact:
         slips: cython.bint = length > longest + _SLIP_M
         if remember and (slips or (not self._is_plane and fabs(out) > _SLIP_M)):
             share: cython.double = longest / length if slips else 1.0
+            length *= share
             for k in range(3):
-                a[k] = p[k] + share * d[k]
-                d[k] = a[k] - p[k]  # as in the next tick of a TCP at rest
-            out = d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
-            for k in range(3):
-                d[k] -= out * n[k]
-            length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+                d[k] *= share
+                a[k] = p[k] + d[k]
         held: cython.double = self._stiffness if length <= longest else limit / length
         for k in range(3):
             d[k] *= held
@@ -358,16 +349,21 @@ class TcpContact:
 class Gaps:
     """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
 
-    def __init__(self, velocity: Any) -> None:
-        """Take the greatest velocities (rad/s) of joints."""
-        self._velocity = np.array(velocity)
-        self._looked, self._rates = np.zeros((2, len(velocity)))
-        self.take(np.zeros((0, len(velocity))))
+    def __init__(self, velocity: Any, arm: Tcp) -> None:
+        """Take the greatest velocities (rad/s) of joints, and any frame fixed to the flange."""
+        self._velocity, self._arm = np.array(velocity), arm
+        self._looked, self._turns, self._rates = np.zeros((3, len(velocity)))
+        self.take(np.zeros((0, len(velocity))), np.zeros((0, 7)), np.zeros((0, 2), np.int64), np.zeros(0))
 
-    def take(self, levers: Any) -> None:
-        """Have distances, by the greatest way (m) of each per turn (rad) of each joint."""
-        self._levers = np.ascontiguousarray(levers.T)
-        self.free, self._known = np.zeros((2, len(levers)))
+    def take(self, levers: Any, capsules: Any, pairs: Any, touching: Any) -> None:
+        """Have distances, by the greatest way (m) of each per turn (rad) of each joint.
+
+        The last ones are those of `pairs` (k, 2) of capsules, from line to line, less `touching` (k,). A
+        capsule has the number of joints that move it, and the ends of its line (m) in the last of these.
+        """
+        self._levers, self._capsules, self._pairs, self._touching = levers, capsules, pairs, touching
+        self._lines = np.array(capsules[:, 1:])
+        self._free, self._known = np.zeros((2, len(levers)))
         self.forget()
 
     def forget(self) -> None:
@@ -392,26 +388,85 @@ class Gaps:
         return True
 
     def go_to(self, joints: Any) -> list[int]:
-        """Move the arm to joint positions (rad); return the numbers of the distances to measure."""
-        self.free -= np.abs(np.subtract(joints, self._looked)) @ self._levers
-        self._looked = np.array(joints, float)
-        due: list[int] = (self.free <= 0.5 * self._known).nonzero()[0].tolist()
+        """Move the arm to joint positions (rad); return the numbers of the distances to measure.
+
+        Pairs of capsules are measured, and returned only if they are in each other, or were before.
+        """
+        count, rows, own = self._looked.shape[0], self._free.shape[0], self._touching.shape[0]
+        q: cython.double
+        for k in range(count):
+            q = joints[k]
+            self._turns[k], self._looked[k] = fabs(q - self._looked[k]), q
+        self._arm.go_to(joints)
+        self._place()
+        due = []
+        for row in range(rows):
+            for k in range(count):
+                self._free[row] -= self._turns[k] * self._levers[row, k]
+            if self._free[row] <= 0.5 * self._known[row]:
+                apart: cython.bint = row >= rows - own and self._known[row] > 0.0
+                if row >= rows - own:
+                    self._free[row] = self._known[row] = self._distance(row - rows + own)
+                if not apart or self._free[row] <= 0.0:
+                    due.append(row)
         return due
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _place(self) -> cython.void:
+        """Find the lines of the capsules that move."""
+        e, x, z = self._capsules, self._arm.sides, self._arm.axes
+        for row in range(e.shape[0]):
+            n = cython.cast(cython.Py_ssize_t, e[row, 0]) - 1
+            for i in range(6 if n >= 0 else 0):
+                k, first = i % 3, 1 + i // 3 * 3
+                y = z[n, (k + 1) % 3] * x[n, (k + 2) % 3] - z[n, (k + 2) % 3] * x[n, (k + 1) % 3]
+                along = e[row, first] * x[n, k] + e[row, first + 1] * y + e[row, first + 2] * z[n, k]
+                self._lines[row, i] = self._arm.points[n, k] + along
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _distance(self, pair: cython.Py_ssize_t) -> cython.double:
+        """Measure the distance of a pair of capsules (m), by the nearest points of their lines."""
+        one, other = self._lines[self._pairs[pair, 0]], self._lines[self._pairs[pair, 1]]
+        a: cython.double = 0.0
+        b: cython.double = 0.0
+        c: cython.double = 0.0
+        e: cython.double = 0.0
+        f: cython.double = 0.0
+        square: cython.double = 0.0
+        for i in range(3):
+            u, v, w = one[3 + i] - one[i], other[3 + i] - other[i], one[i] - other[i]
+            a, b, c, e, f = a + u * u, b + u * v, c + u * w, e + v * v, f + v * w
+        s: cython.double = 0.0
+        if a * e - b * b > _PARALLEL * a * e:
+            s = min(max((b * f - c * e) / (a * e - b * b), 0.0), 1.0)
+        t: cython.double = min(max((b * s + f) / e, 0.0), 1.0) if e > 0.0 else 0.0
+        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+        for i in range(3):
+            w = one[i] + s * (one[3 + i] - one[i]) - other[i] - t * (other[3 + i] - other[i])
+            square += w * w
+        return sqrt(square) - self._touching[pair]
 
     def set(self, row: cython.Py_ssize_t, distance: cython.double) -> None:
         """Note a measured distance (m)."""
-        self.free[row] = self._known[row] = distance
+        self._free[row] = self._known[row] = distance
 
     def approach(self, moved_m: float) -> None:
         """Have all bodies come nearer by so much."""
-        self.free -= moved_m
+        np.asarray(self._free)[:] -= moved_m
         self._fastest, self.next = 0.0, 0
 
     def begin(self, tick: cython.long, tick_s: cython.double) -> None:
         """Begin to count from the present bounds, in the tick of this number."""
-        self._fastest, self.next = 0.0, tick + 1
-        if len(self.free) and self.free.min() <= 0.0:
-            return
-        rates = (self._levers / self.free).max(axis=1, initial=0.0)
-        self._rates, self._fastest = rates, max(rates @ self._velocity, 1e-9)
-        self.next = tick + max(1, int(1.0 / (self._fastest * tick_s)))
+        self._fastest, self.next, self._rates[:] = 0.0, tick + 1, 0.0
+        fastest: cython.double = 1e-9
+        for row in range(self._free.shape[0]):
+            if self._free[row] <= 0.0:
+                return
+            for k in range(self._rates.shape[0]):
+                self._rates[k] = max(self._rates[k], self._levers[row, k] / self._free[row])
+        for k in range(self._rates.shape[0]):
+            fastest += self._rates[k] * self._velocity[k]
+        self._fastest = fastest
+        self.next = tick + max(1, int(1.0 / (fastest * tick_s)))

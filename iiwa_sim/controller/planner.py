@@ -8,7 +8,7 @@ import numpy as np
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
-from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.frames import Frame, Transform, compose, inverse
 from iiwa_sim.motion.blend import Move, joint_ball, sphere
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
@@ -122,7 +122,7 @@ class Planner:
         speed_m_s = request.tcp_speed_m_s
         if speed_m_s is not None and not (isfinite(speed_m_s) and speed_m_s > 0.0):
             raise Refused(EXECUTION, f"speed {speed_m_s:g} m/s: expected above 0")
-        flange = tcp.flange_at(_checked_pose(target, request))
+        flange = compose(_checked_pose(target, request), inverse(tool))
         try:
             if request.kind is Kind.PTP:
                 path = ptp(start, self._nearest.find(flange, start, request.redundancy).joints)

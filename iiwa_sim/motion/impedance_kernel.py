@@ -14,7 +14,7 @@ from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import Reached, TcpCont
 from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics, Tcp
 from cython.cimports.libc.math import cos, fabs, sin, sqrt
 
-from iiwa_sim.frames import Rotation, Vector, multiply, rotation_vector, transpose
+from iiwa_sim.frames import turn_between
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.springs import (
     INERTIA_KGM2,
@@ -334,10 +334,12 @@ class TcpSprings:
         else:
             for k in range(7):
                 v[k] = (x[k] - springs.before[k]) / self._tick_s
-        if not (self._forced or springs.touches) and self._is_within(_HOME) and self._joints_are_home():
-            x[:] = 0.0
-            v[:] = 0.0
-            self._joints, self.tcp_contact = nominal, None
+        if not (self._forced or springs.touches) and self._is_within(_HOME):
+            off = [abs(q - n) for q, n in zip(self._joints, nominal, strict=True)]
+            if max(off) < _HOME:
+                x[:] = 0.0
+                v[:] = 0.0
+                self._joints, self.tcp_contact = nominal, None
         joints: Joints = self._joints
         return joints
 
@@ -362,10 +364,6 @@ class TcpSprings:
         for k in range(7):
             within = within and fabs(self._x[k]) <= most and fabs(self._v[k]) <= most
         return within
-
-    @cython.cfunc
-    def _joints_are_home(self) -> cython.bint:
-        return max([abs(q - n) for q, n in zip(self._joints, self._planned, strict=True)]) < _HOME
 
     @cython.cfunc
     def _find_forces(self, impedance: Any) -> object:
@@ -430,7 +428,8 @@ class TcpSprings:
         pose, jacobian = kinematics.tcp_and_jacobian(guess)
         turned = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
         missing = [a - b for a, b in zip(place, pose.translation, strict=True)]
-        missing += _turn_between(pose.rotation, turned)
+        axis, angle = turn_between(pose.rotation, turned)
+        missing += [angle * each for each in axis]
         missing.append(redundancy - kinematics.redundancy(guess))
         least, greatest = bounds.ranges(self._joints)
         motion = least_deviation(
@@ -444,9 +443,10 @@ class TcpSprings:
         at, x = self._at, self._x
         rotation, (px, py, pz) = kinematics.arm.pose(self._joints)
         planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
-        a, b, c = _turn_between(planned, rotation)
+        (a, b, c), angle = turn_between(planned, rotation)
         swivel = kinematics.redundancy(self._joints) - self._redundancy
-        x[0], x[1], x[2], x[3], x[4], x[5], x[6] = px - at[9], py - at[10], pz - at[11], a, b, c, swivel
+        x[0], x[1], x[2], x[6] = px - at[9], py - at[10], pz - at[11], swivel
+        x[3], x[4], x[5] = angle * a, angle * b, angle * c
         for k in range(9):
             r[k] = rotation[k]
         return None
@@ -557,9 +557,3 @@ class JointSprings:
             q = self.centre[k]
             turned.append(q + self._springs.x[k])
         return tuple(turned)
-
-
-def _turn_between(start: Rotation, end: Rotation) -> Vector:
-    """The rotation vector (rad) from one rotation to another."""
-    (x, y, z), angle = rotation_vector(multiply(end, transpose(start)))
-    return x * angle, y * angle, z * angle

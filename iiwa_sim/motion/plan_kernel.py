@@ -446,13 +446,6 @@ class BlendedPath:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def is_straight(self, k: cython.Py_ssize_t) -> cython.bint:
-        """Return whether the joints go straight on the move k."""
-        path: Polynomial = self.paths[k]
-        return path.straight
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
     def limit(
         self, k: cython.Py_ssize_t, c: cython.Py_ssize_t, order: cython.int, joint: cython.Py_ssize_t
     ) -> cython.double:
@@ -802,6 +795,7 @@ class SpeedProfile:
     def _count_samples(self) -> cython.Py_ssize_t:
         """Write the first sample and the first edge of each segment. Return the number of samples."""
         path: BlendedPath = self.path
+        own: Polynomial
         x1: cython.double = spline(self.x, 0, 0.0)
         move: cython.Py_ssize_t = 0
         e: cython.Py_ssize_t = 0
@@ -811,13 +805,14 @@ class SpeedProfile:
         for k in range(self.count):
             x0, x1, n = x1, spline(self.x, k, 1.0), SMOOTH
             move = path.find(x0, move)
+            own = path.paths[move]
             while e < path.edges.shape[0] and path.edges[e] < x1:
                 e += 1
             self.edge[k + 1] = e
             marks = e - self.edge[k]
             if marks > 0 or k < ENDS or k >= self.count - ENDS or path.blend_at(x0, move) >= 0:
                 n = DENSE
-            elif x1 > x0 and not path.is_straight(move):
+            elif x1 > x0 and not own.straight:
                 n += cython.cast(cython.Py_ssize_t, min((x1 - x0) / LONG, 1.0 * MOST))
             self.first[k + 1] = self.first[k] + n + marks
         return self.first[self.count]

@@ -4,12 +4,12 @@ cdef class Tcp:
     cdef readonly Py_ssize_t joint_count
     cdef readonly object fixed         # poses between joints (n + 1, 12)
     cdef double[:, ::1] _fixed
-    cdef object _flange_in_tcp
     cdef double[::1] _q
     cdef double[::1] turned            # rotation of the TCP in the base, row by row
     cdef double[::1] place             # its translation (m)
-    cdef double[:, ::1] _axes
-    cdef double[:, ::1] _points
+    cdef double[:, ::1] sides          # directions of x of each joint's frame in the base, and of z,
+    cdef double[:, ::1] axes
+    cdef double[:, ::1] points         # and its origin (m)
     cdef double[:, ::1] columns        # its Jacobian (6, n), after `find_columns`
     cdef double[::1] torque            # on each joint (Nm), after `find_torques`
     cdef object _columns_array

@@ -17,7 +17,7 @@ from cython.cimports.libc.math import atan2, cos, fabs, floor, remainder, sin, s
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, compose, inverse
-from iiwa_sim.wrench import NO_WRENCH, Wrench
+from iiwa_sim.wrench import Wrench
 
 SRS = 0
 """Seven joints with spherical shoulder and wrist; the redundancy is the position of A3."""
@@ -64,10 +64,9 @@ class Tcp:
         rows = [*fixed[:count], compose(fixed[count], tool_in_flange)]
         self.fixed = np.array([(*rotation, *translation) for rotation, translation in rows])
         self._fixed = self.fixed
-        self._flange_in_tcp: Any = inverse(tool_in_flange)
         self._q = np.full(count, np.nan)  # different from any
         self.turned, self.place = np.empty(9), np.empty(3)
-        self._axes, self._points = np.empty((count, 3)), np.empty((count, 3))
+        self.sides, self.axes, self.points = np.empty((3, count, 3))
         self._columns_array = self.columns = np.empty((6, count))
         self.torque = np.empty(count)
         self._has_columns = False
@@ -86,10 +85,6 @@ class Tcp:
             self._pose = _new(Transform, (rotation, (p[0], p[1], p[2])))
         pose: Transform = self._pose
         return pose
-
-    def flange_at(self, tcp: Transform) -> Transform:
-        """Return the pose of the flange for a pose of the TCP."""
-        return compose(tcp, self._flange_in_tcp)
 
     def jacobian(self, joints: Sequence[float]) -> NDArray[np.float64]:
         """Return the Jacobian (6, n): velocity (m/s), then angular velocity (rad/s), in base axes."""
@@ -165,7 +160,7 @@ class Tcp:
                 r[3 * i], r[3 * i + 1] = c * a + s * b, c * b - s * a
                 r[3 * i + 2] = x * f[k, 2] + y * f[k, 5] + z * f[k, 8]
                 if k < self.joint_count:
-                    self._points[k, i], self._axes[k, i] = p[i], r[3 * i + 2]
+                    self.points[k, i], self.sides[k, i], self.axes[k, i] = p[i], r[3 * i], r[3 * i + 2]
         for i in range(9):
             self.turned[i] = r[i]
         for i in range(3):
@@ -179,7 +174,7 @@ class Tcp:
         if self._has_columns:
             return
         self._has_columns = True
-        j, a, p = self.columns, self._axes, self._points
+        j, a, p = self.columns, self.axes, self.points
         for k in range(self.joint_count):
             x, y, z = self.place[0] - p[k, 0], self.place[1] - p[k, 1], self.place[2] - p[k, 2]
             j[0, k] = a[k, 1] * z - a[k, 2] * y
@@ -573,8 +568,7 @@ def carried_wrench(
     fx, fy, fz = moments[3, 3] * gx, moments[3, 3] * gy, moments[3, 3] * gz
     tx, ty, tz = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
     if motion is None:
-        weighs: cython.bint = fx != 0.0 or fy != 0.0 or fz != 0.0 or tx != 0.0 or ty != 0.0 or tz != 0.0
-        return (fx, fy, fz, tx, ty, tz) if weighs else NO_WRENCH
+        return (fx, fy, fz, tx, ty, tz)
     m = cython.declare(cython.double[9])
     d = cython.declare(cython.double[12])  # second differences of the rows of [R p]
     p = cython.declare(cython.double[12])  # R^T [R'' p''] times the moments

@@ -389,7 +389,7 @@ class World:
     def kept(self) -> WorldState:
         """Return the state, for `restore`."""
         built = self._built._replace(model=copy.copy(self._built.model))
-        arms = [_fields(arm, _SHARED_OF_ARM) | {"motion": arm.motion.copy()} for arm in self.arms]
+        arms = [_fields(arm, _SHARED_OF_ARM) | {"motion": copy.copy(arm.motion)} for arm in self.arms]
         fields = _fields(self, _SHARED) | {"holders": {n: list(arms) for n, arms in self.holders.items()}}
         return WorldState(built, copy.copy(self.data), fields, arms)
 
