@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -12,9 +12,16 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.robot.description import Angle, Length
-from iiwa_sim.settings import Name, Reader, between
+from iiwa_sim.settings import Name, Reader, between, expecting, require
 from iiwa_sim.world.part import Mesh, Part
 
+SIZES = {
+    "box": ("size_mm",),
+    "cylinder": ("radius_mm", "length_mm"),
+    "sphere": ("radius_mm",),
+    "mesh": ("mesh",),
+}
+"""The shapes of parts, and the keys of each; a mesh is the convex hull of an STL file (mm)."""
 MOST_CORNERS = 5000
 """Corners of a mesh."""
 Size = Annotated[float, between(0.01, 10_000.0, " mm")]
@@ -70,40 +77,23 @@ class CylinderSettings(SurfaceSettings, frozen=True, kw_only=True, tag="cylinder
 AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
 
 
-class PartSettings(Placed, frozen=True, kw_only=True, tag_field="shape"):
-    """The keys that all parts have. The pose is that of the middle."""
+class PartSettings(Placed, frozen=True, kw_only=True):
+    """A part. The pose is that of its middle."""
 
+    shape: Annotated[Literal["box", "cylinder", "sphere", "mesh"], expecting(f"one of {', '.join(SIZES)}")]
     mass_kg: Annotated[float, between(0.001, 1000.0, " kg")]
     friction: _Friction = 0.5
     stiffness_n_per_m: _Stiffness = 1e5
+    size_mm: tuple[Size, Size, Size] | None = None
+    radius_mm: Size | None = None
+    length_mm: Size | None = None
+    mesh: str | None = None
 
-
-class BoxPartSettings(PartSettings, frozen=True, kw_only=True, tag="box"):
-    """A part with edges of `size_mm` along x, y and z."""
-
-    size_mm: tuple[Size, Size, Size]
-
-
-class CylinderPartSettings(PartSettings, frozen=True, kw_only=True, tag="cylinder"):
-    """A part that is round about z."""
-
-    radius_mm: Size
-    length_mm: Size
-
-
-class SpherePartSettings(PartSettings, frozen=True, kw_only=True, tag="sphere"):
-    """A part that is a ball."""
-
-    radius_mm: Size
-
-
-class MeshPartSettings(PartSettings, frozen=True, kw_only=True, tag="mesh"):
-    """A part that is the convex hull of the triangles in an STL file (mm)."""
-
-    mesh: str
-
-
-AnyPart = BoxPartSettings | CylinderPartSettings | SpherePartSettings | MeshPartSettings
+    def __post_init__(self) -> None:
+        for key in ("size_mm", "radius_mm", "length_mm", "mesh"):
+            is_needed = key in SIZES[self.shape]
+            expected = "this key" if is_needed else f"none for the shape {self.shape!r}"
+            require((getattr(self, key) is not None) == is_needed, key, expected)
 
 
 def pose_of(placed: Any) -> Transform:
@@ -119,49 +109,32 @@ def metres(place_mm: Vector) -> Vector:
 
 def surface_of(settings: AnySurface) -> Surface:
     """Return the surface of checked settings."""
-    shape: Plane | Box | Sphere | Cylinder = Plane()
-    velocity = (0.0, 0.0, 0.0)
-    if isinstance(settings, BoxSettings):
-        velocity = metres(settings.surface_velocity_mm_per_s)
-    if not isinstance(settings, PlaneSettings):
-        shape = _solid(settings)
     return Surface(
         settings.name,
-        shape,
+        Plane() if isinstance(settings, PlaneSettings) else _solid(settings),
         pose_of(settings),
         settings.stiffness_n_per_m,
         settings.damping_s_per_m,
         settings.friction,
-        velocity,
+        metres(getattr(settings, "surface_velocity_mm_per_s", (0.0, 0.0, 0.0))),
     )
 
 
-def part_of(settings: AnyPart, reader: Reader, folder: Path) -> tuple[Part, Transform]:
+def part_of(settings: PartSettings, reader: Reader, folder: Path) -> tuple[Part, Transform]:
     """Return the part of checked settings and its pose; raise a fault for a mesh that cannot be used."""
-    shape: Box | Sphere | Cylinder | Mesh
-    if isinstance(settings, MeshPartSettings):
-        shape = _mesh(settings.mesh, reader, folder)
-    else:
-        shape = _solid(settings)
+    shape = _solid(settings) if settings.mesh is None else _mesh(settings.mesh, reader, folder)
     part = Part(settings.name, shape, settings.mass_kg, settings.friction, settings.stiffness_n_per_m)
     return part, pose_of(settings)
 
 
-def _solid(
-    settings: BoxSettings
-    | SphereSettings
-    | CylinderSettings
-    | BoxPartSettings
-    | SpherePartSettings
-    | CylinderPartSettings,
-) -> Box | Sphere | Cylinder:
-    match settings:
-        case BoxSettings() | BoxPartSettings():
-            x_mm, y_mm, z_mm = settings.size_mm
-            return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
-        case SphereSettings() | SpherePartSettings():
-            return Sphere(1e-3 * settings.radius_mm)
-    return Cylinder(1e-3 * settings.radius_mm, 0.5e-3 * settings.length_mm)
+def _solid(sizes: Any) -> Box | Sphere | Cylinder:
+    """Return the box, cylinder or sphere that has such sizes."""
+    if (size_mm := getattr(sizes, "size_mm", None)) is not None:
+        x, y, z = metres(size_mm)
+        return Box(0.5 * x, 0.5 * y, 0.5 * z)
+    length_mm = getattr(sizes, "length_mm", None)
+    radius = 1e-3 * sizes.radius_mm
+    return Sphere(radius) if length_mm is None else Cylinder(radius, 0.5e-3 * length_mm)
 
 
 def _mesh(name: str, reader: Reader, folder: Path) -> Mesh:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -197,12 +196,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     """
     file = Path(path)
     reader = Reader(str(file), CellFault)
-    text = reader.text(file, "an existing file")
-    alone = re.search(r"^\s*robot\s*=(.*)$", text, re.MULTILINE)
-    if alone and re.search(r"^\s*\[\[robot\]\]", text, re.MULTILINE):
-        expected = "none beside [[robot]]: each robot has its own, robot.model"
-        raise CellFault(str(file), "robot", alone[1].strip(), expected)
-    settings = reader.settings(text, CellSettings)
+    settings = reader.settings(reader.text(file, "an existing file"), CellSettings)
     surfaces = tuple(map(surface_of, settings.surfaces().values()))
     parts = tuple(
         part_of(each, reader.under(f"part[{index}]."), file.parent)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import inf
 from typing import Annotated, Literal
 
@@ -9,20 +10,20 @@ import msgspec
 import numpy as np
 
 from iiwa_sim.cell.bodies import (
-    AnyPart,
     AnySurface,
     BoxSettings,
     CylinderSettings,
+    PartSettings,
     PlaneSettings,
     SphereSettings,
     metres,
 )
 from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
-from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
+from iiwa_sim.controller.handling import NOTHING, Wiring
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.limits_watch import GREATEST, Safety
-from iiwa_sim.protocols.ports import DEFAULT_PORTS, IIWA, MAX_PORT
+from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.robot.description import DEFAULT_ROBOT, Angle, CapsuleMm, Length, ToolSettings
 from iiwa_sim.settings import Name, SettingsFault, between, expecting, require
@@ -41,6 +42,7 @@ _Noise = Annotated[float, between(0.0, 1000.0)]
 _Moment = Annotated[float, between(-1000.0, 1000.0, " kg m^2")]
 _Sensed = Annotated[float, between(-1e6, 1e6)]
 _Number = Annotated[int, between(1, LARGEST_IO_COUNT)]
+_Protocol = Annotated[Literal["iiwa", "krc4"], expecting("iiwa, krc4, or a list of both")]
 _Port = Annotated[int, between(0, MAX_PORT)]
 _Ios = (
     Annotated[int, between(0, LARGEST_IO_COUNT)]
@@ -53,6 +55,14 @@ class CellFault(SettingsFault):
 
     The message is one line that names the file, the key, its value and what was expected.
     """
+
+
+def _require_different(values: Mapping[str, object], what: str) -> None:
+    """Reject a value that is there twice; values come with their keys."""
+    taken: dict[object, str] = {}
+    for key, value in values.items():
+        other = taken.setdefault(value, key)
+        require(other == key, key, f"another {what} than that of {other}")
 
 
 class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -91,9 +101,8 @@ class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def __post_init__(self) -> None:
         for kind in ("input", "output"):
-            names = self.names(kind)
-            for index, name in enumerate(names):
-                require(name not in names[:index], f"{kind}s[{index}]", "each name once")
+            names = {f"{kind}s[{index}]": name for index, name in enumerate(self.names(kind))}
+            _require_different(names, "name")
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Return the names of inputs or outputs; `kind` is input or output."""
@@ -199,21 +208,16 @@ class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
     def __post_init__(self) -> None:
         """Check that each wired input and output is there, and each input and actuator wired once."""
-        wires = [(f"input[{k}].number", "input", each.number) for k, each in enumerate(self.input)]
+        wires: dict[str, tuple[str, int]] = {}
         if self.gripper is not None:
-            keys = ("close_output", "open_output", *(f"{sensor}_input" for sensor in SENSORS))
-            numbers = ((key, getattr(self.gripper, key)) for key in keys)
-            wires[:0] = [(f"gripper.{key}", key.split("_")[1], n) for key, n in numbers if n != NOTHING]
-        taken: dict[object, str] = {}
-        for key, kind, number in wires:
-            other = taken.setdefault((kind, number), key)
-            require(other == key, key, f"another {kind} than that of {other}")
-        for k, wire in enumerate(self.output):
-            wires.append((f"output[{k}].number", "output", wire.number))
-            other = taken.setdefault(wire.actuator, f"output[{k}]")
-            is_new = other == f"output[{k}]"
-            require(is_new, f"output[{k}].actuator", f"another actuator than that of {other}")
-        for key, kind, number in wires:
+            wiring = {key: getattr(self.gripper, key) for key in Wiring._fields}
+            wires = {f"gripper.{key}": (key.split("_")[1], n) for key, n in wiring.items() if n != NOTHING}
+        wires |= {f"input[{k}].number": ("input", each.number) for k, each in enumerate(self.input)}
+        _require_different(wires, "number")
+        driven = {f"output[{k}].actuator": each.actuator for k, each in enumerate(self.output)}
+        _require_different(driven, "actuator")
+        wires |= {f"output[{k}].number": ("output", each.number) for k, each in enumerate(self.output)}
+        for key, (kind, number) in wires.items():
             count = len(self.io.names(kind))
             there = f"one of the {kind}s 1 to {count}" if count else f"none: [io] has no {kind}s"
             require(number <= count, key, there)
@@ -224,7 +228,7 @@ class RobotSettings(OneRobotSettings, frozen=True, kw_only=True):
 
     name: Annotated[str, expecting("up to 40 letters, digits, - and _", pattern=r"^[A-Za-z0-9_-]{1,40}\Z")]
     model: str = DEFAULT_ROBOT
-    protocol: str | list[str] = IIWA
+    protocol: _Protocol | Annotated[list[_Protocol], msgspec.Meta(min_length=1)] = "iiwa"
     port: _Port | list[_Port] = 0
     x_mm: Length = 0.0
     y_mm: Length = 0.0
@@ -235,16 +239,16 @@ class RobotSettings(OneRobotSettings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        spoken = [self.protocol] if isinstance(self.protocol, str) else self.protocol
-        known = bool(spoken) and len({*spoken} & DEFAULT_PORTS.keys()) == len(spoken)
-        require(known, "protocol", "iiwa, krc4, or a list of both")
-        count = len(self.port) if isinstance(self.port, list) else 1
-        expected = "0, or a list of one for each protocol" if len(spoken) > 1 else "one port"
-        require(count == len(spoken) or self.port == 0, "port", expected)
+        count, ports = len(self._protocols()), 1 if isinstance(self.port, int) else len(self.port)
+        expected = "0, or a list of one for each protocol" if count > 1 else "one port"
+        require(ports == count or self.port == 0, "port", expected)
+
+    def _protocols(self) -> list[str]:
+        return [self.protocol] if isinstance(self.protocol, str) else list(dict.fromkeys(self.protocol))
 
     def ports(self) -> dict[str, int]:
         """Return the port of each protocol; 0 for a free one."""
-        protocols = [self.protocol] if isinstance(self.protocol, str) else self.protocol
+        protocols = self._protocols()
         ports = [self.port] * len(protocols) if isinstance(self.port, int) else self.port
         return dict(zip(protocols, ports, strict=True))
 
@@ -262,7 +266,7 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
         ]
     ) = DEFAULT_ROBOT
     scene: SceneSettings | None = None
-    part: Annotated[list[AnyPart], expecting(f"at most {MOST_PARTS} parts", max_length=MOST_PARTS)] = []
+    part: Annotated[list[PartSettings], expecting(f"at most {MOST_PARTS} parts", max_length=MOST_PARTS)] = []
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
@@ -272,7 +276,7 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         bodies = {**self.surfaces(), **{f"part[{index}]": part for index, part in enumerate(self.part)}}
-        _require_names({place: body.name for place, body in bodies.items()})
+        _require_different({f"{place}.name": body.name for place, body in bodies.items()}, "name")
         for prefix, robot in self.robots().items():
             for kind in ("input", "output"):
                 fits = self.scene is not None or not getattr(robot, kind)
@@ -282,7 +286,8 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
         for key in OneRobotSettings.__struct_fields__:
             alone = getattr(self, key) == getattr(OneRobotSettings(), key)
             require(alone, key, f"none beside [[robot]]: each robot has its own, robot.{key}")
-        _require_names({f"robot[{index}]": robot.name for index, robot in enumerate(self.robot)})
+        names = {f"robot[{index}].name": robot.name for index, robot in enumerate(self.robot)}
+        _require_different(names, "name")
         taken: dict[int, tuple[str, str]] = {}
         for index, robot in enumerate(self.robot):
             for protocol, port in robot.ports().items():
@@ -303,11 +308,3 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
             for kind in ("plane", "box", "sphere", "cylinder")
             for index, surface in enumerate(getattr(self, kind))
         }
-
-
-def _require_names(names: dict[str, str]) -> None:
-    """Reject a name that is used twice; the names come with the keys of their tables."""
-    taken: dict[str, str] = {}
-    for place, name in names.items():
-        other = taken.setdefault(name, place)
-        require(other == place, f"{place}.name", f"another name than that of {other}")
