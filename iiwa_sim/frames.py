@@ -186,20 +186,6 @@ def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
     return rotation_vector(multiply(end, transpose(start)))
 
 
-def rotation_about(axis: Vector, angle: float) -> Rotation:
-    """Rotation by `angle` (rad) about a unit axis."""
-    x, y, z = axis
-    c, s = cos(angle), sin(angle)
-    half = sin(0.5 * angle)
-    k = 2.0 * half * half  # 1 - cos(angle) without losing digits at small angles
-    kx, ky, kz = k * x, k * y, k * z
-    return (
-        c + kx * x, kx * y - s * z, kx * z + s * y,
-        kx * y + s * z, c + ky * y, ky * z - s * x,
-        kx * z - s * y, ky * z + s * x, c + kz * z,
-    )  # fmt: skip
-
-
 def with_z_along(direction: Vector) -> Rotation:
     """A rotation that turns z to a direction, a unit vector."""
     x, y, z = direction

@@ -7,7 +7,6 @@ say what is allowed: `between` for numbers, `Name` for texts, `require` in `__po
 from __future__ import annotations
 
 import re
-import sys
 import tomllib
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -118,23 +117,16 @@ class Reader:
             return file.read_text(encoding="utf-8-sig")  # editors may put an invisible mark in front
         except FileNotFoundError:
             raise self.fault("", "", missing) from None
-        except OSError as fault:
-            raise self.fault("", "", f"a readable text file ({fault.strerror})") from None
-        except ValueError as fault:
-            raise self.fault("", "", f"a readable text file ({fault})") from None
+        except (OSError, ValueError) as fault:
+            why = getattr(fault, "strerror", fault)
+            raise self.fault("", "", f"a readable text file ({why})") from None
 
     def settings(self, text: str, kind: type[Settings]) -> Settings:
         """The settings in a TOML text, as the type of a `msgspec.Struct` allows them."""
         try:
-            table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as fault:
+            return self.converted(tomllib.loads(text), kind)
+        except (ValueError, RecursionError) as fault:  # of TOML, a number of too many digits, or deep lists
             raise self.fault("", "", f"valid TOML ({fault})") from None
-        except ValueError:
-            longest = sys.get_int_max_str_digits()
-            raise self.fault("", "", f"whole numbers of at most {longest} digits") from None
-        except RecursionError:
-            raise self.fault("", "", "fewer lists and tables within each other") from None
-        return self.converted(table, kind)
 
     def converted(self, value: Any, kind: type[Settings]) -> Settings:
         """The settings in tables and lists."""

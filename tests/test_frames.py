@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -21,7 +22,6 @@ from iiwa_sim.frames import (
     multiply,
     quaternion_from_rotation,
     rotate,
-    rotation_about,
     rotation_from_quaternion,
     rotation_vector,
     transform_from_euler,
@@ -35,6 +35,12 @@ transforms = st.builds(transform_from_euler, lengths_m, lengths_m, lengths_m, an
 rotations = transforms.map(lambda t: t.rotation)
 directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 1e-3)
 axes = directions.map(lambda v: (v[0] / math.hypot(*v), v[1] / math.hypot(*v), v[2] / math.hypot(*v)))
+
+
+def rotation_about(axis: tuple[float, float, float], angle: float) -> Rotation:
+    """Rotation by an angle (rad) about a unit axis, by Pinocchio."""
+    rotation: Rotation = tuple(pin.exp3(np.multiply(angle, axis)).ravel().tolist())
+    return rotation
 
 
 def assert_same(a: Rotation, b: Rotation, tolerance: float = 1e-12) -> None:

@@ -51,25 +51,6 @@ class StillMoving(TimeoutError):
     """The robot has not stopped within the limit."""
 
 
-class LoopTimer:
-    """Calls a function once for each instant it is set to, up to 1 ms late, in the running loop."""
-
-    def __init__(self, wake: Callable[[], None]) -> None:
-        self._wake = wake
-        self._loop = asyncio.get_running_loop()
-        self._handle: asyncio.TimerHandle | None = None
-
-    def wake_at(self, instant_ns: int) -> None:
-        """Call at `instant_ns` (> 0) of `time.monotonic_ns`; an instant set before is forgotten."""
-        self.close()
-        self._handle = self._loop.call_at(instant_ns * 1e-9, self._wake)
-
-    def close(self) -> None:
-        if self._handle is not None:
-            self._handle.cancel()
-            self._handle = None
-
-
 @dataclass
 class _Errand:
     """Ticks that are made at once, whatever the pace, for somebody who waits for them."""
@@ -120,16 +101,17 @@ class Clock:
         pace: Pace = REAL,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,
-        timer: Callable[[Callable[[], None]], LoopTimer] = LoopTimer,
+        call_at: Callable[[float, Callable[[], None]], asyncio.Handle] | None = None,
     ) -> None:
-        """`now_ns` and `timer` are the source of time; tests put their own in."""
+        """`now_ns` and `call_at` are the source of time, by default the system's and the running loop's."""
         self.tick_s = 1.0 / rate_hz
         self.dropped_ticks = 0
         self.rate_hz = rate_hz
         self._now_ns = now_ns
-        self._open_timer = timer
-        self._timer: LoopTimer | None = None
+        self._call_at = call_at
+        self._timer: asyncio.Handle | None = None
         self._asked_ns = self._deadline_ns = 0  # what the timer is set to; of the next tick at the pace
+        self._runs = False
         self.paused = self._idles = False  # idle: no timer is set, since the robot is resting
         self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
@@ -140,8 +122,7 @@ class Clock:
     def start(self, robot: Stepped) -> None:
         """Make ticks from now on; at a pace the first one period from now. Must be called inside the loop."""
         self._robot, self._accepted = robot, robot.accepted
-        self._timer = self._open_timer(self._wake)
-        self._asked_ns, self._idles = 0, False
+        self._runs, self._idles = True, False
         self._count_anew()
         self._sleep()
 
@@ -149,9 +130,8 @@ class Clock:
         """Make no more ticks; who waits for some gets RuntimeError. Does nothing if the clock is stopped."""
         self._make_up_for_rest()
         if self._timer is not None:
-            self._timer.close()
-            self._timer = None
-            self._asked_ns, self._idles = 0, False
+            self._timer.cancel()
+        self._asked_ns, self._runs, self._idles = 0, False, False
         while self._errands:
             done = self._errands.popleft().done
             if not done.done():
@@ -177,7 +157,7 @@ class Clock:
         """Let time pass otherwise from now on. A pause goes on."""
         self._make_up_for_rest()
         self._take(pace)
-        if self._timer is not None:
+        if self._runs:
             self._accepted = self._robot.accepted
         self._count_anew()
         self._sleep()
@@ -196,7 +176,7 @@ class Clock:
 
     def commanded(self, awaited: bool = False) -> None:
         """Commands may have been carried out; the newest move is `awaited` by who would send the next one."""
-        if self._timer is None or not (self.pace.ticks_in_haste or self._idles):
+        if not self._runs or not (self.pace.ticks_in_haste or self._idles):
             return
         if self.pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
             self._accepted = accepted
@@ -245,7 +225,7 @@ class Clock:
     async def _run(self, seconds: float, *, until_stopped: bool) -> _Errand:
         if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
             raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
-        if self._timer is None:
+        if not self._runs:
             raise RuntimeError("the clock does not run")
         ticks = ceil(seconds * self.rate_hz - 1e-6)  # 0.07 * 100 is more than 7
         errand = _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
@@ -273,7 +253,7 @@ class Clock:
 
     def _sleep(self) -> None:
         """Set the timer to when there is something to do."""
-        if self._timer is None:
+        if not self._runs:
             return
         self._idles = False
         if self._errands:
@@ -290,9 +270,11 @@ class Clock:
         self._set_timer(instant_ns)
 
     def _set_timer(self, instant_ns: int) -> None:
-        if self._timer is not None and instant_ns != self._asked_ns:
-            self._asked_ns = instant_ns
-            self._timer.wake_at(instant_ns)
+        if instant_ns != self._asked_ns:
+            if self._timer is not None:
+                self._timer.cancel()
+            call_at = self._call_at or asyncio.get_running_loop().call_at
+            self._asked_ns, self._timer = instant_ns, call_at(instant_ns * 1e-9, self._wake)
 
     def _wake(self) -> None:
         self._asked_ns = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
+from math import cos, sin
 from typing import NamedTuple
 
 import coal
@@ -19,7 +20,7 @@ from iiwa_sim.frames import (
     Vector,
     compose,
     multiply,
-    rotation_about,
+    rotation_from_quaternion,
     transpose,
     with_z_along,
 )
@@ -65,8 +66,9 @@ class Link(NamedTuple):
         """Return the pose in the parent at joint positions (rad)."""
         if self.joint is None:
             return self.pose
-        turned = multiply(self.pose.rotation, rotation_about(self.axis, joints[self.joint]))
-        return Transform(turned, self.pose.translation)
+        half, (x, y, z) = 0.5 * joints[self.joint], self.axis
+        turn = rotation_from_quaternion((sin(half) * x, sin(half) * y, sin(half) * z, cos(half)))
+        return Transform(multiply(self.pose.rotation, turn), self.pose.translation)
 
 
 class ArmModel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 SECOND_NS = 1_000_000_000
 MS_NS = 1_000_000
@@ -19,14 +20,11 @@ class HandTime:
     def now(self) -> int:
         return self.now_ns
 
-    def open(self, wake: Callable[[], None]) -> HandTime:
-        self.wake = wake
+    def call_at(self, when_s: float, wake: Callable[[], None]) -> Any:
+        self.asked_ns, self.wake = round(1e9 * when_s), wake
         return self
 
-    def wake_at(self, instant_ns: int) -> None:
-        self.asked_ns = instant_ns
-
-    def close(self) -> None:
+    def cancel(self) -> None:
         self.wake = self.asked_ns = None
 
     def pass_until_woken(self, late_ns: int = 0) -> None:

@@ -69,7 +69,7 @@ class CountedRobot:
 
 
 def started(robot: CountedRobot, time: HandTime, rate_hz: int = 500, pace: Pace = REAL) -> Clock:
-    clock = Clock(rate_hz, pace, now_ns=time.now, timer=time.open)
+    clock = Clock(rate_hz, pace, now_ns=time.now, call_at=time.call_at)
     clock.start(robot)
     return clock
 

@@ -56,7 +56,7 @@ class ProgrammedRobot:
 
 def paced(program: list[Any], pace: Pace, late_ns: list[int]) -> ProgrammedRobot:
     robot, time = ProgrammedRobot(program), HandTime()
-    Clock(pace=pace, now_ns=time.now, timer=time.open).start(robot)
+    Clock(pace=pace, now_ns=time.now, call_at=time.call_at).start(robot)
     wakes = 0
     while robot.moving:
         time.pass_until_woken(late_ns[wakes % len(late_ns)])
@@ -66,7 +66,7 @@ def paced(program: list[Any], pace: Pace, late_ns: list[int]) -> ProgrammedRobot
 
 async def told(program: list[Any]) -> ProgrammedRobot:
     robot, time = ProgrammedRobot(program), HandTime()
-    clock = Clock(pace=STEPPED, now_ns=time.now, timer=time.open)
+    clock = Clock(pace=STEPPED, now_ns=time.now, call_at=time.call_at)
     clock.start(robot)
     stopped = asyncio.ensure_future(clock.run_until_stopped(600.0))
     while not stopped.done():
