@@ -1,7 +1,6 @@
 """Sessions: bytes of one connection in, replies out; no sockets.
 
-A line session gives one reply for each line, in their order. Telnet's IAC DO TIMING-MARK is answered by IAC
-WONT TIMING-MARK; other telnet commands are ignored.
+A line session gives one reply for each line, in their order.
 """
 
 from collections import deque
@@ -16,7 +15,7 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.faults import CannedReplies
-from iiwa_sim.protocols.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
+from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
 from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table, with_hint
 
 ASKED_OFTEN = 3
@@ -140,9 +139,6 @@ class LineSession(Session):
         replies: list[bytes] = []
         for _ in range(min(len(lines), most)):
             line = lines.popleft()
-            if line is TIMING_MARK:
-                replies.append(WONT_TIMING_MARK)
-                continue
             self._command = self._reason = ""
             self._line, self._times = line, self._times + 1 if line == self._line else 1
             self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves

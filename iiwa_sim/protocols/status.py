@@ -13,8 +13,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.lines import WONT_TIMING_MARK
-from iiwa_sim.protocols.session import AT_ONCE, LineSession, written
+from iiwa_sim.protocols.session import LineSession, written
 from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
 
 STOP = "stop"
@@ -37,10 +36,6 @@ class StatusSession(LineSession):
         """`controllers` are those of all robots; `name` identifies this connection in the log."""
         super().__init__(controllers[0], log, name, _table(), {STOP: _stop})
         self.controllers = controllers
-
-    def answer(self, most: int = AT_ONCE) -> bytes:
-        """Carry out the next waiting lines; return the answer to telnet, once for all of them."""
-        return super().answer(most)[: len(WONT_TIMING_MARK)]
 
     def _reply(self, line: bytes) -> bytes:
         if line.strip(b" \t"):

@@ -31,7 +31,6 @@ LONGEST_LOOKED_UP = 40
 _HELP = "help"
 _ASKS_HELP = re.compile(rb"[ \t]*(?:help(?=[ \t?])|\?)[ \t?]*:?", re.IGNORECASE)  # `help lin move`, `?`
 _CACHED_LINES = 1024
-_LONGEST_ARM_M = 3.0
 
 
 class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -234,8 +233,8 @@ class Table:
 
 
 def with_hint(reason: str, request: Request) -> str:
-    """Return the reason of a refusal, with a hint if angles may be in degrees or places in metres."""
-    return "; ".join(each for each in (reason, request.in_degrees, _in_metres(request)) if each)
+    """Return the reason of a refusal, with a hint if angles may be in degrees."""
+    return f"{reason}; {request.in_degrees}" if request.in_degrees else reason
 
 
 @cache
@@ -330,16 +329,6 @@ def _words(text: bytes) -> list[str]:
 def _commas(text: bytes) -> str:
     """Return a hint for parameters with commas."""
     return "; no commas: blanks between values, a point in a decimal" if b"," in text else ""
-
-
-def _in_metres(request: Request) -> str:
-    """Return a hint for a place within the foot of the robot, which may be meant in metres."""
-    names = [each.name for each in request.command.parameters[:3]]
-    place = request.values[:3]
-    if names == ["x", "y", "z"] and any(place) and all(abs(each) <= _LONGEST_ARM_M for each in place):
-        shown = " ".join(f"{each:.7g}" for each in place)
-        return f"{shown} is within the robot's foot: places are in mm, not in m"
-    return ""
 
 
 def _unknown(reason: str) -> Refusal:

@@ -87,13 +87,6 @@ def test_utf_16_is_no_text():
     assert talk.hear().startswith(b"unknown command\r\n")
 
 
-def test_telnets_question_after_ctrl_c_is_answered():
-    talk = Conversation(journal=Journal(commands=True))
-    talk.session.receive(b"hello\r\nget \xff\xf4\xff\xfd\x06status\r\n")
-    assert talk.hear() == b"\xff\xfc\x06hello\r\nstopped\r\n"
-    assert talk.journal.refusals == []
-
-
 @pytest.mark.requirement("FRA005")
 def test_help_names_every_command_and_its_usage():
     talk = Conversation()
