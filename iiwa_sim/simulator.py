@@ -310,7 +310,7 @@ class Simulator:
     @property
     def backdoor_port(self) -> int | None:
         """Port of the backdoor, if it has one."""
-        return None if self._backdoor_http is None else self._backdoor_http.address[1]
+        return None if self._backdoor_http is None else self._backdoor_http.acceptor.address[1]
 
     @property
     def _sources(self) -> list[Source]:

@@ -1,22 +1,18 @@
 """The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
-Of several robots, `POST /ROBOT/METHOD` calls that of one.
-
-The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
-the loop's thread; its connection waits in a thread of its own.
+Of several robots, `POST /ROBOT/METHOD` calls that of one. The calls and their parameters come from the
+signatures of `Backdoor`.
 """
 
 import asyncio
 import contextlib
 import inspect
-import select
 import socket
-import threading
-from collections.abc import Callable, Mapping
-from concurrent.futures import CancelledError, Future, wait
+from collections.abc import Awaitable, Callable, Mapping
 from difflib import get_close_matches
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
+from io import BytesIO
 from typing import Any, NamedTuple, get_type_hints
 from urllib.parse import parse_qsl, unquote, urlsplit
 
@@ -33,7 +29,7 @@ from iiwa_sim.wording import harmless, shortened
 HEALTH = "healthz"
 CAMERA = "camera"
 MOST_BYTES = 65_536
-"""Largest body."""
+"""Largest body, and largest head."""
 MOST_CONNECTIONS = 32
 IDLE_S = 60.0
 """Time (s) after which a connection without a request is closed."""
@@ -78,11 +74,43 @@ CALLS = {
 
 
 class NoCall(Refused):
-    """A request that is no call, with its HTTP status."""
+    """A request that is no call, with its HTTP status. It ends the connection."""
 
     def __init__(self, status: HTTPStatus, reason: str) -> None:
         super().__init__(COMMUNICATION_FAILURE, harmless(reason))
         self.status = status
+
+
+class _Request(BaseHTTPRequestHandler):
+    """Request line and headers, as http.server parses them."""
+
+    protocol_version = "HTTP/1.1"
+
+    def __init__(self, head: bytes) -> None:
+        """Raises NoCall."""
+        self.rfile = BytesIO(head)
+        self.raw_requestline = self.rfile.readline()
+        if not self.parse_request():
+            self.send_error(HTTPStatus.BAD_REQUEST)
+        if self.command not in ("GET", "POST"):
+            self.send_error(HTTPStatus.NOT_IMPLEMENTED, "expected GET or POST")
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
+        raise NoCall(HTTPStatus(code), message or HTTPStatus(code).phrase)
+
+    def handle_expect_100(self) -> bool:
+        return True  # clients send their body without an answer, too
+
+    @property
+    def length(self) -> int:
+        """Length of the body. Raises NoCall."""
+        length = self.headers.get("Content-Length") or "0"
+        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
+            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
+        if len(length) > 9 or int(length) > MOST_BYTES:
+            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
+            raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
+        return int(length)
 
 
 class BackdoorHttp:
@@ -101,127 +129,94 @@ class BackdoorHttp:
         token: Token | None = None,
     ) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
-        self.token = token
-        self.robots = robots
+        self._robots = robots
         self._log = log
+        self._token = token
         self.acceptor = Acceptor(host, port, self._serve)
-        self._connections: set[socket.socket] = set()
-        self._calls: set[Future[bytes]] = set()
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        return self.acceptor.address
+        self._connections: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._loop = asyncio.get_running_loop()
         await self.acceptor.start()
 
     async def close(self) -> None:
-        """Stop listening, end pending calls, and let connections end."""
+        """Stop listening, and end connections with their pending calls."""
         self.acceptor.close()
-        for call in list(self._calls):
-            call.cancel()
-        for connection in list(self._connections):
-            with contextlib.suppress(OSError):  # already gone
-                connection.shutdown(socket.SHUT_RD)
+        for connection in self._connections:
+            connection.cancel()
+        await asyncio.gather(*self._connections, return_exceptions=True)
 
     async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
         if len(self._connections) >= MOST_CONNECTIONS:
-            with contextlib.suppress(OSError), connection:
+            with connection:
                 connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")
             return
-        self._connections.add(connection)
+        reader, writer = await asyncio.open_connection(sock=connection, limit=MOST_BYTES)
+        client = f"{host_and_port(*peer[:2])} (backdoor)"
+        task = asyncio.create_task(self._converse(reader, writer, client))
+        self._connections.add(task)
+        task.add_done_callback(self._connections.discard)
 
-        def serve() -> None:
-            with contextlib.suppress(OSError), connection:  # the client has gone
-                _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
-            self._connections.discard(connection)
+    async def _converse(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, client: str
+    ) -> None:
+        """Answer requests until the client goes or is idle."""
+        CLIENT.set(client)
+        with contextlib.closing(writer), contextlib.suppress(OSError, asyncio.IncompleteReadError):
+            keeps = True
+            while keeps:
+                async with asyncio.timeout(IDLE_S):
+                    head = await _head_from(reader)
+                if not head:
+                    return
+                status, answer, keeps = await self._answered(head, reader, client)
+                writer.write(_response(status, answer, keeps))
+                await writer.drain()
+                await asyncio.sleep(0)  # for others, where the next request is there already
 
-        threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
-
-    def refused(self, client: str, request: str, refused: Refused) -> None:
-        """Log a request that is not carried out; from any thread."""
-        self._loop.call_soon_threadsafe(self._log.refused, client, request, refused.code, refused.reason)
-
-    def begin(
-        self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str
-    ) -> "Future[bytes]":
-        """Begin a call in the loop's thread; its result is the JSON of the answer, or a picture."""
-        future = asyncio.run_coroutine_threadsafe(self._made(backdoor, call, arguments, client), self._loop)
-        self._calls.add(future)
-        future.add_done_callback(self._calls.discard)
-        return future
-
-    async def _made(self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str) -> bytes:
-        request = harmless(shortened(repr(arguments), _LONGEST_SHOWN))
-        CLIENT.set(client)  # in this task only
+    async def _answered(
+        self, head: bytes, reader: asyncio.StreamReader, client: str
+    ) -> tuple[HTTPStatus, bytes, bool]:
+        """Return the answer to a request, and True if more may follow on the connection."""
+        line, keeps = harmless(shortened(head.partition(b"\r\n")[0].decode("latin-1"), _LONGEST_SHOWN)), False
         try:
-            result = call.method(backdoor, **msgspec.structs.asdict(arguments))
+            request = _Request(head)
+            async with asyncio.timeout(IDLE_S):
+                body = await reader.readexactly(request.length)
+            keeps = not request.close_connection
+            result = self._called(request, body)
             if inspect.isawaitable(result):
-                result = await result
-        except Exception as fault:
-            if not isinstance(fault, Refused):
-                self._log.exception(client, request, fault)
-            raise
-        answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
-        if self._log.wants_commands():
-            self._log.command(client, request, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN))
-        return answer
-
-
-class _Handler(BaseHTTPRequestHandler):
-    """The requests of one connection, in a thread of its own."""
-
-    protocol_version = default_request_version = "HTTP/1.1"
-    timeout = IDLE_S
-    wbufsize = -1
-    disable_nagle_algorithm = True
-    server: BackdoorHttp  # type: ignore[assignment]
-
-    def do_GET(self) -> None:
-        """Answer a call, by GET one that only reads."""
-        try:
-            self._send(HTTPStatus.OK, self._answer())
+                result = await _unless_gone(result, reader)
+            answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
+            if self._log.wants_commands():
+                self._log.command(client, line, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN))
+            return HTTPStatus.OK, answer, keeps
+        except NoCall as refused:
+            status, code, reason, keeps = refused.status, refused.code, refused.reason, False
         except Refused as refused:
-            self._reject(getattr(refused, "status", HTTPStatus.CONFLICT), refused)
-        except CancelledError:
-            self.close_connection = True
-            self._reject(HTTPStatus.SERVICE_UNAVAILABLE, Refused(EXECUTION, "the robot ends"))
-        except ConnectionError:
+            status, code, reason = HTTPStatus.CONFLICT, refused.code, refused.reason
+        except (OSError, asyncio.IncompleteReadError):
             raise
-        except Exception:  # noqa: BLE001  # logged where it was raised
+        except Exception as fault:
+            self._log.exception(client, line, fault)
+            status, code = HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION
             reason = "internal error, see the log"
-            self._reject(HTTPStatus.INTERNAL_SERVER_ERROR, Refused(EXECUTION, reason))
+        self._log.refused(client, line, code, reason)
+        return status, msgspec.json.encode({"error": {"code": code, "reason": reason}}) + b"\n", keeps
 
-    do_POST = do_GET  # noqa: N815
-
-    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
-        """Answer a request that http.server does not understand."""
-        self.close_connection = True
-        status = HTTPStatus(code)
-        self._reject(status, NoCall(status, message or status.phrase))
-
-    def version_string(self) -> str:
-        """Name the server in headers."""
-        return "iiwa-sim"
-
-    def log_message(self, *_: object) -> None:
-        """Log nothing: the server logs calls."""
-
-    def _answer(self) -> bytes:
-        body, url = self._body(), urlsplit(self.path)
+    def _called(self, request: _Request, body: bytes) -> Any:
+        """Call what a request asks for, and return the result. Raises Refused."""
+        url = urlsplit(request.path)
         path = url.path.strip("/").split("/")
-        self._admit(path[0])
+        self._admit(request, path)
         if path == [HEALTH]:
-            return b'{"ok":true}\n'
+            return {"ok": True}
         if path == [""]:
             return _listing()
         query = dict(parse_qsl(url.query))
         if CAMERA in path[-2:-1]:
             query["name"] = unquote(path.pop())
-        robots, name = self.server.robots, path.pop()
+        robots, name = self._robots, path.pop()
         robot = path.pop() if path else next(iter(robots)) if len(robots) == 1 else ""
         if path or robot not in robots:
             there_are = ", ".join(filter(None, robots)) or "one without a name"
@@ -232,7 +227,7 @@ class _Handler(BaseHTTPRequestHandler):
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
             hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
             raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
-        if self.command == "GET" and not call.reads:
+        if request.command == "GET" and not call.reads:
             raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
             if query:
@@ -242,65 +237,57 @@ class _Handler(BaseHTTPRequestHandler):
         except (msgspec.MsgspecError, RecursionError) as fault:
             reason = f"{name}({', '.join(call.takes)}): {fault}"
             raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
-        return self._result(self.server.begin(robots[robot], call, arguments, self._client))
+        return call.method(robots[robot], **msgspec.structs.asdict(arguments))
 
-    def _result(self, future: "Future[bytes]") -> bytes:
-        """Wait for a call; cancel it if the client has gone."""
-        while not wait([future], LOOKS_S).done:
-            connection = self.connection
-            if select.select([connection], [], [], 0.0)[0] and not connection.recv(1, socket.MSG_PEEK):
-                future.cancel()
-                raise ConnectionResetError
-        return future.result()
-
-    def _body(self) -> bytes:
-        length = self.headers.get("Content-Length") or "0"
-        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
-            self.close_connection = True
-            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
-        if len(length) > 9 or int(length) > MOST_BYTES:
-            self.close_connection = True
-            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
-            raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
-        return self.rfile.read(int(length))
-
-    def _admit(self, name: str) -> None:
-        token, headers = self.server.token, self.headers
+    def _admit(self, request: _Request, path: list[str]) -> None:
+        token, headers = self._token, request.headers
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
         reason = WebAccess().refusal(hosts, ())
         if reason is None and "Origin" in headers:
             reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
         if reason is not None:
-            self.close_connection = True
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
-        if not known and name != HEALTH:
+        if not known and path != [HEALTH]:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
-    def _reject(self, status: HTTPStatus, refused: Refused) -> None:
-        request = harmless(shortened(self.requestline, _LONGEST_SHOWN))
-        self.server.refused(self._client, request, refused)
-        error = {"code": refused.code, "reason": refused.reason}
-        self._send(status, msgspec.json.encode({"error": error}) + b"\n")
 
-    def _send(self, status: HTTPStatus, body: bytes) -> None:
-        self.send_response(status)
-        is_picture = body.startswith(b"\x89PNG")
-        self.send_header("Content-Type", "image/png" if is_picture else "application/json")
-        self.send_header("Content-Length", str(len(body)))
-        if status is HTTPStatus.UNAUTHORIZED:
-            self.send_header("WWW-Authenticate", "Bearer")
-        if self.close_connection:
-            self.send_header("Connection", "close")
-        self.end_headers()
-        self.wfile.write(body)
-        self.wfile.flush()
+async def _head_from(reader: asyncio.StreamReader) -> bytes:
+    """Return request line and headers, as far as they come; nothing if the client has gone or sends too much."""
+    try:
+        return await reader.readuntil(b"\r\n\r\n")
+    except asyncio.IncompleteReadError as end:
+        return end.partial
+    except asyncio.LimitOverrunError:
+        return b""
 
-    @property
-    def _client(self) -> str:
-        return f"{host_and_port(*self.client_address[:2])} (backdoor)"
+
+async def _unless_gone(call: Awaitable[Any], reader: asyncio.StreamReader) -> Any:
+    """Return the result of a call; cancel it if the client goes, and raise ConnectionResetError."""
+    task = asyncio.ensure_future(call)
+    try:
+        while not (await asyncio.wait([task], timeout=LOOKS_S))[0]:
+            if reader.at_eof() or reader.exception():
+                raise ConnectionResetError
+        return task.result()
+    finally:
+        task.cancel()
+
+
+def _response(status: HTTPStatus, body: bytes, keeps: bool) -> bytes:
+    kind = "image/png" if body.startswith(b"\x89PNG") else "application/json"
+    head = [
+        f"HTTP/1.1 {status.value} {status.phrase}",
+        f"Content-Type: {kind}",
+        f"Content-Length: {len(body)}",
+    ]
+    if status is HTTPStatus.UNAUTHORIZED:
+        head.append("WWW-Authenticate: Bearer")
+    if not keeps:
+        head.append("Connection: close")
+    return "\r\n".join([*head, "", ""]).encode() + body
 
 
 def _listing() -> bytes:

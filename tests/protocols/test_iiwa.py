@@ -17,7 +17,6 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation, FakeRobot
 
 TABLE = load_table("iiwa")
