@@ -36,9 +36,7 @@ def said_to(port: int, data: bytes) -> bytes:
 def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    with Simulator(
-        protocol=["iiwa", "krc4"], status_port=0, backdoor_port=0, rosbridge_port=0
-    ) as simulator:
+    with Simulator(protocol=["iiwa", "krc4"], status_port=0, backdoor_port=0, rosbridge_port=0) as simulator:
         rosbridge, backdoor = simulator.rosbridge_port, simulator.backdoor_port
         assert simulator.status_port is not None
         assert rosbridge is not None

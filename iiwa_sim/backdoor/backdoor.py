@@ -5,7 +5,8 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 
 import time
 from asyncio import wrap_future
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial, wraps
 from inspect import iscoroutinefunction
@@ -14,28 +15,23 @@ from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.described import described_cell, described_moves
+from iiwa_sim.backdoor.described import described_cell, described_moves, parts_of
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH, Camera
-from iiwa_sim.cell.bodies import AnySurface
+from iiwa_sim.cell.bodies import AnySurface, surface_of
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock.clock import Clock, StillMoving
 from iiwa_sim.clock.pace import pace
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, RecentLines
-from iiwa_sim.frames import IDENTITY, Frame, compose
-from iiwa_sim.protocols.faults import (
-    EVERY,
-    UNTIL_CLEARED,
-    End,
-    Fault,
-    WireFaults,
-)
+from iiwa_sim.frames import IDENTITY, Frame, Vector, compose
+from iiwa_sim.log import Throttle
+from iiwa_sim.protocols.faults import EVERY, UNTIL_CLEARED, End, Fault, WireFaults
 from iiwa_sim.robot.description import RobotDescription, ToolSettings
 from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.settings import Reader
@@ -48,9 +44,8 @@ LONGEST_TEXT = 200
 CLIENT: ContextVar[str] = ContextVar("client", default="backdoor")
 """The name in the dialogue of the program that acts; the default is one with the simulator in its process."""
 DRAGGED = ("push", "push_joints", "move_surface")
-"""Methods that a client calls many times a second while somebody drags the arm."""
-DRAGGED_S = 1.0
-"""Time (s) in which the dialogue has at most one of these calls."""
+"""Methods that a client calls many times a second while somebody drags the arm: the dialogue has one each
+second."""
 
 T = TypeVar("T")
 
@@ -115,7 +110,7 @@ class Backdoor:
         self._dialogue = dialogue
         self._group = group or ControllerGroup({controller: IDENTITY})
         self._states = states or States(controller)
-        self._dragged_until_s: dict[str, float] = {}
+        self._dragged = Throttle(1)
 
     def _act(self, name: str, given: str, act: Callable[[], None]) -> None:
         """Change something, for the dialogue and listeners to know."""
@@ -127,9 +122,7 @@ class Backdoor:
             raise
         for listener in self.listeners:
             listener(text)
-        now_s = time.monotonic()
-        if name not in DRAGGED or now_s >= self._dragged_until_s.get(name, now_s):
-            self._dragged_until_s[name] = now_s + DRAGGED_S
+        if name not in DRAGGED or self._dragged.count(name, time.monotonic_ns()):
             self._dialogue.event(CLIENT.get(), text)
 
     # Time
@@ -139,7 +132,7 @@ class Backdoor:
 
         To be awaited in the simulator's event loop; `Simulator.advance` is for other threads.
         """
-        with surfaces.refusing(ValueError):
+        with _refusing(ValueError):
             await self._clock.advance(seconds)
 
     async def run_until_stopped(self, limit_s: float) -> float:
@@ -147,7 +140,7 @@ class Backdoor:
 
         To be awaited like `advance`.
         """
-        with surfaces.refusing(ValueError, StillMoving):
+        with _refusing(ValueError, StillMoving):
             return await self._clock.run_until_stopped(limit_s)
 
     def pause(self, paused: bool = True) -> None:
@@ -156,7 +149,7 @@ class Backdoor:
 
     def set_clock(self, name: str) -> None:
         """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause goes on."""
-        with surfaces.refusing(ValueError):
+        with _refusing(ValueError):
             self._clock.set_pace(pace(name))
 
     def get_clock(self) -> str:
@@ -184,16 +177,46 @@ class Backdoor:
 
     def add_surface(self, surface: AnySurface) -> None:
         """Add a surface with the keys of cell.toml. Refused where the TCP would be within it."""
-        surfaces.add(self._group, self._controller, surface)
+        taken = {*self._controller.load.world.surfaces, *(part.name for part in parts_of(self._controller))}
+        reader = Reader("surface", CellFault)
+        with _refusing(CellFault):
+            reader.converted(msgspec.to_builtins(surface), type(surface))
+            reader.check("name", surface.name, surface.name not in taken, "a name no surface and no part has")
+        self._put(surface_of(surface))
 
     def move_surface(self, name: str, pose: Frame) -> None:
         """Move a surface to a pose in the base, at once. One that touches the TCP goes on pushing it."""
         _check_pose(pose)
-        surfaces.move(self._group, self._controller, name, pose)
+        self._put(self._surface(name)._replace(pose=pose.to_transform()))
 
     def remove_surface(self, name: str) -> None:
         """Remove a surface."""
-        surfaces.remove(self._group, self._controller, name)
+        self._surface(name)
+        for controller in self._group.controllers:
+            controller.load.world.remove(name)
+
+    def _surface(self, name: str) -> Surface:
+        surfaces = self._controller.load.world.surfaces
+        if name not in surfaces:
+            there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
+            raise Refused(EXECUTION, f"no surface {name!r}: {harmless(there_are)}")
+        return surfaces[name]
+
+    def _put(self, surface: Surface) -> None:
+        """Add or move a surface, given in the base of this robot, for all robots of the cell."""
+        seen = [
+            (other.load.world, other.tcp().translation, surface._replace(pose=compose(base, surface.pose)))
+            for other, base in self._group.seen_from(self._controller)
+        ]
+        is_there = surface.name in self._controller.load.world.surfaces
+        for world, tcp, each in seen:
+            if not (is_there and world.touched(each.name)):
+                _check_outside(tcp, [each])
+        for world, _, each in seen:
+            if is_there:
+                world.move(each.name, each.pose)
+            else:
+                world.put(each)
 
     def cell(self) -> dict[str, Any]:
         """Return surfaces, shapes of parts, tool and jaws, and names of inputs and outputs."""
@@ -204,16 +227,14 @@ class Backdoor:
         _check_pose(tool_in_flange)
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
-        surfaces.check_outside(controller, tcp.translation)
+        _check_outside(tcp.translation, controller.load.world.surfaces.values())
         controller.place(controller.joints, tool)
 
-    # Inputs and outputs
+    # The robot and its inputs
 
     def set_input(self, number: int, on: bool) -> None:
         """Switch a digital input, numbered from 1."""
         self._controller.io.wire(number, on)
-
-    # The robot
 
     def emergency_stop(self, pressed: bool = True) -> None:
         """Press the emergency stop: the robot stops with error 3030. Or release it; the error stays."""
@@ -239,7 +260,7 @@ class Backdoor:
         """Put the robot at joint positions (rad) without a motion. At rest only."""
         controller = self._controller
         tcp = controller.tcp(controller.planner.checked_joints(joints))
-        surfaces.check_outside(controller, tcp.translation)
+        _check_outside(tcp.translation, controller.load.world.surfaces.values())
         controller.place(joints)
 
     def robot(self) -> RobotDescription:
@@ -277,8 +298,6 @@ class Backdoor:
         """Return the names of all saved states."""
         return self._states.names
 
-    # What was said
-
     def dialogue(self, since: int = 0) -> RecentLines:
         """Return the lines said in all protocols from number `since` on, the newest 200.
 
@@ -286,8 +305,6 @@ class Backdoor:
         """
         self._dialogue.remember()
         return self._dialogue.since(since)
-
-    # Random numbers
 
     def seed(self, seed: int) -> None:
         """Restart the random numbers of noise and garbled replies, from a seed of 0 to 2**32 - 1."""
@@ -332,14 +349,12 @@ class Backdoor:
             raise Refused(EXECUTION, "the cell has no gripper")
         return handling
 
-    # Replies
-
     def reply(self, command: str, reply: str, times: int = 1) -> None:
         """Answer the next `times` lines of a command by `reply` without executing them; 0 for all.
 
         It lasts until `clear_faults`. The reply is one line of printable ASCII.
         """
-        with surfaces.refusing(ValueError):
+        with _refusing(ValueError):
             self._wire.canned.set(command, reply, times)
 
     # Wire faults
@@ -355,7 +370,7 @@ class Backdoor:
             raise Refused(EXECUTION, f"fault {shown}: expected one such as Drop() or Delay(0.2)")
         if replies < 0:
             raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
-        with surfaces.refusing(msgspec.ValidationError):
+        with _refusing(msgspec.ValidationError):
             msgspec.convert(msgspec.to_builtins(fault), Fault)  # checks the ranges
         self._wire.set(fault, connection, replies)
 
@@ -379,13 +394,31 @@ class Backdoor:
             port.acceptor.accept()
 
 
+@contextmanager
+def _refusing(*faults: type[Exception]) -> Iterator[None]:
+    """Raise these faults as `Refused`, with their message as the reason."""
+    try:
+        yield
+    except faults as fault:
+        raise Refused(EXECUTION, str(fault)) from None
+
+
+def _check_outside(tcp: Vector, surfaces: Iterable[Surface]) -> None:
+    """Raise `Refused` if the TCP (m, in the base) would be within a surface: the force would be unbounded."""
+    for surface in surfaces:
+        depth_mm = -1e3 * surface.nearest(*tcp)[0]
+        if depth_mm > 0.0:
+            reason = f"the TCP would be {depth_mm:.3f} mm within surface {surface.name!r}"
+            raise Refused(EXECUTION, harmless(reason))
+
+
 def _check_finite(values: Sequence[float]) -> None:
     if not all(map(isfinite, values)):
         raise Refused(EXECUTION, "expected finite numbers")
 
 
 def _check_pose(pose: Frame) -> None:
-    with surfaces.refusing(CellFault):
+    with _refusing(CellFault):
         Reader("pose", CellFault).converted(pose._asdict(), ToolSettings)
 
 

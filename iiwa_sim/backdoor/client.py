@@ -1,5 +1,6 @@
 """A client of the backdoor over HTTP, for a test in another process or on another machine."""
 
+import contextlib
 import http.client
 import json
 from collections.abc import Callable
@@ -57,21 +58,14 @@ class BackdoorClient:
 
     def _ask(self, method: str, path: str, body: bytes | None = None) -> Any:
         connection = http.client.HTTPConnection(*self._address, timeout=self._timeout_s)
-        try:
-            connection.request(method, path, body, self._headers)
-            answer = connection.getresponse()
-            text = answer.read()
-        except http.client.HTTPException as fault:
-            raise ConnectionError(f"no answer of HTTP to {path}: {fault}") from None
-        finally:
-            connection.close()
-        try:
-            value = json.loads(text)
-            error = value["error"] if answer.status != http.client.OK else None
-        except (ValueError, KeyError, TypeError):
-            raise ConnectionError(
-                f"no answer of a backdoor to {path}: {answer.status} {answer.reason}"
-            ) from None
+        with contextlib.closing(connection):
+            try:
+                connection.request(method, path, body, self._headers)
+                answer = connection.getresponse()
+                value = json.loads(answer.read())
+                error = value["error"] if answer.status != http.client.OK else None
+            except (http.client.HTTPException, ValueError, KeyError, TypeError) as fault:
+                raise ConnectionError(f"no answer of a backdoor to {path}: {fault}") from None
         if error is not None:
             raise Refused(int(error.get("code", COMMUNICATION_FAILURE)), str(error.get("reason")))
         return value

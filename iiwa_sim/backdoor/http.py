@@ -6,15 +6,16 @@ signatures of `Backdoor`.
 
 import asyncio
 import contextlib
+import http.client
 import inspect
 import socket
 from collections.abc import Awaitable, Callable, Mapping
 from difflib import get_close_matches
+from email.message import Message
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler
 from io import BytesIO
 from typing import Any, NamedTuple, get_type_hints
-from urllib.parse import parse_qsl, unquote, urlsplit
+from urllib.parse import parse_qsl, unquote
 
 import msgspec
 
@@ -30,12 +31,14 @@ HEALTH = "healthz"
 CAMERA = "camera"
 MOST_BYTES = 65_536
 """Largest body, and largest head."""
-MOST_CONNECTIONS = 32
 IDLE_S = 60.0
 """Time (s) after which a connection without a request is closed."""
 LOOKS_S = 0.25
 """Time (s) between two looks for a client that does not wait any more."""
 _LONGEST_SHOWN = 200
+_GONE = (ConnectionError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError)
+"""Faults of a connection: the client has gone, is idle or sends a head without an end."""
+_INTERNAL = "internal error, see the log"
 
 
 class Call(NamedTuple):
@@ -81,38 +84,6 @@ class NoCall(Refused):
         self.status = status
 
 
-class _Request(BaseHTTPRequestHandler):
-    """Request line and headers, as http.server parses them."""
-
-    protocol_version = "HTTP/1.1"
-
-    def __init__(self, head: bytes) -> None:
-        """Raises NoCall."""
-        self.rfile = BytesIO(head)
-        self.raw_requestline = self.rfile.readline()
-        if not self.parse_request():
-            self.send_error(HTTPStatus.BAD_REQUEST)
-        if self.command not in ("GET", "POST"):
-            self.send_error(HTTPStatus.NOT_IMPLEMENTED, "expected GET or POST")
-
-    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
-        raise NoCall(HTTPStatus(code), message or HTTPStatus(code).phrase)
-
-    def handle_expect_100(self) -> bool:
-        return True  # clients send their body without an answer, too
-
-    @property
-    def length(self) -> int:
-        """Length of the body. Raises NoCall."""
-        length = self.headers.get("Content-Length") or "0"
-        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
-            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
-        if len(length) > 9 or int(length) > MOST_BYTES:
-            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
-            raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
-        return int(length)
-
-
 class BackdoorHttp:
     """Serves a backdoor on `host`:`port` from `start` to `close`; port 0 picks a free one.
 
@@ -147,10 +118,6 @@ class BackdoorHttp:
         await asyncio.gather(*self._connections, return_exceptions=True)
 
     async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
-        if len(self._connections) >= MOST_CONNECTIONS:
-            with connection:
-                connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")
-            return
         reader, writer = await asyncio.open_connection(sock=connection, limit=MOST_BYTES)
         client = f"{host_and_port(*peer[:2])} (backdoor)"
         task = asyncio.create_task(self._converse(reader, writer, client))
@@ -160,60 +127,49 @@ class BackdoorHttp:
     async def _converse(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, client: str
     ) -> None:
-        """Answer requests until the client goes or is idle."""
+        """Answer requests until the client goes, is idle, or is rejected."""
         CLIENT.set(client)
-        with contextlib.closing(writer), contextlib.suppress(OSError, asyncio.IncompleteReadError):
+        with contextlib.closing(writer), contextlib.suppress(*_GONE):
             keeps = True
-            while keeps:
-                async with asyncio.timeout(IDLE_S):
-                    head = await _head_from(reader)
-                if not head:
-                    return
-                status, answer, keeps = await self._answered(head, reader, client)
+            while keeps and (head := await _head_from(reader)):
+                line, _, headers = head.partition(b"\r\n")
+                shown = harmless(shortened(line.decode("latin-1"), _LONGEST_SHOWN))
+                keeps, status = False, HTTPStatus.OK
+                try:
+                    method, target, version, parsed = _parsed(line.decode("latin-1"), headers)
+                    async with asyncio.timeout(IDLE_S):
+                        body = await reader.readexactly(_length(parsed))
+                    self._admit(parsed, target)
+                    result = self._called(method, target, body)
+                    if inspect.isawaitable(result):
+                        result = await _unless_gone(result, reader)
+                    answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
+                    keeps = version == "HTTP/1.1" and parsed.get("Connection", "").lower() != "close"
+                    if self._log.wants_commands():
+                        said = shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
+                        self._log.command(client, shown, said)
+                except _GONE:
+                    raise
+                except Exception as fault:  # noqa: BLE001 - answered
+                    refused = fault if isinstance(fault, Refused) else Refused(EXECUTION, _INTERNAL)
+                    if refused is not fault:
+                        self._log.exception(client, shown, fault)
+                    self._log.refused(client, shown, refused.code, refused.reason)
+                    status = getattr(refused, "status", HTTPStatus.CONFLICT)
+                    error = {"code": refused.code, "reason": refused.reason}
+                    answer = msgspec.json.encode({"error": error}) + b"\n"
                 writer.write(_response(status, answer, keeps))
                 await writer.drain()
                 await asyncio.sleep(0)  # for others, where the next request is there already
 
-    async def _answered(
-        self, head: bytes, reader: asyncio.StreamReader, client: str
-    ) -> tuple[HTTPStatus, bytes, bool]:
-        """Return the answer to a request, and True if more may follow on the connection."""
-        line, keeps = harmless(shortened(head.partition(b"\r\n")[0].decode("latin-1"), _LONGEST_SHOWN)), False
-        try:
-            request = _Request(head)
-            async with asyncio.timeout(IDLE_S):
-                body = await reader.readexactly(request.length)
-            keeps = not request.close_connection
-            result = self._called(request, body)
-            if inspect.isawaitable(result):
-                result = await _unless_gone(result, reader)
-            answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
-            if self._log.wants_commands():
-                self._log.command(client, line, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN))
-            return HTTPStatus.OK, answer, keeps
-        except NoCall as refused:
-            status, code, reason, keeps = refused.status, refused.code, refused.reason, False
-        except Refused as refused:
-            status, code, reason = HTTPStatus.CONFLICT, refused.code, refused.reason
-        except (OSError, asyncio.IncompleteReadError):
-            raise
-        except Exception as fault:
-            self._log.exception(client, line, fault)
-            status, code = HTTPStatus.INTERNAL_SERVER_ERROR, EXECUTION
-            reason = "internal error, see the log"
-        self._log.refused(client, line, code, reason)
-        return status, msgspec.json.encode({"error": {"code": code, "reason": reason}}) + b"\n", keeps
-
-    def _called(self, request: _Request, body: bytes) -> Any:
-        """Call what a request asks for, and return the result. Raises Refused."""
-        url = urlsplit(request.path)
-        path = url.path.strip("/").split("/")
-        self._admit(request, path)
+    def _called(self, method: str, target: str, body: bytes) -> Any:
+        """Make a call, and return its result. Raises Refused."""
+        place, _, values = target.partition("?")
+        path, query = place.strip("/").split("/"), dict(parse_qsl(values))
         if path == [HEALTH]:
             return {"ok": True}
         if path == [""]:
             return _listing()
-        query = dict(parse_qsl(url.query))
         if CAMERA in path[-2:-1]:
             query["name"] = unquote(path.pop())
         robots, name = self._robots, path.pop()
@@ -227,7 +183,7 @@ class BackdoorHttp:
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
             hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
             raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
-        if request.command == "GET" and not call.reads:
+        if method == "GET" and not call.reads:
             raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
             if query:
@@ -239,8 +195,8 @@ class BackdoorHttp:
             raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
         return call.method(robots[robot], **msgspec.structs.asdict(arguments))
 
-    def _admit(self, request: _Request, path: list[str]) -> None:
-        token, headers = self._token, request.headers
+    def _admit(self, headers: Message, target: str) -> None:
+        token = self._token
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
         reason = WebAccess().refusal(hosts, ())
@@ -250,18 +206,41 @@ class BackdoorHttp:
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
-        if not known and path != [HEALTH]:
+        if not known and target.strip("/") != HEALTH:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
 
 async def _head_from(reader: asyncio.StreamReader) -> bytes:
-    """Return request line and headers, as far as they come; nothing if the client has gone or sends too much."""
+    """Return request line and headers; an incomplete one at the end of the stream."""
+    async with asyncio.timeout(IDLE_S):
+        try:
+            return await reader.readuntil(b"\r\n\r\n")
+        except asyncio.IncompleteReadError as end:
+            return end.partial
+
+
+def _parsed(line: str, headers: bytes) -> tuple[str, str, str, Message]:
+    """Return method, target, version and headers of a request. Raises NoCall."""
+    words = line.split(" ")
+    if len(words) != 3 or not words[2].startswith("HTTP/1."):
+        raise NoCall(HTTPStatus.BAD_REQUEST, "expected a request of HTTP/1.1")
+    if words[0] not in ("GET", "POST"):
+        raise NoCall(HTTPStatus.NOT_IMPLEMENTED, "expected GET or POST")
     try:
-        return await reader.readuntil(b"\r\n\r\n")
-    except asyncio.IncompleteReadError as end:
-        return end.partial
-    except asyncio.LimitOverrunError:
-        return b""
+        return words[0], words[1], words[2], http.client.parse_headers(BytesIO(headers))
+    except http.client.HTTPException as fault:
+        raise NoCall(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, str(fault)) from None
+
+
+def _length(headers: Message) -> int:
+    """Return the length of a body. Raises NoCall."""
+    length = headers.get("Content-Length") or "0"
+    if "Transfer-Encoding" in headers or not (length.isascii() and length.isdigit()):
+        raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
+    if len(length) > 9 or int(length) > MOST_BYTES:
+        reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
+        raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
+    return int(length)
 
 
 async def _unless_gone(call: Awaitable[Any], reader: asyncio.StreamReader) -> Any:

@@ -9,6 +9,8 @@ from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.contact.shapes import Cylinder
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.handling import HandlingSetup, Wiring
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
@@ -22,6 +24,11 @@ IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
 DISC = Part("disc", Cylinder(0.02, 0.005), 0.2, 0.5, 1e5), Frame(0.0, 0.0, -5.0, 0.0, 0.0, 0.0).to_transform()
 HANDLED = HandlingSetup(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16), (DISC,))
+
+
+def backdoor_of(controller: Controller, group: ControllerGroup) -> Backdoor:
+    """The backdoor of a robot that shares a cell."""
+    return Backdoor(controller, WireFaults(), (), Clock(500, STEPPED), Dialogue(lambda: 0), group=group)
 
 
 class Bench:

@@ -10,11 +10,11 @@ from hashlib import sha256
 import pytest
 
 from iiwa_sim.backdoor.states import States
-from iiwa_sim.backdoor.surfaces import add, remove
 from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.frames import IDENTITY
 from tests.asked import lin_move_at
+from tests.backdoor.bench import backdoor_of
 from tests.world.scenes import CLOSE, Scene, down, part, table
 
 CUBES = [
@@ -93,13 +93,13 @@ def test_a_restored_state_goes_on_with_the_same_bits(
 def test_surfaces_come_and_go_with_a_state() -> None:
     scene = Scene(part("it", (550, 0, 380)), table())
     states = States(scene.controller)
-    group = ControllerGroup({scene.controller: IDENTITY})
+    backdoor = backdoor_of(scene.controller, ControllerGroup({scene.controller: IDENTITY}))
     scene.rests()
     states.save("on the table")
-    remove(group, scene.controller, "table")
+    backdoor.remove_surface("table")
     size = (200.0, 200.0, 20.0)
     shelf = BoxSettings(name="shelf", size_mm=size, x_mm=550.0, z_mm=200.0, stiffness_n_per_m=1e5)
-    add(group, scene.controller, shelf)
+    backdoor.add_surface(shelf)
     scene.step(2)
     assert scene.part("it").state == "falls"
     scene.rests()

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from iiwa_sim.backdoor.surfaces import add, move, remove
 from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.cell.cell import load_cells, shared_world
 from iiwa_sim.controller.controller import Controller
@@ -21,6 +20,7 @@ from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.frames import Frame
 from iiwa_sim.world.world import World
 from tests.asked import lin_move, lin_move_at, ptp_move
+from tests.backdoor.bench import backdoor_of
 from tests.world.scenes import CLOSE, DOWN, GRIPPER, HEAD, HOLDS, Scene, down, part, table
 
 FACING = "x_mm = 1290\nalpha = 3.141592653589793"
@@ -254,18 +254,18 @@ def test_a_restored_state_goes_on_with_the_same_bits() -> None:
 
 def test_surfaces_are_those_of_all_robots() -> None:
     shared = Shared(part("it", (550, 0, 500)), table())
-    one, two = shared.robots
     pairs = zip(shared.robots, shared.world.arms, strict=True)
     group = ControllerGroup({robot: arm.setup.base for robot, arm in pairs})
+    one, two = (backdoor_of(robot, group) for robot in shared.robots)
     size = (200.0, 200.0, 20.0)
     # In the base of the second robot, which faces the first: the shelf is under the part.
-    add(group, two, BoxSettings(name="shelf", size_mm=size, x_mm=740.0, z_mm=380.0, stiffness_n_per_m=1e5))
+    two.add_surface(BoxSettings(name="shelf", size_mm=size, x_mm=740.0, z_mm=380.0, stiffness_n_per_m=1e5))
     shared.step(1000)
     assert shared.place_mm()[2] == pytest.approx(420.0, abs=0.2)
-    move(group, one, "shelf", Frame(550, 0, 370, 0, 0, 0))
+    one.move_surface("shelf", Frame(550, 0, 370, 0, 0, 0))
     shared.step(1000)
     assert shared.place_mm()[2] == pytest.approx(410.0, abs=0.2)
-    remove(group, two, "shelf")
+    two.remove_surface("shelf")
     shared.step(1000)
     assert shared.place_mm()[2] == pytest.approx(330.0, abs=0.2)
     assert all(robot.resting for robot in shared.robots)
