@@ -19,7 +19,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from benchmarks.flooders import says, websockets
+from benchmarks.floods import says, websockets
 from iiwa_sim.ros.relay import RosFault
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES
 from iiwa_sim.simulator import Simulator
