@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -22,7 +23,7 @@ from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
-from iiwa_sim.recordings.recordings import Recording, Recordings, Source
+from iiwa_sim.recordings.recordings import Recordings, Source
 from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
@@ -111,16 +112,7 @@ class SimulatedRobot:
     @property
     def source(self) -> Source:
         """The robot as recordings see it."""
-        return Source(
-            self.cell,
-            self.stepped,
-            self.dialogue,
-            self.faults,
-            self.backdoor,
-            self.log,
-            self._events,
-            list(self.servers),
-        )
+        return Source(self.cell, self.stepped, self.dialogue, self.backdoor, self.log, self._events)
 
     @property
     def controller(self) -> Controller:
@@ -154,7 +146,7 @@ class SimulatedRobot:
         """
         self._call(lambda: self.faults.canned.set(command, reply, times))
 
-    def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
+    def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
         """Record the robot from now on into a file, which is overwritten: see docs/recordings.md.
 
         Args:

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Coroutine, Sequence
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -21,7 +21,7 @@ from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.options.sources import from_keywords
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
 from iiwa_sim.protocols.status import StatusSession, status_line
-from iiwa_sim.recordings.recordings import Recording, Recordings, Source
+from iiwa_sim.recordings.recordings import Recordings, Source
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.token import Token, word_of
@@ -257,7 +257,7 @@ class Simulator:
         wanted = pace(clock)
         self.call(lambda: self.clock.set_pace(wanted))
 
-    def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
+    def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
         """Record all robots from now on into one file, as `SimulatedRobot.record` does for one."""
         return self._recordings.begin(Path(path), rate_hz, self._sources, self.call)
 

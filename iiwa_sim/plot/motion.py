@@ -25,9 +25,18 @@ from iiwa_sim.dialogue import Direction
 from iiwa_sim.protocols.krc4_xml import from_short, is_short, load_krc4_table, to_xml, understand
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, DEFAULT_PROTOCOL, IIWA, KRC4
 from iiwa_sim.protocols.table import Request, load_table
-from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE, Event, Spoken
+from iiwa_sim.recordings.schemas import (
+    ACCEPTED,
+    BEGINS,
+    DIALOGUE,
+    ENDS,
+    EVENTS,
+    FAULT,
+    STATE,
+    Event,
+    Spoken,
+)
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable, harmless, shortened
@@ -137,13 +146,13 @@ def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple
                 accepted.clear()
             continue
         time_s = each.tick / recorded.tick_rate_hz - start_s
-        if each.kind == watch.ACCEPTED:
+        if each.kind == ACCEPTED:
             accepted.append(each)
-        elif each.kind == watch.BEGINS and each.goal_frame:
+        elif each.kind == BEGINS and each.goal_frame:
             moves[each.move] = Move(each.goal_frame[:3], each.text in _STREAMED)
-        elif each.kind == watch.ENDS and each.code == 0 and each.move in moves:
+        elif each.kind == ENDS and each.code == 0 and each.move in moves:
             moves[each.move].end_s = time_s
-        elif each.kind == watch.FAULT:
+        elif each.kind == FAULT:
             faults.append((time_s, each.code))
     for number, move in moves.items():
         move.name, move.blending_mm = names.get(number, ("", 0.0))

@@ -2,22 +2,22 @@
 
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
-from math import floor
 from typing import Any
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.frames import IDENTITY, Transform, quaternion_from_rotation
-from iiwa_sim.recordings.scene import BASE, FLANGE, JAWS, TCP, Arm, Shape, bodies_of, pose_of
+from iiwa_sim.frames import Transform, quaternion_from_rotation
+from iiwa_sim.recordings.scene import BASE, FLANGE, JAWS, TCP, Arm, Shape, bodies_of, moving_bodies, pose_of
+from iiwa_sim.recordings.schemas import FAULT, Event
 from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.robot.model import Link
 
 GOAL = "goal"
 WORLD = "world"
 """The frame in which the bases of several robots are."""
-STEPS = 1e7
-"""Per unit of lengths (m) and quaternions: of 0.1 um. More would only make files larger."""
 DELETES_ALL = 1
 """The type of a foxglove.SceneEntityDeletion."""
+LEVELS = {"info": 2, "warning": 3, "error": 4}
+"""Levels of a foxglove.Log."""
 _MODELS = {
     ".glb": "model/gltf-binary",
     ".stl": "model/stl",
@@ -37,15 +37,11 @@ def frames(ns: int, arm: Arm, state: Snapshot, shows_cell: bool, base: Transform
         for link in links
         if link.parent is not None
     ]
-    bodies = [(TCP, state.tool_frame), (GOAL, state.goal_frame)]
-    if shows_cell:
-        bodies += [(f"part {part.name}", part.frame) for part in state.parts]
-        bodies += [(f"body {body.name}", body.frame) for body in state.bodies]
-    transforms += [transform(time, arm.base, name, frame.to_transform()) for name, frame in bodies]
-    if state.gripper is not None:
-        for name, side in JAWS.items():
-            away = Transform(IDENTITY.rotation, (0.0, side * 5e-4 * state.gripper.opening_mm, 0.0))
-            transforms.append(transform(time, TCP, name, away))
+    for name, frame in ((TCP, state.tool_frame), (GOAL, state.goal_frame)):
+        transforms.append(transform(time, arm.base, name, frame.to_transform()))
+    for name, pose, _ in moving_bodies(state):
+        if name in JAWS or shows_cell:
+            transforms.append(transform(time, TCP if name in JAWS else arm.base, name, pose))
     if base is not None:
         transforms.append(transform(time, WORLD, arm.base, base))
     return {"transforms": transforms}
@@ -64,6 +60,22 @@ def scene(ns: int, arm: Arm, cell: Mapping[str, Any], shows_cell: bool) -> Messa
         for body in bodies_of(cell, shows_cell)
     ]
     return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
+
+
+def log(ns: int, event: Event) -> Message:
+    """Return a foxglove.Log of an event."""
+    code = f"({event.code})" if event.code else ""
+    words = " ".join(f"{event.kind} {event.move or ''} {code}".split())
+    level = LEVELS["error" if event.kind == FAULT else "warning" if event.code else "info"]
+    text = f"{words}: {event.text}"
+    return {
+        "timestamp": stamp(ns),
+        "level": level,
+        "message": text,
+        "name": "iiwa-sim",
+        "file": "",
+        "line": 0,
+    }
 
 
 def in_namespace(name: str, message: Message) -> Message:
@@ -112,7 +124,7 @@ def transform(time: Message, parent: str, child: str, pose: Transform) -> Messag
         "timestamp": time,
         "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": _vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation]),
+        "translation": _vector(pose.translation),
         "rotation": _quaternion(pose),
     }
 
@@ -151,6 +163,4 @@ def _metres(lengths_mm: Iterable[float]) -> Message:
 
 
 def _quaternion(pose: Transform) -> Message:
-    # floor takes a third of the time of round
-    x, y, z, w = [floor(value * STEPS + 0.5) / STEPS for value in quaternion_from_rotation(pose.rotation)]
-    return {"x": x, "y": y, "z": z, "w": w}
+    return dict(zip("xyzw", quaternion_from_rotation(pose.rotation), strict=True))

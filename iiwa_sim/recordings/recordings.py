@@ -2,8 +2,9 @@
 
 import importlib.util
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
@@ -11,7 +12,6 @@ from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.wording import Unusable, harmless, shortened
 
@@ -41,25 +41,9 @@ class Source(NamedTuple):
     cell: Cell
     controller: Controller
     dialogue: Dialogue
-    wire: WireFaults
     backdoor: Backdoor
     log: SessionLog
     events: RobotEvents
-    protocols: Sequence[str]
-
-
-class Recording:
-    """A recording that has begun."""
-
-    def __init__(self, close: Callable[[], None]) -> None:
-        self.close = close
-        """End it; the file is whole then. Does nothing a second time."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class Recordings:
@@ -68,8 +52,7 @@ class Recordings:
     def __init__(self, clock: Clock, on_change: Callable[[], None]) -> None:
         """`on_change` is called when there is a recorder more or less in `recorders`."""
         self.recorders: list[Recorder] = []
-        self._clock = clock
-        self._on_change = on_change
+        self._clock, self._on_change = clock, on_change
 
     def begin(
         self,
@@ -77,30 +60,32 @@ class Recordings:
         rate_hz: int | None,
         sources: Sequence[Source],
         call: Callable[[Callable[[], None]], None] = lambda function: function(),
-    ) -> Recording:
-        """Record robots into a file; `call` runs a function in their thread, between two ticks.
+    ) -> ExitStack:
+        """Record robots into a file until the context that is returned ends.
 
-        Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
-        ValueError for a rate outside 1 to that of the ticks.
+        `call` runs a function in the robots' thread, between two ticks. Raises RecordingFault where the file
+        cannot be written or the library mcap is not installed, and ValueError for a rate outside 1 to that of
+        the ticks.
         """
         check_mcap()
         from iiwa_sim.recordings.recorder import recorders_into
 
-        recorders = recorders_into(path, sources, self._clock, rate_hz)
+        most_hz = self._clock.rate_hz
+        if rate_hz is not None and not 1 <= rate_hz <= most_hz:
+            raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {most_hz}, that of the ticks")
+        recorders = recorders_into(path, sources, self._clock, rate_hz or most_hz)
 
         def start() -> None:
             self.recorders += recorders
-            self._on_change()
-            self._clock.look()  # ticks go on from here, each of them seen
+            self._on_change()  # the robots do not rest from here on
             for recorder in recorders:
                 recorder.start()
 
-        def close() -> None:
-            call(lambda: self._stop(recorders))
-            recorders[0].out.close()
-
         call(start)
-        return Recording(close)
+        recording = ExitStack()
+        recording.callback(recorders[0].out.close)
+        recording.callback(call, lambda: self._stop(recorders))  # which comes first
+        return recording
 
     def end_all(self) -> None:
         """End those that have not been ended."""

@@ -9,6 +9,7 @@ from math import hypot
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
 from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
@@ -94,6 +95,18 @@ def bodies_of(cell: Mapping[str, Any], shows_cell: bool) -> Iterator[Body]:
         yield Body(f"part {each['name']}", f"part {each['name']}", [each | {"colour": PART}])
     for body in cell["bodies"]:
         yield Body(f"body {body['name']}", f"body {body['name']}", body["shapes"])
+
+
+def moving_bodies(state: Snapshot) -> Iterator[tuple[str, Transform, bool]]:
+    """Yield jaws (in the TCP), parts and bodies (in the base): name, pose, and True for one that is held."""
+    if state.gripper is not None:
+        for name, side in JAWS.items():
+            away = Transform(IDENTITY.rotation, (0.0, side * 5e-4 * state.gripper.opening_mm, 0.0))
+            yield name, away, state.gripper.state == "holds"
+    for part in state.parts:
+        yield f"part {part.name}", part.frame.to_transform(), part.state == "held"
+    for body in state.bodies:
+        yield f"body {body.name}", body.frame.to_transform(), False
 
 
 def pose_of(shape: Shape) -> Transform:

@@ -30,6 +30,8 @@ CHANNELS = {
 """Names of schemas by topics."""
 METADATA = "iiwa_sim"
 """Name of the metadata record by which a recording of ours is known."""
+ACCEPTED, BEGINS, ENDS, FAULT = "move accepted", "move begins", "move ends", "fault"
+"""Kinds of events."""
 
 
 class Spoken(msgspec.Struct):

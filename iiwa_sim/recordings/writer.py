@@ -31,10 +31,9 @@ _CHUNK_BYTES = 64 * 1024  # compressed at once; larger chunks would hold the int
 
 logger = logging.getLogger(__name__)
 
-
+Block = Sequence[Any]
 Message = tuple[str, bytes, int, int]
 """Topic, data, simulated time since the start of the simulator (ns), and real time since 1970 (ns)."""
-Block = Sequence[Any]
 
 
 class Writer:
@@ -45,29 +44,21 @@ class Writer:
     """
 
     def __init__(
-        self,
-        path: Path,
-        metadata: Mapping[str, str],
-        attachments: Mapping[str, tuple[str, bytes]],
-        namespaces: Sequence[str] = ("",),
+        self, path: Path, metadata: Mapping[str, str], attachments: Mapping[str, tuple[str, bytes]]
     ) -> None:
-        """Open the file. Raises RecordingFault.
+        """Open the file, which is overwritten. Raises RecordingFault.
 
         Args:
-            path: The file, which is overwritten.
+            path: The file.
             metadata: Description of the run, with the `version`.
             attachments: Attachments by their names: media type and content.
-            namespaces: Prefixes of topics, such as `/left`.
         """
         self.dropped = 0
         """Messages that found no room."""
         self._path = path
         self._blocks: queue.Queue[tuple[Block, Any] | None] = queue.Queue(MOST_BLOCKS)
-        self._whole = False
         self._over = False  # nothing is written any more
         try:
-            if path.exists() and not (path.is_file() or path.is_char_device()):
-                raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
             self._stream = path.open("wb")
             self._file = file = McapWriter(
                 self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD
@@ -77,16 +68,14 @@ class Writer:
             now_ns = time.time_ns()
             for name, (media_type, content) in attachments.items():
                 file.add_attachment(now_ns, now_ns, name, media_type, content)
-            known = {
+            self._schemas = {
                 name: file.register_schema(name, "jsonschema", msgspec.json.encode(schema))
                 for name, schema in schemas().items()
             }
-            topics = [(f"{space}{topic}", CHANNELS[topic]) for space in namespaces for topic in CHANNELS]
-            self._ids = {topic: file.register_channel(topic, "json", known[name]) for topic, name in topics}
+            self._channels: dict[str, int] = {}
             self._stream.flush()
-        except (OSError, ValueError) as fault:  # ValueError for a name with a NUL
-            why = getattr(fault, "strerror", None) or fault
-            raise RecordingFault(f"{path}: cannot be written: {why}") from None
+        except OSError as fault:
+            raise RecordingFault(f"{path}: cannot be written: {fault.strerror}") from None
         context = contextvars.copy_context()  # the log knows by it whose recording this is
         self._thread = threading.Thread(
             target=context.run, args=(self._write,), name="iiwa-sim-recording", daemon=True
@@ -107,17 +96,16 @@ class Writer:
                 logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
             self.dropped += len(block)
 
-    def close(self) -> bool:
-        """Write the rest and the end of the file; returns True if the file is whole."""
+    def close(self) -> None:
+        """Write the rest and the end of the file; it is whole then."""
         with suppress(queue.Full):
-            self._blocks.put(None, timeout=PATIENCE_S)
+            self._blocks.put(None, block=not self._over, timeout=PATIENCE_S)
         self._thread.join(PATIENCE_S)
         if self._thread.is_alive():
             self._over = True
             logger.error("%s: the recording is cut off: the file takes nothing", self._path)
         elif self.dropped:
             logger.warning("%s: the recording has lost %d messages", self._path, self.dropped)
-        return self._whole
 
     def _write(self) -> None:
         flushed_s = time.monotonic()
@@ -126,19 +114,20 @@ class Writer:
                 while (item := self._blocks.get()) is not None:
                     block, made = item
                     for topic, data, log_ns, publish_ns in made(block):
-                        self._file.add_message(self._ids[topic], log_ns, data, publish_ns)
+                        self._file.add_message(self._channel(topic), log_ns, data, publish_ns)
                     if self._blocks.empty() and time.monotonic() - flushed_s > FLUSH_S:
                         self._file.flush()  # type: ignore[no-untyped-call]
                         flushed_s = time.monotonic()
                 self._file.add_metadata(f"{METADATA}_end", {"lost_messages": str(self.dropped)})
                 self._file.finish()  # type: ignore[no-untyped-call]
-            self._whole = True
-        except OSError as fault:
-            logger.error("%s: the recording ends here: %s", self._path, fault.strerror)
-        except Exception:  # an internal error must not leave the robot waiting for room
-            logger.exception("%s: the recording ends here", self._path)
+        except Exception as fault:
+            is_known = isinstance(fault, (OSError, ValueError))
+            logger.error("%s: the recording ends here: %s", self._path, fault, exc_info=not is_known)
         finally:
             self._over = True
-            with suppress(queue.Empty):
-                while True:
-                    self._blocks.get_nowait()
+
+    def _channel(self, topic: str) -> int:
+        if topic not in self._channels:
+            schema = self._schemas[CHANNELS[f"/{topic.rpartition('/')[2]}"]]
+            self._channels[topic] = self._file.register_channel(topic, "json", schema)
+        return self._channels[topic]

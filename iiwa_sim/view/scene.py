@@ -22,7 +22,17 @@ from iiwa_sim.frames import (
     inverse,
     quaternion_from_rotation,
 )
-from iiwa_sim.recordings.scene import BASE, FLANGE, JAW, JAWS, PART, TCP, Arm, Shape, bodies_of, pose_of
+from iiwa_sim.recordings.scene import (
+    BASE,
+    FLANGE,
+    JAWS,
+    TCP,
+    Arm,
+    Shape,
+    bodies_of,
+    moving_bodies,
+    pose_of,
+)
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.robot.model import GREY
@@ -93,7 +103,7 @@ class Scene:
         self._trail.visible = False
         self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
         self._path_s = 0.0
-        self._bodies: dict[str, tuple[Any, list[Any]]] = {}  # node and shapes of each
+        self._bodies: dict[str, tuple[Any, list[Any]]] = {}  # node of each, and shapes with their colours
         self._count = 0
         self._cell: Mapping[str, Any] = {}
         self._state: Snapshot | None = None
@@ -110,14 +120,12 @@ class Scene:
         _place(self._tcp, tcp)
         self._tool.points = np.round([[(0.0, 0.0, 0.0), compose(inverse(flange), tcp).translation]], 4)
         self._add_to_path(state.time_s, tcp.translation)
-        if state.gripper is not None:
-            for name, side in JAWS.items():
-                away = Transform(IDENTITY.rotation, (0.0, side * 5e-4 * state.gripper.opening_mm, 0.0))
-                self._move(name, away, HELD if state.gripper.state == "holds" else JAW)
-        for part in state.parts:
-            self._move(f"part {part.name}", part.frame.to_transform(), HELD if part.state == "held" else PART)
-        for body in state.bodies:
-            self._move(f"body {body.name}", body.frame.to_transform())
+        for name, pose, is_held in moving_bodies(state):
+            if name in self._bodies:
+                node, looks = self._bodies[name]
+                _place(node, pose)
+                for shape, colour in looks:
+                    shape.color = _rgb(HELD if is_held else colour)
         wrench = np.array(state.cartesian_force)
         for arrow, vector, least, metres in zip(
             self._arrows, (wrench[:3], wrench[3:]), (LEAST_N, LEAST_NM), (M_PER_N, M_PER_NM), strict=True
@@ -143,28 +151,23 @@ class Scene:
             self._count += 1  # a node that is removed and added within one frame keeps its old look
             path = f"{self._parents.get(body.frame, f'{self.root}/bodies')}/{self._count}"
             node = self._frame(path, IDENTITY)
-            shapes = [self._add_shape(f"{path}/{number}", each) for number, each in enumerate(body.shapes)]
-            self._bodies[body.name] = node, shapes
+            looks = [
+                (self._add_shape(f"{path}/{number}", each), each["colour"])
+                for number, each in enumerate(body.shapes)
+            ]
+            self._bodies[body.name] = node, looks
 
     def points(self, joints: Sequence[float]) -> NDArray[np.float64]:
         """Return points (n, 3; m) of the scene that a picture of arm and cell should show."""
         points = [pose.translation for pose in self.arm.poses(joints)]
-        nodes = [(name, node, shapes) for name, (node, shapes) in self._bodies.items()]
-        points += [tuple(node.position) for name, node, _ in nodes if name.startswith("part ")]
-        points += [tuple(shapes[0].position) for name, _, shapes in nodes if name.startswith("surface ")]
+        for node, looks in self._bodies.values():
+            points += [tuple(np.add(node.position, shape.position)) for shape, _ in looks]
         near = [each for each in points if np.linalg.norm(each) < FAR_M]
         return np.array([apply(self.place, each) for each in near], float)
 
     def tcp(self) -> NDArray[np.float64]:
         """Return the position of the TCP in the scene (m)."""
         return np.array(apply(self.place, tuple(self._tcp.position)))
-
-    def _move(self, name: str, pose: Transform, colour: Sequence[float] = ()) -> None:
-        node, shapes = self._bodies.get(name, (None, []))
-        if node is not None:
-            _place(node, pose)
-        for each in shapes if colour else ():
-            each.color = _rgb(colour)
 
     def _frame(self, path: str, pose: Transform) -> Any:
         return self._scene.add_frame(path, show_axes=False, **_at(pose))

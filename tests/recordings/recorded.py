@@ -61,15 +61,15 @@ class Robot:
         self,
         path: Path,
         cell: Cell | None = None,
-        rate_hz: int | None = None,
+        rate_hz: int = RATE_HZ,
         controller: Controller | None = None,
     ) -> None:
         self.cell = robot_alone() if cell is None else cell
         self.controller = controller or self.cell.controller(1.0 / RATE_HZ)
         dialogue = Dialogue(lambda: self.controller.tick)
-        silent: Any = SimpleNamespace(listeners=[], on_refused=[], peers={})
+        silent: Any = SimpleNamespace(listeners=[], on_refused=[])
         events = RobotEvents(dialogue)
-        source = Source(self.cell, self.controller, dialogue, silent, silent, silent, events, ["iiwa"])
+        source = Source(self.cell, self.controller, dialogue, silent, silent, events)
         clock: Any = SimpleNamespace(rate_hz=RATE_HZ, told="stepped", in_haste=True, paused=False)
         (self.recorder,) = recorders_into(path, [source], clock, rate_hz)
         self.recorder.start()
@@ -93,4 +93,4 @@ class Robot:
 
     def end(self) -> None:
         self.recorder.stop()
-        assert self.recorder.out.close()
+        self.recorder.out.close()

@@ -32,8 +32,6 @@ from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
 
 ROOT = Path(__file__).parents[2]
 SPEEDS = (0.3,) * 7
-ROUNDED = {"joint_velocity": 1e-7, "cartesian_force": 1e-4, "joint_torque": 1e-4}
-FRAMES_OF_A_STATE = ("flange_frame", "tool_frame", "goal_frame")
 
 
 @pytest.fixture(scope="module")
@@ -108,15 +106,11 @@ def test_events_tell_what_happens(session: Path) -> None:
     assert contact["move"] == 4
     assert "along z of the TCP" in contact["text"]
     assert ("move ends", 4, 0, contact["text"]) in told
-    touches = [text for kind, *_, text in told if kind == "touch"]
-    assert touches == ["begins", "ends"] * (len(touches) // 2) != []
     refused = next(event for event in events if event["kind"] == "refused")
     assert refused["code"] == 3021
     assert "'lin move : 2000" in refused["text"]
     assert ("fault", 0, 3030, "emergency stop") in told
     assert ("move ends", 7, 3030, "emergency stop") in told
-    assert ("reset", 0, 0, "no error any more") in told
-    assert ("clock", 0, 0, "stepped") in told
     calls = [text for kind, *_, text in told if kind == "backdoor"]
     assert calls[0] == "push((0, 0, 5, 0, 0, 0))"
     assert calls[1].startswith("add_surface(BoxSettings(name='box'")
@@ -163,15 +157,13 @@ def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> N
     assert attached["robot.urdf"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.urdf").read_bytes()
     assert attached["robot.toml"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.toml").read_bytes()
     head = said["iiwa_sim"]
-    assert (head["robot"], head["clock"], head["rate_hz"], head["protocols"]) == (
-        "LBR iiwa 7 R800", "fast", "500", "iiwa",
-    )  # fmt: skip
+    assert (head["robot"], head["clock"], head["rate_hz"]) == ("LBR iiwa 7 R800", "fast", "500")
     assert head["seed"] == "none"
     assert head["version"]
     assert said["iiwa_sim_end"] == {"lost_messages": "0"}
 
 
-def test_a_state_is_a_line_of_the_status_port_rounded_but_for_the_joints(tmp_path: Path) -> None:
+def test_a_state_is_a_line_of_the_status_port(tmp_path: Path) -> None:
     robot = Robot(tmp_path / "a.mcap")
     robot.goes_to(*FAR)
     robot.controller.load.wrench = (1 / 3, -2 / 3, 3.0, 0.1, 0.0, 0.0)
@@ -179,14 +171,7 @@ def test_a_state_is_a_line_of_the_status_port_rounded_but_for_the_joints(tmp_pat
     line = json.loads(msgspec.json.encode(snapshot(robot.controller)))
     assert line.pop("gripper") is None, "which is left out"
     robot.end()
-    state = contents(tmp_path / "a.mcap", STATE)[-1]
-    steps = {key: [step] * len(line[key]) for key, step in ROUNDED.items()}
-    steps |= {key: [1e-4] * 3 + [1e-7] * 3 for key in FRAMES_OF_A_STATE}
-    for key, each in steps.items():
-        for value, wanted, step in zip(state.pop(key), line.pop(key), each, strict=True):
-            assert value == pytest.approx(wanted, abs=0.51 * step, rel=0.0)
-            assert len(f"{value}".partition(".")[2]) <= 7, "so it is short"
-    assert state == line, "bit for bit"
+    assert contents(tmp_path / "a.mcap", STATE)[-1] == line, "bit for bit"
 
 
 @pytest.mark.parametrize(("rate_hz", "every"), [(100, 5)])
@@ -223,6 +208,6 @@ def test_recording_begins_and_ends_while_the_robot_moves(tmp_path: Path) -> None
     ticks = [state["tick"] for state in contents(second, STATE)]
     assert ticks == list(range(100, 201, 5))
     said = contents(second, DIALOGUE)
-    assert [each["text"] for each in said] == ["connected", "get status", "moving"], "who is there is told"
+    assert [each["text"] for each in said] == ["get status", "moving"]
     assert contents(tmp_path / "third.mcap", STATE)[-1]["status"] in ("moving", "stopped")
     left.close()
