@@ -165,7 +165,7 @@ def test_a_failed_test_shows_the_dialogue_and_the_last_state(
             " +< error",
             "-+ iiwa state -+",
             "status: stopped",
-            "joint_position: 1.0 1.0 1.0 -1.5 1.0 1.0 1.0",
+            r"joint_position: \(1.0, 1.0, 1.0, -1.5, 1.0, 1.0, 1.0\)",
             "error: .*3030.*emergency stop.*",
         ]
     )

@@ -60,25 +60,7 @@ def test_recordings_of_failed_tests_are_kept_and_named(project: pytest.Pytester)
     assert report.count("- iiwa recording -") == 3
     for path in kept:
         assert path.name.startswith("test_recordings_of_failed_tests_are_kept_and_named.py_test_fails")
-        assert f"\n{path}\nto look at it: iiwa-sim plot {path} -o picture.png, or open the file in" in report
+        assert f"\n{path}\nto look at it: iiwa-sim show {path}" in report
         said = [each["text"] for each in contents(path, "/dialogue")]
         assert said == ["connected", "get status", "stopped", "disconnected"]
         assert contents(path, "/state")[-1]["status"] == "stopped"
-
-
-SHARED = """
-def test_shared(iiwa_session):
-    assert False
-
-def test_with_one(iiwa_factory):
-    iiwa_factory()
-"""
-
-
-def test_a_robot_that_tests_share_is_kept_where_one_of_these_has_failed(project: pytest.Pytester) -> None:
-    result = run(project, SHARED, "--iiwa-artifacts", "kept")
-    result.assert_outcomes(passed=1, failed=1)
-    (session,) = (project.path / "kept").iterdir()
-    assert session.name == "iiwa_session.mcap"
-    assert contents(session, "/state")
-    assert "- iiwa_session recording -" in result.stdout.str()
