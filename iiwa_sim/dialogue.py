@@ -7,7 +7,7 @@ pipelined. Telnet's own commands are not in it.
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
@@ -18,9 +18,9 @@ MOST = 100_000
 REPORTED = 300
 """Entries in a report, the newest ones."""
 TOLD_AT_ONCE = 200
-"""Lines in one answer to `since`."""
+"""Entries in one answer to `since`, the newest ones."""
 SHOWN = 12
-"""Commands that the message of an assertion names."""
+"""Commands that the message of an assertion names, the most frequent ones."""
 
 
 class Direction(Enum):
@@ -89,23 +89,19 @@ class RecentLines(msgspec.Struct, frozen=True):
 
 @dataclass
 class _Entry:
-    """An event, or a line with its reply; an exchange may be repeated."""
+    """An event, or a line with its reply; it may be repeated."""
 
     number: int
     """Number of its last repetition among all entries, from 0."""
     lines: list[DialogueLine]
-    command: str = ""
+    """The last repetition."""
+    command: str
     """Empty for an event."""
     times: int = 1
-    first: DialogueLine = field(init=False)
-    """The first line of the first repetition."""
 
-    def __post_init__(self) -> None:
-        self.first = self.lines[0]
-
-    @property
-    def words(self) -> list[tuple[str, Direction, str]]:
-        return [(line.session, line.direction, line.text) for line in self.lines]
+    def repeats(self, lines: list[DialogueLine]) -> bool:
+        """Return True for the same lines at another time."""
+        return [line[:3] for line in self.lines] == [line[:3] for line in lines]
 
 
 class Dialogue:
@@ -120,13 +116,10 @@ class Dialogue:
     ) -> None:
         """`tick` returns the present tick, of `tick_s` seconds; `names` those of all commands."""
         self.listeners: list[Callable[[DialogueLine], None]] = []
-        self._tick = tick
-        self._tick_s = tick_s
-        self._names = names
+        self._tick, self._tick_s, self._names = tick, tick_s, names
         self._entries: deque[_Entry] | None = None
         self._count = 0
         self._from = 0  # number of the first entry that is not forgotten
-        self._dropped = 0  # entries that found no room
         self._began_ns = time.monotonic_ns()
 
     @property
@@ -136,42 +129,25 @@ class Dialogue:
 
     def exchange(self, session: str, line: str, reply: str, reason: str = "", command: str = "") -> None:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
-        if not self.is_heard:
-            return
-        now = self._tick(), time.monotonic_ns()
-        said = DialogueLine(session, Direction.FROM_CLIENT, line, *now)
-        self._tell(said)
-        answer = DialogueLine(session, Direction.TO_CLIENT, reply, self._tick(), time.monotonic_ns(), reason)
-        self._tell(answer)
-        if self._entries is None:
-            return
-        entry = _Entry(self._count, [said, answer], command or line)
-        last = self._entries[-1] if self._entries else None
-        if last is not None and last.number >= self._from and last.words == entry.words:
-            last.times, last.lines, last.number = last.times + 1, entry.lines, self._count
-            self._count += 1
-        else:
-            self._add(entry)
+        if self.is_heard:
+            said = self._tell(session, Direction.FROM_CLIENT, line)
+            answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
+            self._keep([said, answer], command or line)
 
     def event(self, session: str, text: str, protocol: str = "", reason: str = "") -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""
         if self.is_heard:
-            now = self._tick(), time.monotonic_ns()
-            said = DialogueLine(session, Direction.EVENT, text, *now, reason, protocol)
-            self._tell(said)
-            self._add(_Entry(self._count, [said]))
+            self._keep([self._tell(session, Direction.EVENT, text, reason, protocol)])
 
     def on_wire(self, session: str, text: str) -> None:
         """Add what goes over the wire instead of the reply before."""
         if self.is_heard:
-            said = DialogueLine(session, Direction.ON_WIRE, text, self._tick(), time.monotonic_ns())
-            self._tell(said)
-            self._add(_Entry(self._count, [said]))
+            self._keep([self._tell(session, Direction.ON_WIRE, text)])
 
     def remember(self) -> None:
         """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
         if self._entries is None:
-            self._entries = deque()
+            self._entries = deque(maxlen=MOST)
 
     def forget(self) -> None:
         """Let assertions start here: for what comes before a test's own matter. Reports show all."""
@@ -186,7 +162,7 @@ class Dialogue:
         if self._entries is None:
             raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
         entries = list(self._entries)
-        if self._dropped and entries[0].number > self._from:
+        if len(entries) == MOST and entries[0].number > self._from:
             raise RuntimeError(f"more than {MOST} exchanges: call dialogue.forget() ahead of what counts")
         return [
             Exchange(entry.lines[0].session, entry.command, entry.lines[0].text, entry.lines[1].text)
@@ -218,23 +194,18 @@ class Dialogue:
         if not found and ":" not in what and wanted not in map(_normal, self._names()):
             raise ValueError(f"'{what}': expected the name of a command, such as lin move, or a whole line")
         if found != times if times is not None else not found:
-            wanted = "at least once" if times is None else _times(times)
-            counted = list(Counter(self.commands()).items())
-            told = ", ".join(f"{name} ({_times(count)})" for name, count in counted[:SHOWN])
-            told += f", and {len(counted) - SHOWN} more" if len(counted) > SHOWN else ""
-            said = f"said were {told}" if counted else "nothing was said"
-            raise AssertionError(f"expected '{what}' {wanted}, was said {_times(found)}; {said}")
+            often = "at least once" if times is None else f"{times} times"
+            counted = Counter(self.commands()).most_common(SHOWN)
+            told = ", ".join(f"{name} ({count} times)" for name, count in counted) or "nothing"
+            raise AssertionError(f"expected '{what}' {often}, was said {found} times; said were {told}")
 
     def since(self, number: int) -> RecentLines:
         """Return the newest lines from entry `number` on, with the number to ask for next."""
-        lines: list[DialogueLine] = []
-        for entry in reversed(self._entries or ()):
-            if entry.number < number or len(lines) + len(entry.lines) > TOLD_AT_ONCE:
-                break
-            lines += entry.lines[::-1]
+        newest = list(self._entries or ())[-TOLD_AT_ONCE:]
+        lines = [line for entry in newest if entry.number >= number for line in entry.lines]
         recent = [
             RecentLine(line.tick * self._tick_s, line.session, line.direction.value, line.text, line.reason)
-            for line in reversed(lines)
+            for line in lines
         ]
         return RecentLines(self._count, recent)
 
@@ -243,40 +214,36 @@ class Dialogue:
         entries = list(self._entries or ())
         if not entries:
             return "nothing was said"
-        left_out = self._dropped + max(len(entries) - REPORTED, 0)
         lines = ["simulated      real"]
-        if left_out:
-            lines.append(f"({left_out} before these are left out)")
+        if len(entries) > REPORTED:
+            lines.append("(earlier lines are left out)")
         for entry in entries[-REPORTED:]:
             said, *answers = entry.lines
-            lines.append(f"{self._when(entry.first)}  {said.session} {said.direction.value} {said.text}")
-            margin = " " * (21 + len(said.session))
-            lines += [f"{margin} {line.direction.value} {line.text}" for line in answers]
+            when = f"{said.tick * self._tick_s:9.3f} {(said.instant_ns - self._began_ns) * 1e-9:9.3f}"
+            lines.append(f"{when}  {said.session} {said.direction.value} {said.text}")
+            lines += [f"{'':{21 + len(said.session)}} {line.direction.value} {line.text}" for line in answers]
             if entry.times > 1:
-                lines[-1] += f"  ({entry.times} times, last at{self._when(said)})"
+                lines[-1] += f"  ({entry.times} times)"
         return "\n".join(lines)
 
-    def _when(self, line: DialogueLine) -> str:
-        real_s = (line.instant_ns - self._began_ns) * 1e-9
-        return f"{line.tick * self._tick_s:9.3f} {real_s:9.3f}"
-
-    def _add(self, entry: _Entry) -> None:
-        if self._entries is None:
-            return
-        self._count += 1
-        self._entries.append(entry)
-        if len(self._entries) > MOST:
-            self._entries.popleft()
-            self._dropped += 1
-
-    def _tell(self, said: DialogueLine) -> None:
+    def _tell(
+        self, session: str, direction: Direction, text: str, reason: str = "", protocol: str = ""
+    ) -> DialogueLine:
+        said = DialogueLine(session, direction, text, self._tick(), time.monotonic_ns(), reason, protocol)
         for listener in self.listeners:
             listener(said)
+        return said
+
+    def _keep(self, lines: list[DialogueLine], command: str = "") -> None:
+        if self._entries is None:
+            return
+        last = self._entries[-1] if self._entries else None
+        if last is not None and last.number >= self._from and last.repeats(lines):
+            last.number, last.lines, last.times = self._count, lines, last.times + 1
+        else:
+            self._entries.append(_Entry(self._count, lines, command))
+        self._count += 1
 
 
 def _normal(text: str) -> str:
     return " ".join(text.lower().replace(":", " : ").split())
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else "never" if count == 0 else f"{count} times"

@@ -49,9 +49,9 @@ def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
 @pytest.mark.parametrize(
     ("what", "times", "message"),
     [
-        ("stop", None, "expected 'stop' at least once, was said never; said were hello .once., get status"),
-        ("hello", 2, "expected 'hello' 2 times, was said once"),
-        ("get status", 0, "expected 'get status' never, was said 3 times"),
+        ("stop", None, "expected 'stop' at least once, was said 0 times; said were get status .3 times."),
+        ("hello", 2, "expected 'hello' 2 times, was said 1 times"),
+        ("get status", 0, "expected 'get status' 0 times, was said 3 times"),
     ],
 )
 def test_a_failed_assertion_tells_what_was_said(
@@ -78,8 +78,7 @@ def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:
     robot.say("get status", "stopped", "get status")
     said = robot.report()
     assert said[:3] == ["driver > lin move : 1", "       < done", "driver > get status"]
-    assert said[3].startswith("       < moving  (1000 times, last at")
-    assert "at    2.002 " in said[3]
+    assert said[3] == "       < moving  (1000 times)"
     assert said[4:] == ["driver > get status", "       < stopped"]
     robot.dialogue.assert_said("get status", times=1001)
 

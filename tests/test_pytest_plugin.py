@@ -160,7 +160,7 @@ def test_a_failed_test_shows_the_dialogue_and_the_last_state(
             r" +\d+\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ > get status",
             " +< stopped",
             r" +9\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ > get mode",
-            r" +< normal  \(5 times, last at +9\.\d{3} +\d+\.\d{3}\)",
+            r" +< normal  \(5 times\)",
             r".* > joint move : 1 1 1 .*",
             " +< error",
             "-+ iiwa state -+",
@@ -279,7 +279,7 @@ def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) 
         """
     )
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said never; said were hello (once)"])
+    result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said 0 times; said were hello*"])
 
 
 def test_a_test_has_as_many_robots_as_it_calls_for(project: Project, pytester: pytest.Pytester) -> None:
