@@ -231,13 +231,13 @@ class Springs:
     ) -> cython.bint:
         """Return True if surfaces act on the TCP after a `share` of the tick."""
         j, before, tick = self.jacobian, self.before, self._tick_s
-        px, py, pz = place[0] + share * moved[0], place[1] + share * moved[1], place[2] + share * moved[2]
-        vx, vy, vz = moved[0] / tick, moved[1] / tick, moved[2] / tick
-        for k in range(self.count):
-            gone, speed = x[k] - before[k], v[k]
-            px, py, pz = px + j[0, k] * gone, py + j[1, k] * gone, pz + j[2, k] * gone
-            vx, vy, vz = vx + j[0, k] * speed, vy + j[1, k] * speed, vz + j[2, k] * speed
-        return self._contact.acts_at(px, py, pz, vx, vy, vz, remember, acting)
+        p = cython.declare(cython.double[6])
+        for i in range(3):
+            p[i], p[3 + i] = place[i] + share * moved[i], moved[i] / tick
+            for k in range(self.count):
+                p[i] += j[i, k] * (x[k] - before[k])
+                p[3 + i] += j[i, k] * v[k]
+        return self._contact.acts_at(p[0], p[1], p[2], p[3], p[4], p[5], remember, acting)
 
 
 @cython.cclass

@@ -512,7 +512,7 @@ class BlendedPath:
         for i in range(n):
             y1 = self.here[1, 0, i] * a1
             y2 = self.here[2, 0, i] * a1 * a1 + self.here[1, 0, i] * a2
-            y3 = self.here[3, 0, i] * a1 * a1 * a1
+            y3: cython.double = self.here[3, 0, i] * a1 * a1 * a1
             y3 += 3.0 * self.here[2, 0, i] * a1 * a2 + self.here[1, 0, i] * a3
             self.here[1, 0, i] = y1 + self.other[1, 0, i] * b1
             self.here[2, 0, i] = y2 + self.other[2, 0, i] * b1 * b1 + self.other[1, 0, i] * b2
@@ -613,7 +613,7 @@ def _room(
     for i in range(derivatives.shape[2]):
         rate = derivatives[k, 1, i]
         if fabs(rate) > STILL:
-            y = derivatives[k, 2, i] * square * sign
+            y: cython.double = derivatives[k, 2, i] * square * sign
             y = (limits[k, 1, i] - y) / rate if rate > 0.0 else (limits[k, 1, i] + y) / -rate
             room = min(room, y)
     return room
