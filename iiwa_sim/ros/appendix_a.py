@@ -19,7 +19,6 @@ from iiwa_sim.ros.commands import read_command
 from iiwa_sim.ros.graph import Graph, Served, Topic
 from iiwa_sim.ros.messages import BadMessage, Message
 
-COMMAND_LIST = "/command_list"
 COMMAND_RESULT = "/command_result"
 LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""
@@ -38,9 +37,6 @@ class _Command:
     remark: str = ""
     result: tuple[int, str] | None = None
     """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
-
-    def end(self, code: int, information: str) -> None:
-        self.result = self.result or (code, information)
 
 
 class AppendixA:
@@ -68,7 +64,7 @@ class AppendixA:
             ("/io_states", f"{_RMI}/msg/IOStates", 10, self._io_states),
         ):
             graph.published[name] = Topic(kind, rate_hz, content, in_ros1=True)
-        graph.subscribed[COMMAND_LIST] = Served(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
+        graph.subscribed["/command_list"] = Served(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
         for name, kind, answer in (
             ("/scale_speed", f"{_RMI}/srv/SetFloat", self._scale_speed),
             ("/get_io", f"{_RMI}/srv/GetIO", self._get_io),
@@ -137,14 +133,14 @@ class AppendixA:
     def _end(self, command: _Command, code: int, information: str) -> None:
         if command.result is not None:
             return
-        command.end(code, "; ".join(filter(None, (information, command.remark))))
+        command.result = code, "; ".join(filter(None, (information, command.remark)))
         if code != SUCCESS:
             self._failed = True
             number = command.message.command_id
             if code != STOP_TRIGGERED:
                 self._log.refused("ros", f"command {number}", code, information)
             for other in self._waiting:
-                other.end(code, f"not carried out, after command {number}: {information}")
+                other.result = code, f"not carried out, after command {number}: {information}"
             self._begun.extend(self._waiting)
             self._waiting.clear()
 
@@ -152,7 +148,7 @@ class AppendixA:
         self._begun.extend(self._waiting)
         self._waiting.clear()
         for command in self._begun:
-            command.end(STOP_TRIGGERED, reason)
+            command.result = command.result or (STOP_TRIGGERED, reason)
         self._publish_ended()
 
     def _stop(self) -> None:

@@ -81,11 +81,6 @@ class JointInterface:
 
     # The action and the topics that move the robot
 
-    @property
-    def watching(self) -> bool:
-        """True if a tick may tell somebody feedback."""
-        return bool(self._feedback)
-
     def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None) -> int:
         """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
 
@@ -175,15 +170,9 @@ class JointInterface:
         return {"header": self._graph.header(TOOL), "wrench": {"force": force, "torque": torque}}
 
     def _diagnosis(self) -> Message:
-        status, last = self._controller.status(), self._controller.errors.last
-        reason = "" if last is None else last.reason
-        told = {
-            "level": 2 if status.in_error else 0,
-            "name": "iiwa_sim: robot",
-            "message": reason if status.in_error else "ok",
-            "hardware_id": "iiwa_sim",
-            "values": [{"key": "error_code", "value": str(status.error_code if status.in_error else 0)}],
-        }
+        standing = self._controller.errors.standing
+        level, words = (0, "ok") if standing is None else (2, f"{standing.code} {standing.reason}")
+        told = {"level": level, "name": "iiwa_sim: robot", "message": words, "hardware_id": "", "values": []}
         return {"header": self._graph.header(), "status": [told]}
 
 

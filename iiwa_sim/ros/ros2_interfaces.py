@@ -22,14 +22,13 @@ ON_WIRE = "rosidl_typesupport_fastrtps_c"
 HASHING = "rosidl_generator_c"
 """The generator that also describes the types, in JSON."""
 PYTHON = "rosidl_generator_py"
-KINDS = ("msg", "srv", "action")
 
 
 def make(source: Path, work: Path) -> None:
     """Make one package, of the definitions in `source`, in the empty folder `work`; install it."""
     package = source.name
     idl, interfaces = work / "idl" / package, list[str]()
-    for kind in KINDS:
+    for kind in ("msg", "srv", "action"):
         translate = getattr(import_module(f"rosidl_adapter.{kind}"), f"convert_{kind}_to_idl")
         for each in sorted((source / kind).glob(f"*.{kind}")):
             translate(source, package, Path(kind, each.name), idl / kind)

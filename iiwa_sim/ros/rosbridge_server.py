@@ -7,6 +7,7 @@ import logging
 import socket
 import struct
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import cbor2
@@ -110,7 +111,7 @@ class RosbridgeServer:
         try:
             while True:
                 text = await connection.recv(decode=False)
-                await self._turns.take(lambda text=text: session.receive(text))  # type: ignore[misc]
+                await self._turns.take(partial(session.receive, text))
                 while outbox.replies:  # a client that does not read them is not read from
                     await connection.send(outbox.replies.popleft())
         except ConnectionClosed:

@@ -81,12 +81,14 @@ class RosbridgeSession:
             if not isinstance(operation, str) or operation not in self._operations:
                 raise BadMessage(f"op {_shown(operation)}: expected {', '.join(self._operations)}")
             self._operations[operation](msgspec.convert(message, _Asked))
+            return
         except (BadMessage, msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as fault:
-            self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, str(fault))
-            self._tell(identifier, str(fault))
+            reason = str(fault)
+            self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, reason)
         except Exception as fault:  # noqa: BLE001  # an internal error must not cost the client its connection
+            reason = "internal error, see the log"
             self._log.exception(self._name, _shown(text), fault)
-            self._tell(identifier, "internal error, see the log")
+        self._reply({"op": "status", "level": "error", "msg": reason}, identifier)
 
     def end(self) -> None:
         """Notice that the client has gone. Its goal goes on, as everywhere in ROS."""
@@ -94,9 +96,6 @@ class RosbridgeSession:
             end()
         for number in self._goals.values():
             self._joints.forget(number)
-
-    def _tell(self, identifier: Any, reason: str) -> None:
-        self._reply({"op": "status", "level": "error", "msg": reason}, identifier)
 
     def _reply(self, message: Message, identifier: Any) -> None:
         told = message if identifier is None else {**message, "id": identifier}
@@ -149,10 +148,12 @@ class RosbridgeSession:
         if topic not in self._subscriptions:
             raise BadMessage(f"{topic} is not subscribed to")
         self._subscriptions[topic].pop(asked.id, None)
-        if asked.id is None or not self._subscriptions[topic]:
-            self._end_feed(topic)
-        else:
+        if self._subscriptions[topic] and asked.id is not None:
             self._set_feed(topic)
+            return
+        del self._subscriptions[topic]
+        self._ends.pop(topic)()
+        self._outbox.end_feed(topic)
 
     def _set_feed(self, topic: str) -> None:
         """Combine several subscriptions: the most demanding options count. All results wait to be sent."""
@@ -160,11 +161,6 @@ class RosbridgeSession:
         throttle_s = 1e-3 * min(each.throttle_rate or 0.0 for each in wishes)
         length = LONGEST_FEED if topic == COMMAND_RESULT else max(each.queue_length or 0 for each in wishes)
         self._outbox.set_feed(topic, throttle_s, int(length))
-
-    def _end_feed(self, topic: str) -> None:
-        del self._subscriptions[topic]
-        self._ends.pop(topic)()
-        self._outbox.end_feed(topic)
 
     def _frame(self, topic: str, content: Message) -> Frame:
         wishes = list(self._subscriptions[topic].values())

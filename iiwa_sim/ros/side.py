@@ -31,7 +31,7 @@ SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """The folder of Debian's and Ubuntu's packages for that Python."""
 RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
 """Constants of the message Result, which count in its MD5 sum, by the year of robot_movement_interface."""
-ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy, or source the setup.bash of a ROS 1"
+ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy python3-sensor-msgs python3-std-srvs"
 ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env makes an environment that has it"
 
 
@@ -91,7 +91,7 @@ class RosSide:
     @property
     def watching(self) -> bool:
         """True if somebody hears a topic, or a command is next: each tick is wanted then."""
-        return self.has_commands or self._graph.watching or self._joints.watching
+        return self.has_commands or self._graph.watching
 
     @property
     def has_commands(self) -> bool:

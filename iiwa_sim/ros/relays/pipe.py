@@ -9,13 +9,9 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
-from concurrent.futures import TimeoutError as NotAnswered
 from importlib import import_module
 from itertools import count
 from typing import Any
-
-ANSWER_S = 60.0
-"""A call without a response by then fails: iiwa-sim is there while standard input is, but may be slow."""
 
 
 class Fault(Exception):
@@ -48,9 +44,9 @@ class Pipe:
         if self._closed:
             answer.cancel()
         try:
-            response = answer.result(ANSWER_S)
-        except (CancelledError, NotAnswered):
-            return None, "the robot has not answered"
+            response = answer.result()
+        except CancelledError:
+            return None, "the robot has gone"
         finally:
             del self._waiting[number]
         return (response["values"], "") if response["result"] else (None, response["values"])

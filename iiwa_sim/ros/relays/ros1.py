@@ -13,15 +13,19 @@ from typing import Any
 import genpy
 import rosgraph
 import rospy
+from genpy.message import fill_message_args, get_message_class, get_service_class
 
 from .pipe import Fault, Pipe, shortest
 
+RESULTS = "/command_result"
 STATES_WAIT, RESULTS_WAIT = 10, 1000
 """Messages of a topic kept for a slow subscriber."""
 
 
 def serve(pipe: Pipe, config: dict[str, Any]) -> None:
     """Be a node until standard input ends. Raises Fault."""
+    for package in ("sensor_msgs.msg", "std_srvs.srv"):
+        import_module(package)  # so that a clear message names it where it lacks
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     master = str(rosgraph.get_master_uri(argv=[])).rstrip("/")
     try:
@@ -55,11 +59,13 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
     def __init__(self, pipe: Pipe, config: dict[str, Any]) -> None:
         super().__init__()
         self._pipe = pipe
-        self._types = _Types(config["packages"], config["result_constants"])
+        # Behind others: types that are installed come first, but for that of results.
+        sys.path.extend(str(each) for each in Path(config["packages"]).glob("*/src"))
+        result = _result_class(config["result_constants"])
         self._publishers = {
             topic: rospy.Publisher(
                 topic,
-                self._types.of(kind),
+                result if topic == RESULTS else get_message_class(kind),
                 subscriber_listener=self if recurs else None,
                 tcp_nodelay=True,
                 queue_size=STATES_WAIT if recurs else RESULTS_WAIT,
@@ -69,7 +75,7 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
         for service, kind in config["serve"]:
             self._serve(service, kind)
         for topic, kind in config["subscribe"]:
-            rospy.Subscriber(topic, self._types.of(kind), self._hears(topic), tcp_nodelay=True)
+            rospy.Subscriber(topic, get_message_class(kind), self._hears(topic), tcp_nodelay=True)
 
     def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
         """Notice that somebody subscribes to a topic."""
@@ -84,58 +90,36 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
         """Publish a message that comes from iiwa-sim."""
         if message["op"] == "publish" and not rospy.is_shutdown():
             publisher = self._publishers[message["topic"]]
-            publisher.publish(self._types.filled(publisher.data_class(), message["msg"]))
+            publisher.publish(_filled(publisher.data_class(), message["msg"]))
 
     def _hears(self, topic: str) -> Callable[[Any], object]:
         return lambda message: self._pipe.say("publish", topic=topic, msg=_plain(message))
 
     def _serve(self, name: str, kind: str) -> None:
-        made = self._types.of(kind, "srv")
+        made = get_service_class(kind)
 
         def serve(request: Any) -> Any:
             values, fault = self._pipe.call(name, _plain(request))
             if fault:
                 raise rospy.ServiceException(fault)
-            return self._types.filled(made._response_class(), values)
+            return _filled(made._response_class(), values)
 
         rospy.Service(name, made, serve)
 
 
-class _Types:
-    """Classes of messages and services that genpy makes of the definitions in iiwa-sim's folder."""
+def _result_class(constants: int) -> Any:
+    """Return the class of the message Result with so many constants, which its MD5 sum covers."""
+    generated = import_module("iiwa_sim_msgs.generated")
+    name, texts = "robot_movement_interface/Result", generated.texts("msg")
+    lines = texts[name].splitlines(keepends=True)
+    later = [line for line in lines if "=" in line][constants:]
+    texts[name] = "".join(line for line in lines if line not in later)
+    return generated.classes_of(texts, [name])[name]
 
-    def __init__(self, packages: str, result_constants: int) -> None:
-        """`result_constants` is the number of those that the message Result has."""
-        sys.path.append(str(Path(packages, "iiwa_sim_msgs", "src")))
-        self._generated = import_module("iiwa_sim_msgs.generated")
-        name, texts = "robot_movement_interface/Result", self._generated.texts("msg")
-        lines = texts[name].splitlines(keepends=True)
-        later = [line for line in lines if "=" in line][result_constants:]
-        texts[name] = "".join(line for line in lines if line not in later)
-        self._made: dict[str, Any] = self._generated.classes_of(texts, [name])
 
-    def of(self, name: str, kind: str = "msg") -> Any:
-        """Return the class of package/Type."""
-        if name not in self._made:
-            package = name.partition("/")[0]
-            made = getattr(self._generated, {"msg": "messages", "srv": "services"}[kind])(package)
-            self._made = {**{f"{package}/{own}": each for own, each in made.items()}, **self._made}
-        return self._made[name]
-
-    def filled(self, message: Any, values: dict[str, Any]) -> Any:
-        """Put values into a message."""
-        for name, kind in zip(message.__slots__, message._slot_types):  # noqa: B905  # Python 3.8 of ROS 1
-            value = values.get(name)
-            if value is None:
-                continue
-            if kind == "time":
-                value = genpy.Time(value["secs"], value["nsecs"])
-            elif "/" in kind and kind.endswith("[]"):
-                value = [self.filled(self.of(kind[:-2])(), each) for each in value]
-            elif "/" in kind:
-                value = self.filled(getattr(message, name), value)
-            setattr(message, name, value)
-        return message
+def _filled(message: Any, values: dict[str, Any]) -> Any:
+    fill_message_args(message, [values])
+    return message
 
 
 def _plain(value: Any, kind: str = "") -> Any:
