@@ -165,7 +165,7 @@ class SimulatedRobot:
     @property
     def host(self) -> str:
         """Address listened on."""
-        return next(iter(self.servers.values())).address[0]
+        return next(iter(self.servers.values())).acceptor.address[0]
 
     @property
     def port(self) -> int:
@@ -175,7 +175,7 @@ class SimulatedRobot:
     @property
     def ports(self) -> dict[str, int]:
         """Port of each protocol, in the order in which they were named."""
-        return {name: server.address[1] for name, server in self.servers.items()}
+        return {name: server.acceptor.address[1] for name, server in self.servers.items()}
 
     def _open_session(self, protocol: str, name: str) -> Session:
         canned = self.faults.canned

@@ -289,7 +289,7 @@ class Simulator:
     @property
     def status_port(self) -> int | None:
         """Port on which the state is broadcast, if it is."""
-        return None if self._status is None else self._status.address[1]
+        return None if self._status is None else self._status.acceptor.address[1]
 
     @property
     def rosbridge_port(self) -> int | None:

@@ -28,9 +28,6 @@ MOST_BYTES = 32_768
 """Bytes of replies sent at once."""
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
-CLOSING_S = 0.3
-"""Time (s) that a closing server gives its clients to take their last replies."""
-LONGEST_PAUSE_S = 86400.0
 
 _TLS = b"\x16\x03"
 _BROWSER = re.compile(rb"[A-Z]{3,7} +[/*]|%b" % _TLS)
@@ -47,9 +44,6 @@ class Admission:
     """
 
     def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
-        """Raises ValueError for a pause that is negative or longer than a day."""
-        if not 0.0 <= pause_s <= LONGEST_PAUSE_S:
-            raise ValueError(f"reconnect_pause_s is {pause_s}, expected 0 to {LONGEST_PAUSE_S:g} s")
         self._exclusive = exclusive
         self._pause_s = pause_s
         self._pauses = False
@@ -84,7 +78,7 @@ class Admission:
             client.serve()
 
 
-class Connection(asyncio.BufferedProtocol):
+class Connection(asyncio.Protocol):
     """One client.
 
     It is not read while its lines wait for their turn, and while it leaves replies unread no line is
@@ -106,6 +100,7 @@ class Connection(asyncio.BufferedProtocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
+        transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's sockets
         self._transport, server = transport, self._server
         self._name = f"{peer_of(transport)}{server.suffix}"
         self._mark = {"fields": {"session": self._name}}
@@ -123,11 +118,7 @@ class Connection(asyncio.BufferedProtocol):
         """Notice that the client is admitted: read from it."""
         self._transport.resume_reading()
 
-    def get_buffer(self, _sizehint: int) -> memoryview:
-        return self._server.buffer
-
-    def buffer_updated(self, nbytes: int) -> None:
-        data = bytes(self._server.buffer[:nbytes])
+    def data_received(self, data: bytes) -> None:
         if self._held is not None:
             self._held += data
             if _BROWSER.match(self._held):
@@ -151,7 +142,7 @@ class Connection(asyncio.BufferedProtocol):
         return True  # the transport stays open for what is to be sent
 
     def pause_writing(self) -> None:
-        self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
+        self._unread = self._loop.call_later(UNREAD_S, self._drop_unread)
 
     def resume_writing(self) -> None:
         if self._unread is not None:
@@ -192,8 +183,6 @@ class Connection(asyncio.BufferedProtocol):
         if self._transport.is_closing():
             return
         self._transport.close()
-        if self._unread is None and self._transport.get_write_buffer_size():
-            self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
         if self._session.closing:
             self._server.on_good_bye()
 
@@ -221,7 +210,7 @@ class Connection(asyncio.BufferedProtocol):
             return False
         if session.waiting or self._is_held_back:
             self._transport.pause_reading()
-            return not (self._is_held_back or self._is_silent)
+            return not self._is_held_back
         if session.closing or (self._sent_end and not server.lasting):
             self.close()
         elif not self._sent_end:
@@ -230,28 +219,25 @@ class Connection(asyncio.BufferedProtocol):
 
     def _answer(self, until_s: float) -> None:
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
-        while session.waiting and not (self._is_held_back or self._is_silent):
+        while session.waiting and not (self._is_held_back or self._transport.is_closing()):
             if faults.rules and (rule := faults.next_of(self._number)):
                 self._send(iter(faults.steps(self._number, rule, session.answer(1))))
             else:
                 replies.append(session.answer(most))
                 size += len(replies[-1])
                 most *= 2  # The clock is read seldom, but soon enough where lines take long.
-            if size >= MOST_BYTES or time.monotonic() >= until_s or self._transport.is_closing():
+            if size >= MOST_BYTES or time.monotonic() >= until_s:
                 break
         if replies:
             self._transport.write(b"".join(replies))
 
     @property
     def _is_held_back(self) -> bool:
-        """Return True while a delayed reply, or unread ones, hold back the next line."""
-        return self._delay is not None or self._unread is not None
-
-    @property
-    def _is_silent(self) -> bool:
+        """Return True while a delayed reply, unread ones or silence hold back the next line."""
         faults = self._server.faults
-        rule = faults.next_of(self._number) if faults.rules else None
-        return rule is not None and isinstance(rule.fault, Silence)
+        rule = faults.next_of(self._number) if faults.rules and self._session.waiting else None
+        is_silent = rule is not None and isinstance(rule.fault, Silence)
+        return is_silent or self._delay is not None or self._unread is not None
 
     def _send(self, steps: Iterator[Step]) -> None:
         """Carry out the steps of a reply, up to one that waits; the others follow when it is over."""
@@ -271,8 +257,7 @@ class Connection(asyncio.BufferedProtocol):
             self._ask()
 
     def _drop_unread(self) -> None:
-        unread_s = self._server.unread_s
-        logger.warning("%s dropped: left its replies unread for %g s", self._name, unread_s, extra=self._mark)
+        logger.warning("%s dropped: left its replies unread for %g s", self._name, UNREAD_S, extra=self._mark)
         self.abort()
 
 
@@ -288,8 +273,6 @@ class TcpServer:
     """Opens the session of a client with this name."""
     host: str
     port: int
-    unread_s: float = UNREAD_S
-    """Time (s) after which a client is dropped that does not read its replies."""
     admission: Admission = field(default_factory=Admission)
     budget: Budget = field(default_factory=Budget)
     on_client: Callable[[], None] = lambda: None
@@ -307,7 +290,6 @@ class TcpServer:
     """True to keep connections whose client sends no more."""
 
     def __post_init__(self) -> None:
-        self.buffer = memoryview(bytearray(READ_BYTES))  # of all connections: read and emptied at once
         self.connections: set[Connection] = set()
         self.acceptor = Acceptor(self.host, self.port, self._open)
 
@@ -315,22 +297,14 @@ class TcpServer:
         """Start listening. Raises ListenFault."""
         await self.acceptor.start()
 
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        return self.acceptor.address
-
     async def close(self) -> None:
-        """Stop listening and close every connection; takes little more than CLOSING_S at most."""
+        """Stop listening and close every connection. Replies that the system has not taken are lost."""
         self.acceptor.close()
         for connection in list(self.connections):
             connection.close()
-        late_s = time.monotonic() + CLOSING_S
-        while self.connections:
-            await asyncio.sleep(0.001)
-            if time.monotonic() > late_s:
-                for connection in self.connections:
-                    connection.abort()
+            connection.abort()
+        if self.connections:
+            await asyncio.sleep(0)  # in which their sessions end
 
     async def _open(self, connection: socket.socket, _peer: object) -> None:
         await asyncio.get_running_loop().connect_accepted_socket(lambda: Connection(self), connection)
