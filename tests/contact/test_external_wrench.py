@@ -5,44 +5,20 @@ from __future__ import annotations
 from math import inf, nan
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame, Transform, rotate
+from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import lin_move
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, World, at, surface
-from tests.stepped import ARMS, SteppedRobot
+from tests.stepped import SteppedRobot
 
 ROBOT = SteppedRobot()
 TOOLS = [ROBOT.description.tool_in_flange, Frame(30.0, -20.0, 170.0, 0.4, -0.8, 1.2).to_transform()]
 STEP = 1e-6
 TICK_S = 0.002
 TCP_HEIGHT = ROBOT.tcp(ROBOT.controller.joints).translation[2]
-
-
-@pytest.mark.parametrize("tool", TOOLS)
-@pytest.mark.parametrize("name", ARMS)
-def test_joint_torques_do_the_work_of_the_wrench(name: str, tool: Transform) -> None:
-    """Against differences of Pinocchio's kinematics, at 60 poses with each tool."""
-    robot = SteppedRobot(name)
-    d, count = robot.description, len(robot.description.joints)
-    rng = np.random.default_rng(5)
-    for joints in rng.uniform(d.position_min, d.position_max, (60, count)).tolist():
-        fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
-        torques = robot.model.tcp(tool).torques(joints, (fx, fy, fz, tx, ty, tz))
-        tcp = robot.tcp(joints, tool)
-        force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
-        for joint in range(count):
-            ahead, behind = list(joints), list(joints)
-            ahead[joint] += STEP
-            behind[joint] -= STEP
-            a, b = robot.tcp(ahead, tool), robot.tcp(behind, tool)
-            moved = np.subtract(a.translation, b.translation)
-            turned = pin.log3(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
-            work = (moved @ force + turned @ torque) / (2 * STEP)
-            assert torques[joint] == pytest.approx(work, abs=1e-5)
 
 
 def test_pushes_add_up_and_wrong_ones_change_nothing() -> None:

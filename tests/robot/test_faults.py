@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.robot.description import RobotFault, load_robot
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.robot.urdf_check import differing_limits
 from iiwa_sim.simulator import Simulator
-from tests.robot.arms import copy_of_robot, edit, use
+from tests.processes import refused
+from tests.robot.arms import IIWAS, copy_of_robot, edit, use
 
 
 def in_toml(old: str, new: str) -> Callable[[Path], None]:
@@ -32,8 +34,53 @@ def a_pipe(folder: Path) -> None:
     os.mkfifo(folder / "robot.toml")
 
 
+CYLINDER = '<cylinder radius="0.098" length="0.115"/></geometry></collision>'
+BOX = '<box size="0.22 0.2 0.03"/></geometry></collision>'
+LOOKS = '<visual><origin xyz="0 0 0.015"/><geometry><box size="0.22 0.2 0.03"/></geometry>'
 AT_A1 = '<origin xyz="0 0 0.15"/>'
+AXIS = '<axis xyz="0 0 1"/>'
+LIMIT = '<limit lower="-2.967059728" upper="2.967059728" effort="176" velocity="1.710422667"/>'
+A2 = 'name="A2" type="revolute">'
+BASE = "link iiwa_link_0"
+RADIUS, SIZE = f"{BASE}: collision: cylinder radius", f"{BASE}: collision: box size"
+PLACE_A1, LIMIT_A1 = "joint A1: origin xyz", "joint A1: limit"
 FLANGE = '"flange_media_126"  #'
+MISTAKES = [
+    # a part of the URDF, what stands in its place, and key and value in the message
+    (CYLINDER, CYLINDER.replace("0.098", "0,098"), RADIUS, "0,098"),
+    (CYLINDER, CYLINDER.replace("0.098", "${r}"), RADIUS, "${r}"),
+    (CYLINDER, CYLINDER.replace("0.098", "nan"), RADIUS, "nan"),
+    (CYLINDER, CYLINDER.replace("0.098", "-0.1"), RADIUS, "-0.1"),
+    (CYLINDER, CYLINDER.replace('radius="0.098" ', ""), RADIUS, "(missing)"),
+    (CYLINDER, CYLINDER.replace("cylinder", "cone"), f"{BASE}: collision: geometry", "cone"),
+    (BOX, BOX.replace("0.22 0.2 0.03", "0.22 0.2"), SIZE, "0.22 0.2"),
+    (BOX, BOX.replace("0.22", "inf"), SIZE, "inf 0.2 0.03"),
+    (BOX, "</geometry></collision>", f"{BASE}: collision: geometry", "(missing)"),
+    (LOOKS, LOOKS.replace("0.22", "0,22"), f"{BASE}: visual: box size", "0,22 0.2 0.03"),
+    (LOOKS, LOOKS.replace("0 0 0.015", "0 0 ${z}"), f"{BASE}: visual: origin xyz", "0 0 ${z}"),
+    ("0.25 0.25 0.27 1", "0.25 0.25 0,27 1", "robot: material: color rgba", "0.25 0.25 0,27 1"),
+    (AT_A1, AT_A1.replace("0.15", "0,15"), PLACE_A1, "0 0 0,15"),
+    (AT_A1, AT_A1.replace("0 0 0.15", "0 0"), PLACE_A1, "0 0"),
+    (AXIS, AXIS.replace("1", "0"), "joint A1: axis xyz", "0 0 0"),
+    (AXIS, AXIS + '<dynamics damping="0,5"/>', "joint A1: dynamics damping", "0,5"),
+    ('<mass value="4.8"/>', '<mass value="-4.8"/>', f"{BASE}: inertial: mass value", "-4.8"),
+    ('ixx="0.01458"', 'ixx="nan"', "link iiwa_link_1: inertial: inertia ixx", "nan"),
+    (LIMIT, "", LIMIT_A1, "(missing)"),
+    (LIMIT, LIMIT.replace("1.710422667", "fast"), f"{LIMIT_A1} velocity", "fast"),
+    *((A2, A2.replace("revolute", kind), "joint A2: type", kind) for kind in ("continuous", "floating")),
+    (A2, A2 + '<mimic joint="A1"/>', "joint A2: mimic", "A1"),
+    ('<parent link="iiwa_link_1"/>', "", "joint A2: parent link", "(missing)"),
+    (
+        '<parent link="iiwa_link_0"/>',
+        '<parent link="iiwa_link_7"/>',
+        "link iiwa_link_1",
+        "iiwa_link_1 > iiwa_link_7 > ",
+    ),
+    ('<child link="iiwa_link_2"/>', '<child link="iiwa_link_1"/>', "joint A2: child link", "iiwa_link_1"),
+    ("</robot>", '<link name="other"/></robot>', "link", "iiwa_link_0, other"),
+    ("</robot>", '<link name="iiwa_link_2"/></robot>', "link iiwa_link_2: name", "iiwa_link_2"),
+    ('<joint name="A3"', '<joint name="A2"', "joint A2: name", "A2"),
+]
 FAULTS = [
     # the change, then the file, key and value that the line names
     (without("robot.toml"), "robot.toml", "", ""),
@@ -51,15 +98,12 @@ FAULTS = [
     (in_toml('"A2"', '"A1"'), "robot.toml", "joints", r"\['A1', 'A1'.*"),
     (in_toml(FLANGE, '"nose"  #'), "robot.toml", "flange", "'nose'"),
     (in_urdf("</robot>", ""), "robot.urdf", "", ""),
-    (in_urdf('"iiwa_link_2"/>', '"no"/>'), "robot.urdf", "joint A2: child link", "no"),
-    (
-        in_urdf('name="A2" type="revolute"', 'name="A2" type="prismatic"'),
-        "robot.urdf",
-        "joint A2: type",
-        ".*",
-    ),
     (in_urdf(AT_A1, AT_A1.replace("0.15", "1e200")), "robot.urdf", "joint A1: origin xyz", "0 0 1e200"),
     (in_urdf('"0 -1 0"', '"0 1 0"'), "robot.urdf", "joint A4: axis", "0 1 0"),
+    *(
+        (in_urdf(part, mistake), "robot.urdf", re.escape(key), f"{re.escape(value)}.*")
+        for part, mistake, key, value in MISTAKES
+    ),
 ]
 
 
@@ -117,3 +161,27 @@ def test_a_urdf_that_is_not_xml_is_told_by_the_simulator(tmp_path: Path, text: s
     with pytest.raises(RobotFault, match=r"robot\.urdf: expected valid XML \(.*\)$") as fault:
         Simulator(folder)
     assert "\n" not in str(fault.value)
+
+
+def test_the_program_ends_with_that_line(tmp_path: Path) -> None:
+    folder = copy_of_robot(tmp_path / "mine")
+    edit(folder / "robot.urdf", CYLINDER, CYLINDER.replace("0.098", "0,098"))
+    line = refused("--port", "0", "--robot", str(folder))
+    assert f"{RADIUS} = 0,098: expected a number from 1e-06 to 100 m" in line
+
+
+@pytest.mark.parametrize("name", IIWAS)
+def test_links_have_the_shapes_of_the_urdf(name: str) -> None:
+    robot = load_robot(name)
+    links = arm_model(robot).links
+    assert sum(len(link.collision) for link in links) == robot.urdf.count("<collision>")
+    assert sum(len(link.visual) for link in links) == robot.urdf.count("<visual>")
+    shape = links[0].collision[0]
+    assert (shape.kind, shape.size_m, shape.pose.translation) == ("box", (0.22, 0.2, 0.03), (0.0, 0.0, 0.015))
+
+
+def test_meshes_are_left_out(tmp_path: Path) -> None:
+    folder = copy_of_robot(tmp_path / "mine")
+    mesh = '<visual><geometry><mesh filename="package://arm/link.stl"/></geometry></visual></link>'
+    edit(folder / "robot.urdf", "</link>", mesh)
+    assert arm_model(use(folder)).links[0].visual == arm_model(load_robot()).links[0].visual

@@ -17,7 +17,6 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
 from tests.robot.arms import (
     BUILT_IN,
-    IIWAS,
     SIX_AXES,
     Arm,
     arm_named,
@@ -163,30 +162,6 @@ def test_out_of_reach_is_none(name: str, redundancy: float, status: int, beyond_
     assert arm.inverse.beyond_reach(away) == pytest.approx(beyond_m, abs=1e-9)
     assert arm.inverse.joints(away, redundancy, status, joints) is None
     assert arm.inverse.branches(away, redundancy, joints) == []
-
-
-@pytest.mark.parametrize("name", IIWAS)
-def test_free_joints_keep_the_position_of_the_seed(name: str) -> None:
-    arm = arm_named(name)
-    inverse, model = arm.inverse, arm.model
-    seed = [0.3, 0.4, 0.5, -0.6, 0.7, 0.8, 0.9]
-    aligned = model.flange([0.1, 1.5, 0.5, 1.2, 0.4, 0.0, 0.3])
-    joints = inverse.joints(aligned, 0.5, 0, seed)
-    assert joints == pytest.approx([0.1, 1.5, 0.5, 1.2, 0.7, 0.0, 0.0], abs=1e-9)
-    straight_up = model.flange([0.0] * 7)
-    joints = inverse.joints(straight_up, 0.5, 0, seed)
-    assert joints == pytest.approx([0.3, 0.0, 0.5, 0.0, 0.7, 0.0, -1.5], abs=1e-9)
-
-
-def test_free_joints_of_six_axes_keep_the_position_of_the_seed() -> None:
-    arm = arm_named(SIX_AXES)
-    aligned = arm.model.flange([0.1, -1.2, 1.5, 0.4, 0.0, 0.3])
-    joints = arm.inverse.joints(aligned, 0.0, 2, SEED)
-    assert joints == pytest.approx([0.1, -1.2, 1.5, -0.6, 0.0, 1.3], abs=1e-9)
-    above = on_the_axis_of_a1([0.1, 0.0, 1.5, 0.4, 0.5, 0.2])
-    joints = arm.inverse.joints(arm.model.flange(above), 0.0, arm.inverse.status(above), SEED)
-    assert joints is not None
-    assert joints[:3] == pytest.approx([0.3, *above[1:3]], abs=1e-9)
 
 
 @pytest.mark.parametrize(
