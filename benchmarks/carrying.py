@@ -11,7 +11,7 @@ from typing import Any
 from benchmarks.figure import Figure
 from benchmarks.servers import one_processor
 from iiwa_sim import Iiwa, Simulator
-from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.cell.cell import load_cells
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 
@@ -60,7 +60,7 @@ def _ploughing(boxes: Path) -> float:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "cell.toml"
         file.write_text(text[: text.index("[[part]]")] + CUBES)
-        robot = load_cell(file).controller(0.002)
+        robot = load_cells(file)[0].controller(0.002)
     robot.io.set_output(CLOSE, True)
     for kind, y_mm, z_mm in ((Kind.PTP, -250.0, 420.0), (Kind.LIN, -250.0, 312.0)):
         robot.move(MoveRequest(kind, Frame(550.0, y_mm, z_mm, *DOWN), 1.0))

@@ -48,9 +48,7 @@ class Scenario:
         return c._replace(x_mm=c.x_mm + x, y_mm=c.y_mm + y, z_mm=c.z_mm + z)
 
     def joint(self) -> None:
-        self.robot.move(
-            MoveRequest(Kind.PTP, self.joints(0.4), speeds=[0.5] * 7, blending=JOINT_BLENDING)
-        )
+        self.robot.move(MoveRequest(Kind.PTP, self.joints(0.4), speeds=[0.5] * 7, blending=JOINT_BLENDING))
 
     def lin(self) -> None:
         self.robot.move(MoveRequest(Kind.LIN, self.frame(-150, 50), 0.5))

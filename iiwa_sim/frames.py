@@ -57,16 +57,10 @@ def multiply(a: Rotation, b: Rotation) -> Rotation:
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = a
     b0, b1, b2, b3, b4, b5, b6, b7, b8 = b
     return (
-        a0 * b0 + a1 * b3 + a2 * b6,
-        a0 * b1 + a1 * b4 + a2 * b7,
-        a0 * b2 + a1 * b5 + a2 * b8,
-        a3 * b0 + a4 * b3 + a5 * b6,
-        a3 * b1 + a4 * b4 + a5 * b7,
-        a3 * b2 + a4 * b5 + a5 * b8,
-        a6 * b0 + a7 * b3 + a8 * b6,
-        a6 * b1 + a7 * b4 + a8 * b7,
-        a6 * b2 + a7 * b5 + a8 * b8,
-    )
+        a0 * b0 + a1 * b3 + a2 * b6, a0 * b1 + a1 * b4 + a2 * b7, a0 * b2 + a1 * b5 + a2 * b8,
+        a3 * b0 + a4 * b3 + a5 * b6, a3 * b1 + a4 * b4 + a5 * b7, a3 * b2 + a4 * b5 + a5 * b8,
+        a6 * b0 + a7 * b3 + a8 * b6, a6 * b1 + a7 * b4 + a8 * b7, a6 * b2 + a7 * b5 + a8 * b8,
+    )  # fmt: skip
 
 
 def transpose(rotation: Rotation) -> Rotation:
@@ -106,20 +100,12 @@ def transform_from_euler(
 ) -> Transform:
     """Transform with the rotation Rz(alpha) Ry(beta) Rx(gamma) (rad) and the translation x, y, z (m)."""
     ca, sa, cb, sb, cg, sg = cos(alpha), sin(alpha), cos(beta), sin(beta), cos(gamma), sin(gamma)
-    return Transform(
-        (
-            ca * cb,
-            ca * sb * sg - sa * cg,
-            ca * sb * cg + sa * sg,
-            sa * cb,
-            sa * sb * sg + ca * cg,
-            sa * sb * cg - ca * sg,
-            -sb,
-            cb * sg,
-            cb * cg,
-        ),
-        (x_m, y_m, z_m),
-    )
+    rotation = (
+        ca * cb, ca * sb * sg - sa * cg, ca * sb * cg + sa * sg,
+        sa * cb, sa * sb * sg + ca * cg, sa * sb * cg - ca * sg,
+        -sb, cb * sg, cb * cg,
+    )  # fmt: skip
+    return Transform(rotation, (x_m, y_m, z_m))
 
 
 def euler_from_rotation(rotation: Rotation) -> Vector:

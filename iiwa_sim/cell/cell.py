@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from math import degrees, inf, radians
+from math import degrees, radians
 from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,9 @@ from msgspec.structs import astuple
 
 from iiwa_sim.cell.bodies import part_of, pose_of, surface_of
 from iiwa_sim.cell.settings import (
-    HOME,
     CellFault,
     CellSettings,
-    InputSettings,
     OneRobotSettings,
-    OutputSettings,
     RobotSettings,
 )
 from iiwa_sim.contact.noise import Noise, NoiseLevels
@@ -79,10 +76,6 @@ class Cell:
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 
-    def world(self) -> TcpContact:
-        """A new world with the surfaces, none of them touched yet."""
-        return TcpContact(self.seen(), self.contact_radius_m)
-
     def seen(self) -> tuple[Surface, ...]:
         """Return the surfaces in the robot's base."""
         if self.base == IDENTITY:
@@ -102,8 +95,8 @@ class Cell:
             tick_s,
             start=self.start,
             tool_in_flange=self.tool_in_flange,
-            world=self.world(),
-            noise=self.noise(),
+            world=TcpContact(self.seen(), self.contact_radius_m),
+            noise=None if self.noise_levels is None else Noise(self.noise_levels, len(self.start)),
             io=Io(self.input_names, self.output_names),
             safety=self.safety,
             tool=self.tool,
@@ -111,10 +104,6 @@ class Cell:
             arm=arm,
             **others,
         )
-
-    def noise(self) -> Noise | None:
-        """A new noise generator from the seed; None without noise."""
-        return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
 
 
 def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
@@ -165,20 +154,13 @@ def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
 def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, ...]:
     """The cells of what a simulator is given: a robot by name or folder, or the file of a cell.
 
-    What ends with .toml is a cell. Raises ValueError for both, and what `robot_alone` and `load_cells` do.
+    What ends with .toml is a cell. Raises what `robot_alone` and `load_cells` do.
     """
-    if robot is not None and cell is not None:
-        raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
     if robot is not None and Path(robot).suffix == CELL_SUFFIX:
         robot, cell = None, robot
     if cell is None:
         return (robot_alone(DEFAULT_ROBOT if robot is None else robot),)
     return load_cells(cell)
-
-
-def load_cell(path: str | Path) -> Cell:
-    """The cell of a file with a single robot; raises what `load_cells` does, and `CellFault` for several."""
-    return single(load_cells(path))
 
 
 def single(cells: tuple[Cell, ...]) -> Cell:
@@ -258,21 +240,14 @@ def _handled(
     kind, wiring = NO_HANDLING[:2] if robot.gripper is None else robot.gripper.gripper()
     if scene is None:
         return HandlingSetup(kind, wiring, parts)
-    inputs = [_input(reader, scene, f"input[{k}].sensor", each) for k, each in enumerate(robot.input)]
-    outputs = [_output(reader, scene, f"output[{k}].actuator", each) for k, each in enumerate(robot.output)]
+    drivable = "an actuator, an equality, or a geom with surfacevel,"
+    for k, wire in enumerate(robot.input):
+        _check_named(reader, f"input[{k}].sensor", wire.sensor, scene.sensors, "a sensor")
+    for k, each in enumerate(robot.output):
+        _check_named(reader, f"output[{k}].actuator", each.actuator, scene.drivable, drivable)
+    inputs = [InputWire(w.number, *scene.sensor(w.sensor), w.above, w.below) for w in robot.input]
+    outputs = [OutputWire(w.number, *scene.driven(w.actuator), w.on, w.off) for w in robot.output]
     return HandlingSetup(kind, wiring, parts, scene, tuple(inputs), tuple(outputs))
-
-
-def _input(reader: Reader, scene: Scene, key: str, each: InputSettings) -> InputWire:
-    _check_named(reader, key, each.sensor, scene.sensors, "a sensor")
-    above, below = -inf if each.above is None else each.above, inf if each.below is None else each.below
-    return InputWire(each.number, *scene.sensor(each.sensor), above, below)
-
-
-def _output(reader: Reader, scene: Scene, key: str, each: OutputSettings) -> OutputWire:
-    kinds = "an actuator, an equality, or a geom with surfacevel,"
-    _check_named(reader, key, each.actuator, scene.drivable, kinds)
-    return OutputWire(each.number, *scene.driven(each.actuator), each.on, each.off)
 
 
 def _check_named(reader: Reader, key: str, name: str, names: Sequence[str], kinds: str) -> None:
@@ -294,7 +269,6 @@ def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:
 
 def _start(reader: Reader, start_deg: str | list[float], description: RobotDescription) -> tuple[float, ...]:
     if isinstance(start_deg, str):
-        reader.check("start_deg", start_deg, start_deg == HOME, f"joint positions in degrees, or {HOME!r}")
         return description.home
     count = len(description.joints)
     reader.check("start_deg", start_deg, len(start_deg) == count, f"{count} values, one per joint")

@@ -29,7 +29,6 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT, Angle, CapsuleMm, Length, 
 from iiwa_sim.settings import Name, SettingsFault, between, expecting, require
 from iiwa_sim.world.gripper import Cup, Jaws
 
-HOME = "home"
 DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
@@ -37,6 +36,7 @@ MOST_ROBOTS, MOST_PARTS = 32, 256
 MOST_CAPSULES = 16
 """Most capsules of a tool: all of them are looked at where the arm touches something."""
 
+_Home = Annotated[Literal["home"], expecting("joint positions in degrees, or 'home'")]
 _Size = Annotated[float, between(0.1, 1000.0, " mm")]
 _Noise = Annotated[float, between(0.0, 1000.0)]
 _Moment = Annotated[float, between(-1000.0, 1000.0, " kg m^2")]
@@ -177,11 +177,11 @@ class InputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     number: _Number
     sensor: str
-    above: _Sensed | None = None
-    below: _Sensed | None = None
+    above: _Sensed = -inf
+    below: _Sensed = inf
 
     def __post_init__(self) -> None:
-        require(self.above is not None or self.below is not None, "above", "this key, or below")
+        require(self.above > -inf or self.below < inf, "above", "this key, or below")
 
 
 class OutputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -196,7 +196,7 @@ class OutputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """The keys of a robot in its cell: at the top level for the only one, else in its `[[robot]]`."""
 
-    start_deg: str | list[float] = HOME
+    start_deg: _Home | list[float] = "home"
     contact_radius_mm: Annotated[float, between(0.0, 500.0, " mm")] = DEFAULT_CONTACT_RADIUS_MM
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None

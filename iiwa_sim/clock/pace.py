@@ -11,7 +11,7 @@ _MULTIPLE = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,9})?)x", re.ASCII)
 
 
 class Pace(NamedTuple):
-    """One of `REAL`, `FAST`, `STEPPED`, or `multiple(speed)`."""
+    """One of `REAL`, `FAST`, `STEPPED`, or a multiple of real time."""
 
     name: str
     """The pace as users write it: real, 10x, fast, stepped."""
@@ -26,19 +26,12 @@ FAST = Pace("fast", 1.0, ticks_in_haste=True)
 STEPPED = Pace("stepped", 0.0)
 
 
-def multiple(speed: float) -> Pace:
-    """A pace of `speed` simulated seconds in a real one. Raises ValueError outside 0.01 to 100."""
-    if not MIN_SPEED <= speed <= MAX_SPEED:
-        raise ValueError(f"clock {speed:g}x: expected {EXPECTED}")
-    return Pace(f"{speed:g}x", float(speed))
-
-
 def pace(name: str) -> Pace:
     """The pace with this name. Raises ValueError where there is none."""
     for fixed in (REAL, FAST, STEPPED):
         if name == fixed.name:
             return fixed
     match = _MULTIPLE.fullmatch(str(name))  # a 10 from a configuration is told what is expected, too
-    if match is None:
+    if match is None or not MIN_SPEED <= (speed := float(match[1])) <= MAX_SPEED:
         raise ValueError(f"clock {name!r}: expected {EXPECTED}")
-    return multiple(float(match[1]))
+    return Pace(f"{speed:g}x", speed)

@@ -181,7 +181,7 @@ class Inverse:
         for _ in range(_STEPS):
             if float(np.abs(error).max()) <= _CLOSED:
                 break
-            change = _least_change(self.model.jacobian(q)[:, free], error)
+            change = _least_change(self.model.tcp_of_flange.jacobian(q)[:, free], error)
             if float(np.abs(change).max()) > _LARGEST_STEP:
                 return None
             for joint, value in zip(free, change.tolist(), strict=True):

@@ -237,11 +237,6 @@ class Model:
             self._tcp = Tcp(self.fixed_poses, tool_in_flange)
         return self._tcp
 
-    def jacobian(self, q: Sequence[float]) -> NDArray[np.float64]:
-        """Return the Jacobian (6, n) of the flange: velocity (m/s), then angular velocity (rad/s), in base
-        axes."""
-        return self.tcp_of_flange.jacobian(q)
-
 
 def _without_meshes(robot: ET.Element) -> str:
     """The text for Pinocchio, which would open the files of meshes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.cell.cell import load_cells
 from tests.cell.cells import EXAMPLES, SteppedDriver
 
 DOWN = "3.14159265359 0 3.14159265359"
@@ -14,12 +14,12 @@ DOWN = "3.14159265359 0 3.14159265359"
 
 @pytest.fixture
 def table() -> SteppedDriver:
-    return SteppedDriver(load_cell(EXAMPLES / "table.toml"))
+    return SteppedDriver(load_cells(EXAMPLES / "table.toml")[0])
 
 
 @pytest.fixture
 def peg() -> SteppedDriver:
-    return SteppedDriver(load_cell(EXAMPLES / "peg.toml"))
+    return SteppedDriver(load_cells(EXAMPLES / "peg.toml")[0])
 
 
 @pytest.mark.parametrize("depth_mm", [0.05, 2.5])

@@ -8,7 +8,7 @@ import pytest
 
 from iiwa_sim import Simulator
 from iiwa_sim.cell.bodies import BoxSettings
-from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.cell.cell import load_cells
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.controller.state import snapshot
@@ -73,7 +73,7 @@ def robot_in(folder: Path, text: str = WIRES + PARTS, scene: str = SCENE) -> Ste
     """A robot in a cell with a scene."""
     (folder / "scene.xml").write_text(scene)
     (folder / "cell.toml").write_text(text)
-    return SteppedRobot(cell=load_cell(folder / "cell.toml"), tick_s=TICK_S)
+    return SteppedRobot(cell=load_cells(folder / "cell.toml")[0], tick_s=TICK_S)
 
 
 BROKEN = {
@@ -126,7 +126,7 @@ def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) 
     robot = robot_in(tmp_path)
     controller, changes = robot.controller, {}
     assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; wired: input 3, input 4" in summary(
-        [load_cell(tmp_path / "cell.toml")]
+        [load_cells(tmp_path / "cell.toml")[0]]
     )
     for tick in range(1600):
         for output, at in ((BELT, 100), (ROLLER, 100), (DOOR, 1000), (BELT, 1200)):

@@ -18,7 +18,7 @@ from iiwa_sim.clock.clock import (
     Clock,
     StillMoving,
 )
-from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple, pace
+from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, pace
 from tests.clock.hand_time import MS_NS, SECOND_NS, HandTime
 
 
@@ -87,7 +87,8 @@ def test_late_wake_ups_do_not_shift_later_ticks(rate_hz: int, late_ns: list[int]
     assert clock.dropped_ticks == 0
 
 
-paces = st.one_of(st.sampled_from([REAL, FAST]), st.floats(0.01, 100.0).map(multiple))
+multiples = st.floats(0.01, 100.0).map(lambda speed: pace(f"{speed:.6f}x"))
+paces = st.one_of(st.sampled_from([REAL, FAST]), multiples)
 
 
 @given(
@@ -267,7 +268,7 @@ class TestRest:
             assert robot.skipped == (time.now_ns - start_ns) // period_ns
         assert (robot.ticks, clock.dropped_ticks) == (0, 0)
 
-    @pytest.mark.parametrize("pace", [REAL, multiple(10)])
+    @pytest.mark.parametrize("pace", [REAL, pace("10x")])
     def test_what_begins_after_a_rest_begins_at_the_next_tick_of_the_pace(self, pace: Pace) -> None:
         time = HandTime()
         start_ns = time.now_ns
@@ -299,7 +300,7 @@ class TestRest:
         assert (robot.ticks, robot.skipped) == (0, 86_400 * 500)
 
 
-@pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
+@pytest.mark.parametrize("pace", [REAL, FAST, pace("10x")])
 def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace) -> None:
     time = HandTime()
     robot = CountedRobot(time)
@@ -323,7 +324,7 @@ def test_the_pace_changes_under_way() -> None:
     clock = started(robot, time, pace=STEPPED)
     time.pass_until(time.now_ns + SECOND_NS)
     assert robot.ticks == 0
-    for changed, ticks in ((REAL, 500), (multiple(10), 5000), (STEPPED, 0), (FAST, 500)):
+    for changed, ticks in ((REAL, 500), (pace("10x"), 5000), (STEPPED, 0), (FAST, 500)):
         before = robot.ticks
         clock.set_pace(changed)
         time.pass_until(time.now_ns + SECOND_NS)
@@ -351,7 +352,7 @@ def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes
     assert [record.exc_info[0] for record in faults if record.exc_info] == [ZeroDivisionError, KeyError] * 2
 
 
-@pytest.mark.parametrize("fixed", [REAL, FAST, STEPPED, multiple(2.5)])
+@pytest.mark.parametrize("fixed", [REAL, FAST, STEPPED, pace("2.5x")])
 def test_a_pace_has_a_name(fixed: Pace) -> None:
     assert pace(fixed.name) == fixed
 

@@ -9,13 +9,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.clock.clock import Clock
-from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
+from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, pace
 from iiwa_sim.robot.description import load_robot
 from tests.chains import chains, send
 from tests.clock.hand_time import MS_NS, HandTime
 from tests.stepped import SteppedRobot
 
-PACES = [REAL, multiple(10), FAST]
+PACES = [REAL, pace("10x"), FAST]
 
 
 class ProgrammedRobot:
@@ -85,9 +85,9 @@ def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(
     program: list[Any], late_ns: list[int]
 ) -> None:
     stepped = asyncio.run(told(program))
-    for pace in PACES:
-        robot = paced(program, pace, late_ns)
+    for each in PACES:
+        robot = paced(program, each, late_ns)
         assert robot.answers == stepped.answers
         ticks = min(len(robot.robot.joints), len(stepped.robot.joints))  # a wake-up may go on at rest
         assert ticks == len(stepped.robot.joints)
-        assert robot.robot.joints[:ticks] == stepped.robot.joints, pace
+        assert robot.robot.joints[:ticks] == stepped.robot.joints, each

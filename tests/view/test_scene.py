@@ -99,6 +99,6 @@ def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
     pull = turned @ wrench[:3]
     at_flange = np.concatenate([pull, turned @ wrench[3:] - np.cross(lever, pull)])
     torques = joint_torques(arm, joints, len(arm.links) - 1, where, np.array(force))
-    assert torques == pytest.approx(model.jacobian(joints).T @ at_flange, abs=1e-9)
+    assert torques == pytest.approx(model.tcp_of_flange.jacobian(joints).T @ at_flange, abs=1e-9)
     third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
     assert joint_torques(arm, joints, third, where, np.array(force))[3:] == [0.0] * 4

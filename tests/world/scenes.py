@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.cell.cell import load_cells
 from iiwa_sim.controller.handling import Handling, PartState
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.world.arm import Arm
@@ -113,7 +113,7 @@ class Scene:
         with TemporaryDirectory() as folder:
             file = Path(folder) / "cell.toml"
             file.write_text(head + "".join(texts))
-            self.robot = SteppedRobot(cell=load_cell(file), tick_s=tick_s)
+            self.robot = SteppedRobot(cell=load_cells(file)[0], tick_s=tick_s)
         self.controller = self.robot.controller
         self.told: list[str] = []
         self.handling.arm.tell = lambda line, _warns: self.told.append(line)
