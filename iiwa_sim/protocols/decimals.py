@@ -23,10 +23,8 @@ class NotANumberError(ValueError):
 
 def parse_decimal(word: bytes) -> float:
     """Return the number that `word` stands for. Raises NotANumberError, also for 1e400."""
-    if NOT_DECIMAL.search(word):
-        raise NotANumberError(f"{quoted(word)}: expected a number")
     try:
-        value = float(word)
+        value = float(b"" if NOT_DECIMAL.search(word) else word)
     except ValueError:
         raise NotANumberError(f"{quoted(word)}: expected a number") from None
     if not math.isfinite(value):

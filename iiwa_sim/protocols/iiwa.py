@@ -47,12 +47,8 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
 
 
 def _to_frame(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A move to a frame, from a frame, a speed and a blending."""
-    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7])
-
-
-def _to_redundancy(kind: Kind) -> Callable[[Values], MoveRequest]:
-    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7], redundancy=v[8])
+    """A move to a frame, from a frame, a speed, a blending and maybe a redundancy angle."""
+    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7], redundancy=(*v, None)[8])
 
 
 def _to_turned(kind: Kind) -> Callable[[Values], MoveRequest]:
@@ -157,8 +153,8 @@ COMMANDS: dict[str, Handler] = {
     "lin joint move": _move(lambda v: MoveRequest(Kind.LIN, v[:7], v[7], v[8])),
     "lin move": _move(_to_frame(Kind.LIN)),
     "ptp move": _move(_to_frame(Kind.PTP)),
-    "linr move": _move(_to_redundancy(Kind.LIN)),
-    "ptpr move": _move(_to_redundancy(Kind.PTP)),
+    "linr move": _move(_to_frame(Kind.LIN)),
+    "ptpr move": _move(_to_frame(Kind.PTP)),
     "lin quaternion move": _move(_to_turned(Kind.LIN)),
     "ptp quaternion move": _move(_to_turned(Kind.PTP)),
     "lin relative move": _move(_by_shift(Kind.LIN, in_tool=False)),

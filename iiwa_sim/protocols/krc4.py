@@ -26,14 +26,13 @@ from iiwa_sim.protocols.krc4_xml import (
     written,
 )
 from iiwa_sim.protocols.ports import KRC4
-from iiwa_sim.protocols.session import Session
+from iiwa_sim.protocols.session import AT_ONCE, Session
 from iiwa_sim.wording import harmless, shortened
 
 Answer = tuple[Sequence[int], Sequence[float]]
 """Values of a reply besides the two ids: integers from I2 on, reals from R0 on."""
 Handler = Callable[["Krc4Session", Message], Answer]
 
-_AT_ONCE = 64  # messages answered in a few milliseconds; then the event loop gets its turn
 _LONGEST_TEXT = 200  # of a message in the log
 _DONE: Answer = (), ()
 
@@ -135,16 +134,16 @@ class Krc4Session(Session):
         self._stream.end()
         self._look_ahead()
 
-    def answer(self, most: int = _AT_ONCE) -> bytes:
+    def answer(self, most: int = AT_ONCE) -> bytes:
         replies: list[bytes] = []
         self.ends_batch = False
-        for _ in range(min(most, _AT_ONCE)):
+        for _ in range(most):
             request, wire, self.waiting = self.waiting, self._stream.wire, None
             if request is None or self.ends_batch:
                 self.waiting = request
                 break
             if isinstance(request, Broken):
-                replies.append(self._break_off(request.reason, wire))
+                replies.append(self._break_off(str(request), wire))
             else:
                 replies.append(self._reply(request, wire))
                 self._look_ahead()

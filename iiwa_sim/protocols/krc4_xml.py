@@ -31,7 +31,6 @@ XML_BLANKS = " \t\r\n"
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
 _NOTHING = re.compile(rb"(?:[ \t\r\n\0]+|%b)*" % _BYTE_ORDER_MARK)  # C programs send the \0 of a string, too
-_ENCODINGS = ("utf-8", "us-ascii")
 
 
 class Element(NamedTuple):
@@ -43,10 +42,8 @@ class Element(NamedTuple):
     """Description of content that no message has; empty if there is none."""
 
 
-class Broken(NamedTuple):
-    """The stream has ended or is broken: nothing more can be read."""
-
-    reason: str
+class Broken(Exception):
+    """The stream has ended or is broken: nothing more can be read. The message tells why."""
 
 
 class XmlStream:
@@ -76,12 +73,12 @@ class XmlStream:
             return None
         try:
             return self._next()
-        except _BrokenStream as broken:
-            reason = str(broken)
+        except Broken as fault:
+            broken = fault
         except expat.ExpatError as fault:
-            reason = f"no XML: {expat.ErrorString(fault.code)}"
+            broken = Broken(f"no XML: {expat.ErrorString(fault.code)}")
         self._broken, self._data = True, b""
-        return Broken(reason)
+        return broken
 
     def _next(self) -> Element | None:
         if self._message is None:
@@ -91,46 +88,41 @@ class XmlStream:
                 return None
             if not begin.startswith(b"<"):
                 self.wire = self._data[:MAX_MESSAGE_BYTES]
-                raise _BrokenStream("a message begins with <")
+                raise Broken("a message begins with <")
             self._message, self._place, self._ends = _Message(), 0, 0
         while True:
             end = self._data.find(b">", self._place) + 1
             if (end or len(self._data)) > MAX_MESSAGE_BYTES:
                 self.wire = b""
-                raise _BrokenStream(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
+                raise Broken(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
             if not end:
                 if self._ended:
                     self.wire = b""
-                    raise _BrokenStream("the stream ends within a message")
+                    raise Broken("the stream ends within a message")
                 return None
             self.wire, piece, self._place = self._data[:end], self._data[self._place : end], end
             if b"\0" in piece:  # UTF-16, which Expat would detect by itself
-                raise _BrokenStream("expected UTF-8")
+                raise Broken("expected UTF-8")
             self._ends += 1
             if self._ends > MAX_ENDS:
-                raise _BrokenStream(f"more than {MAX_ENDS} > in a message")
+                raise Broken(f"more than {MAX_ENDS} > in a message")
             element = self._message.feed(piece)
             if element is not None:
                 self._data, self._message = self._data[end:], None
                 return element
 
 
-class _BrokenStream(Exception):
-    """The stream is broken. The message tells why."""
-
-
 class _Message:
     """The present message, as far as it has been received."""
 
     def __init__(self) -> None:
-        self._parser = parser = expat.ParserCreate("UTF-8")
+        self._parser = parser = expat.ParserCreate("UTF-8")  # whatever a declaration says
         # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
         self._name, self._values, self._fault = "", dict[str, str](), ""
         self._takes_text = False  # the present value does
         self._open: list[str] = []  # the elements that have not ended
-        parser.XmlDeclHandler = self._declared
         parser.StartDoctypeDeclHandler = self._doctype
         parser.StartElementHandler = self._starts
         parser.CharacterDataHandler = self._text
@@ -141,12 +133,8 @@ class _Message:
         self._parser.Parse(data, False)
         return Element(self._name, self._values, self._fault) if self._name and not self._open else None
 
-    def _declared(self, _version: str, encoding: str | None, _standalone: int) -> None:
-        if encoding is not None and encoding.lower() not in _ENCODINGS:
-            raise _BrokenStream("expected UTF-8")
-
     def _doctype(self, *_: object) -> None:
-        raise _BrokenStream("expected no DTD")
+        raise Broken("expected no DTD")
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
         fault = ""

@@ -26,7 +26,7 @@ def open_session(
     """Open a session of a protocol for a connection.
 
     Values after the last parameter of a command are ignored, as by the original controller, and logged once
-    for each command; a strict session refuses them. Fields of KRC4 messages are named.
+    for each command; a strict session refuses them.
     """
     if protocol == KRC4:
         from iiwa_sim.protocols.krc4 import Krc4Session

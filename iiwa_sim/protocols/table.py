@@ -9,6 +9,7 @@ session ignores or refuses them. Parameters behind a command that takes none are
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
+from difflib import get_close_matches
 from functools import cache, lru_cache
 from itertools import groupby
 from math import inf, nan, nextafter, tau
@@ -26,7 +27,9 @@ ERROR = "error"
 EXTENSIONS = "extensions"
 """`help : extensions` names the commands that the original does not know."""
 LONGEST_LOOKED_UP = 40
-"""Longest misspelt name for which a nearest one is looked up: longer ones are no slips."""
+"""Bytes of a misspelt name for which a similar one is looked up."""
+ALIKE = 0.75
+"""Least similarity of a name, from 0 to 1, to be shown as a hint."""
 
 _HELP = "help"
 _ASKS_HELP = re.compile(rb"[ \t]*(?:help(?=[ \t?])|\?)[ \t?]*:?", re.IGNORECASE)  # `help lin move`, `?`
@@ -155,11 +158,6 @@ class Table:
 
     def __init__(self, commands: dict[str, Command]) -> None:
         self.commands = commands
-        # Two words that differ in one letter are equal after removing one letter from each.
-        self._by_rest: dict[str, str] = {}
-        for name in commands:
-            for rest in _rests(name.replace(" ", "")):
-                self._by_rest.setdefault(rest, name)
         self._ranges = {
             command.name: [(each, *each.bounds) for each in (*command.parameters, *command.optional)]
             for command in commands.values()
@@ -173,11 +171,9 @@ class Table:
         return self.commands.get(" ".join(_words(spelling)).lower())
 
     def meant(self, spelling: bytes) -> str | None:
-        """Return the name that differs in one letter, or by two letters that are swapped."""
-        if len(spelling) > LONGEST_LOOKED_UP:
-            return None
-        written = spelling.decode("ascii", "replace").replace(" ", "").replace("\t", "").lower()
-        return next((self._by_rest[rest] for rest in _rests(written) if rest in self._by_rest), None)
+        """Return the name that a misspelt one is like."""
+        name = " ".join(_words(spelling[:LONGEST_LOOKED_UP])).lower()
+        return next(iter(get_close_matches(name, self.commands, 1, ALIKE)), None)
 
     def _parse(self, line: bytes) -> Request | Refusal:
         if line == OVERLONG:
@@ -311,11 +307,6 @@ def _in_series(quantities: Iterable[Quantity]) -> Iterator[tuple[str, Quantity]]
 def _unit_and_range(quantity: Quantity, name: str) -> str:
     unit = "" if quantity.unit == "1" else quantity.unit
     return ", ".join(part for part in (unit, msgspec.structs.replace(quantity, name=name).range) if part)
-
-
-def _rests(word: str) -> Iterable[str]:
-    """Return the word, and all words that result from removing one letter."""
-    return (word, *(word[:place] + word[place + 1 :] for place in range(len(word))))
 
 
 def _split(text: bytes) -> list[bytes]:

@@ -95,7 +95,7 @@ def understood(text: str, root: str) -> Message:
     if found is None:
         raise ValueError("no message")
     if isinstance(found, Broken):
-        raise ValueError(found.reason)
+        raise ValueError(str(found))
     return understand(found, root)
 
 

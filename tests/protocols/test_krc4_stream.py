@@ -15,14 +15,14 @@ TEXTS = st.text("019.eE+-  <>&;'\"]aZ\u00e9\u20ac\U0001f916", max_size=12)
 VALUES = st.dictionaries(NAMES, TEXTS, max_size=6)
 
 
-def read(*packets: bytes, ends: bool = False) -> list[Element | Broken]:
-    """All that packets hold."""
+def read(*packets: bytes, ends: bool = False) -> list[Element | str]:
+    """All that packets hold; of a broken stream the reason."""
     stream = XmlStream()
-    found: list[Element | Broken] = []
+    found: list[Element | str] = []
 
     def take() -> None:
         while (one := stream.next()) is not None:
-            found.append(one)
+            found.append(str(one) if isinstance(one, Broken) else one)
 
     for packet in packets:
         stream.receive(packet)
@@ -69,7 +69,7 @@ def test_any_bytes_are_messages_or_break_the_stream_and_are_the_same_in_parts(
         place += length
     found = read(wire, ends=True)
     assert read(*packets, wire[place:], ends=True) == found
-    assert not any(isinstance(one, Broken) for one in found[:-1])
+    assert not any(isinstance(one, str) for one in found[:-1])
 
 
 TOO_MANY_ENDS = f"more than {MAX_ENDS} > in a message"
@@ -78,7 +78,6 @@ BROKEN = {
     b"<Cmd><I0>1</I1></Cmd>": "no XML: mismatched tag",
     b"<Cmd>\x00</Cmd>": "expected UTF-8",
     "<Cmd><I0>1</I0></Cmd>".encode("utf-16-le"): "expected UTF-8",
-    b"<?xml version='1.0' encoding='iso-8859-1'?><Cmd/>": "expected UTF-8",
     b"<!DOCTYPE a [<!ENTITY b 'c'><!ENTITY d '&b;&b;'>]><Cmd><I0>&d;</I0></Cmd>": "expected no DTD",
     b"<Cmd><I0>1</I0>": "the stream ends within a message",
     b"<" + b"a" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
@@ -92,11 +91,11 @@ BROKEN = {
 def test_what_is_no_message_breaks_the_stream_for_good(wire: bytes) -> None:
     assert read(b"<Cmd I0='1'/>" + wire, b"", ends=True) == [
         Element("Cmd", {"I0": "1"}, ""),
-        Broken(BROKEN[wire]),
+        BROKEN[wire],
     ]
     in_parts = read(*[wire[place : place + 50] for place in range(0, len(wire), 50)], b"<Cmd/>", ends=True)
     if "ends within" not in BROKEN[wire]:
-        assert in_parts == [Broken(BROKEN[wire])]
+        assert in_parts == [BROKEN[wire]]
 
 
 def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
@@ -104,4 +103,4 @@ def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
     digits = MAX_MESSAGE_BYTES - len(start) - len(end)
     assert read(start + b"1" * digits + end) == [Element("Cmd", {"I0": "1" * digits}, "")]
     (broken,) = read(start + b"1" * (digits + 1) + end)
-    assert isinstance(broken, Broken)
+    assert isinstance(broken, str)

@@ -81,7 +81,7 @@ def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> 
     transcript = krc4(f"> {text.replace('{', chr(92) + 'x7b')}\n<?\n")
     again, _ = first(sent("krc4", transcript.steps[0].text))
     if isinstance(found, Broken):
-        assert again == found
+        assert str(again) == str(found)
     else:
         assert isinstance(again, Element)
         assert understand(again) == understand(found)
