@@ -253,8 +253,7 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
     ends = [[*each.contents(STATE)][-1].joint_position for each in (left, right, Recorded(own))]
     assert ends[0] != ends[1] == ends[2]
     said = [
-        [line.text[:14] for line in each.contents(DIALOGUE) if line.direction == ">"]
-        for each in (left, right)
+        [line.text[:14] for line in each.contents(DIALOGUE) if line.mark == ">"] for each in (left, right)
     ]
     assert said == [[], ["lin move : 400"]]
     frames = [each.content["transforms"] for each in found_in(file, "/left/tf", "/right/tf")][:2]
@@ -320,12 +319,12 @@ def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
     file.write_text(text)
     options = ("--backdoor-port", "0", "--view-port", "0", "--transcript", str(transcript))
     with started(*IIWA_SIM, str(file), *options) as server:
-        lines = [server.line().strip() for _ in range(5)]
+        lines = [server.line().strip() for _ in range(4)]
         assert lines[:2] == [
             f"left listening on 127.0.0.1:{ports[0]}",
             f"right listening on 127.0.0.1:{ports[1]}",
         ]
-        assert [line.split()[0] for line in lines[2:]] == ["status", "backdoor", "page"]
+        assert [line.split()[0] for line in lines[2:]] == ["backdoor", "page"]
         assert main(["health", str(server.process.pid)]) == 0
         client = Connection("127.0.0.1", ports[1], 60)
         client.send(b"wrong\r\n")

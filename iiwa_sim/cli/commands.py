@@ -8,13 +8,11 @@ import logging
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from iiwa_sim.cli.parsing import Parser, server, servers
 from iiwa_sim.options.model import SettingError, Settings
-from iiwa_sim.server.token import word_of
 from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
@@ -23,8 +21,6 @@ if TYPE_CHECKING:
 PICTURES = (".png", ".svg")
 PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
 PAGE_PORT = "8080"
-OF_EACH = ("backdoor", "driver", "name")
-"""Options of `view` that are given once for each robot, in the order of their addresses, or not at all."""
 
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
@@ -156,50 +152,6 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     timeline = Timeline(own.recording)
     _warn_if_cut(timeline.recorded)
     serve(settings, lambda listening, *page: run_playback(listening, timeline, *page))
-    return 0
-
-
-def view(parser: Parser, words: Sequence[str]) -> int:
-    """With a backdoor the page can also push robots, stop them, and inject faults. With several robots,
-    --backdoor, --driver and --name come once for each, in their order.
-
-      iiwa-sim view 127.0.0.1:30001
-      iiwa-sim view 127.0.0.1:30001 --backdoor 127.0.0.1:30002
-      iiwa-sim view 10.0.0.5:30001 10.0.0.6:30001
-    """
-    parser.add_argument("servers", type=server, nargs="+", metavar="HOST:PORT", help="status port of a robot")
-    place: dict[str, Any] = {"type": server, "metavar": "HOST:PORT", "action": "append", "default": []}
-    parser.add_argument("--backdoor", help="backdoor of the robot (default: none)", **place)
-    parser.add_argument(
-        "--driver",
-        help="its text protocol, to jog and type commands; with --backdoor (default: none)",
-        **place,
-    )
-    name = "name of the robot on the page (default: its HOST:PORT)"
-    parser.add_argument("--name", action="append", default=[], help=name)
-    parser.add_options(("robot", "backdoor_token_file", *PAGE), view_port=PAGE_PORT)
-    own, settings = parser.parsed(words)
-    for option in OF_EACH:
-        if (often := len(getattr(own, option))) not in (0, len(own.servers)):
-            raise SettingError(f"--{option}: {often} given, expected one for each HOST:PORT")
-    from iiwa_sim.cli.page import serve
-    from iiwa_sim.server.listening import host_and_port
-    from iiwa_sim.view.app import run_page
-    from iiwa_sim.view.connection import Place
-
-    token = word_of(None, settings.backdoor_token_file) or ""
-    places = [
-        Place(
-            name=name or host_and_port(*at),
-            status=at,
-            backdoor=bench,
-            driver=driver,
-            token=token,
-            robot=settings.robot,
-        )
-        for at, bench, driver, name in zip_longest(own.servers, own.backdoor, own.driver, own.name)
-    ]
-    serve(settings, lambda listening, *page: run_page(listening, places, *page))
     return 0
 
 

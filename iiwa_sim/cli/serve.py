@@ -129,7 +129,6 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
             "name": f"{name} {robot.name}".strip(),
             "in_cell": robot.name,
             "base": Frame.from_transform(robot.cell.base),
-            "status": (here, simulator.status_port),
             "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
             "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
             "driver": (here, robot.port) if robot.ports.get("iiwa") == robot.port else None,

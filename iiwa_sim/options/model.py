@@ -127,7 +127,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = None
     status_rate_hz: Annotated[StatusRateHz, _output("lines per second on the status port")] = 50
     view_port: Annotated[
-        Port | None, _output("port of a live page, which uses status port and backdoor; 0 picks a port")
+        Port | None, _output("port of a live page, which uses the backdoor; 0 picks a port")
     ] = None
     view_host: Annotated[Host, _output("address of the page; others than loopback need a token")] = LOOPBACK
     view_token: Annotated[Word | None, _output("admit only browsers that know this token")] = None
@@ -236,7 +236,7 @@ EXCLUDES = {
     "view_token_file": "view_token",
 }
 NEEDS = {
-    "status_rate_hz": "status_port view_port",
+    "status_rate_hz": "status_port",
     "record_rate_hz": "record",
     "rosbridge_origin rosbridge_host": "rosbridge_port",
     "ros2_python ros_namespace": "ros2",

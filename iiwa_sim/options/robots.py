@@ -88,9 +88,8 @@ def _numbered(robot: Settings, index: int, name: str, own: Given | None = None) 
             changed[key] = _moved(key, port, index)
     if "port" not in own and not robots_in(robot):
         changed["port"] = tuple(_moved("port", port, index) for port in robot.ports.values())
-    if robot.view_port is not None:  # the page is a client of both
-        for key in ("status_port", "backdoor_port"):
-            changed.setdefault(key, getattr(robot, key) or 0)
+    if robot.view_port is not None:  # the page is a client of the backdoor
+        changed.setdefault("backdoor_port", robot.backdoor_port or 0)
     for key in model.WRITTEN:
         if name and key not in own and (file := getattr(robot, key)):
             changed[key] = str(Path(file).with_stem(f"{Path(file).stem}-{name}"))

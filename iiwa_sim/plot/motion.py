@@ -140,7 +140,7 @@ def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple
     accepted, names, moves, faults = list[Event](), dict[int, tuple[str, float]](), dict[int, Move](), []
     for each in recorded.contents(DIALOGUE, EVENTS):
         if isinstance(each, Spoken):
-            if each.direction == Direction.FROM_CLIENT.value:
+            if each.mark == Direction.FROM_CLIENT.value:
                 name = named(each.text)
                 names |= {event.move: name for event in accepted if event.tick == each.tick and name[0]}
                 accepted.clear()

@@ -64,14 +64,11 @@ def scene(ns: int, arm: Arm, cell: Mapping[str, Any], shows_cell: bool) -> Messa
 
 def log(ns: int, event: Event) -> Message:
     """Return a foxglove.Log of an event."""
-    code = f"({event.code})" if event.code else ""
-    words = " ".join(f"{event.kind} {event.move or ''} {code}".split())
     level = LEVELS["error" if event.kind == FAULT else "warning" if event.code else "info"]
-    text = f"{words}: {event.text}"
     return {
         "timestamp": stamp(ns),
         "level": level,
-        "message": text,
+        "message": str(event),
         "name": "iiwa-sim",
         "file": "",
         "line": 0,

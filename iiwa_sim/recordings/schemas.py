@@ -41,7 +41,7 @@ class Spoken(msgspec.Struct):
     tick: int
     real_s: float
     session: str
-    direction: str
+    mark: str = msgspec.field(name="direction")
     """One of those of `iiwa_sim.dialogue.Direction`."""
     text: str
     reason: str
@@ -63,6 +63,10 @@ class Event(msgspec.Struct):
     text: str
     goal_frame: tuple[float, ...]
     """Goal of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
+
+    def __str__(self) -> str:
+        words = [self.kind, str(self.move or ""), f"({self.code})" if self.code else ""]
+        return f"{' '.join(filter(None, words))}: {self.text}"
 
 
 def schemas() -> dict[str, dict[str, Any]]:

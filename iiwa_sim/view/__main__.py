@@ -1,7 +1,6 @@
 """The page as a process that the simulator starts: `python -m iiwa_sim.view`, with a `Task` in JSON on stdin.
 
-It ends with stdin, so it does not outlive the simulator. Exit code 0 then, 2 with one line on stderr for a
-robot that cannot be shown.
+It ends with stdin, so it does not outlive the simulator.
 """
 
 import os
@@ -16,7 +15,6 @@ from iiwa_sim import log
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.app import run_page
 from iiwa_sim.view.connection import Place
-from iiwa_sim.wording import Unusable
 
 
 class Task(msgspec.Struct, frozen=True, kw_only=True):
@@ -31,7 +29,7 @@ class Task(msgspec.Struct, frozen=True, kw_only=True):
     log_json: bool
 
 
-def main() -> int:
+def main() -> None:
     """Serve until stdin ends."""
     for number in (signal.SIGINT, signal.SIGTERM):  # the terminal's Ctrl-C is for who has started it
         signal.signal(number, signal.SIG_IGN)
@@ -44,14 +42,9 @@ def main() -> int:
         over.set()
 
     threading.Thread(target=wait, daemon=True).start()
-    try:
-        token = None if task.token is None else Token(task.token)
-        run_page(socket.socket(fileno=task.listening), task.places, over, token)
-    except Unusable as fault:
-        print(f"iiwa-sim: {fault}", file=sys.stderr)
-        return 2
-    return 0
+    token = None if task.token is None else Token(task.token)
+    run_page(socket.socket(fileno=task.listening), task.places, over, token)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -17,7 +17,6 @@ import time
 import warnings
 from collections.abc import Iterator
 from http import HTTPStatus
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -30,7 +29,7 @@ from websockets.http11 import Request, Response
 
 from iiwa_sim.log import Throttle
 from iiwa_sim.server.token import Token
-from iiwa_sim.server.web_access import LOCALHOST, WebAccess
+from iiwa_sim.server.web_access import WebAccess
 from iiwa_sim.wording import harmless, shortened
 
 MOST_BYTES = 65_536
@@ -55,11 +54,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
-_FORM = """<!doctype html><html lang="en"><meta charset="utf-8"><title>iiwa-sim</title>
-<form method="get" action="/"><p>This robot's page asks for its token.</p>
-<input type="password" name="token" autofocus autocomplete="current-password"> <button>Open</button>
-</form></html>
-"""
+ASK = "this page asks for its token: open http://HOST:PORT/?token=TOKEN once\n"
 _HEAD = b"""<title>iiwa-sim</title>
 <style>[role="tab"] { padding-inline: 0.6em !important; font-size: 0.85em !important; }</style>"""
 
@@ -116,14 +111,13 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
 class _Gate:
     """Checks between the sockets and viser: Host and Origin, the token if there is one, and messages.
 
-    A browser sends the token once, in a form, and has a cookie from then on, valid while this process runs.
-    Other clients send `Authorization: Bearer TOKEN`.
+    A browser sends the token once, in the address, and has a cookie from then on, valid while this process
+    runs.
     """
 
     def __init__(self, token: Token | None, port: int) -> None:
         self._token = token
-        self._cookie = f"iiwa-sim-{port}"  # cookies are one machine's
-        self._key = secrets.token_urlsafe(32)
+        self._cookie = f"iiwa-sim-{port}={secrets.token_urlsafe(32)}"  # cookies are one machine's
         self._access, self._throttle = WebAccess(), Throttle(1)
         self.is_ready = False
         """True when viser has started; it listens before, and fails at connections then."""
@@ -131,26 +125,25 @@ class _Gate:
     def refusal(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the reply to a request that is not admitted, or that sends the token."""
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
-        reason = self._access.refusal(hosts if self._token is None else [LOCALHOST], ())
-        own = [each.lower() for each in hosts]
-        if reason is None and any(each.lower().partition("://")[2] not in own for each in origins):
+        reason = self._access.refusal(hosts, ()) if self._token is None else None
+        if any(each.lower().partition("://")[2] not in map(str.lower, hosts) for each in origins):
             reason = f"a page of '{shortened(harmless(origins[0]), 100)}' asks, not one of ours"
         if reason is not None:
             self._tell(connection, reason)
             return connection.respond(HTTPStatus.FORBIDDEN, f"{reason}\n")
-        if self._token is None or self._is_known(self._token, request):
+        cookies = [each.strip() for line in request.headers.get_all("Cookie") for each in line.split(";")]
+        if self._token is None or any(
+            secrets.compare_digest(each.encode(), self._cookie.encode()) for each in cookies
+        ):
             return None
-        words = parse_qs(urlsplit(request.path).query, max_num_fields=8).get("token", [])
-        if words and self._token.fits(words[0].strip().encode()):
+        words = parse_qs(urlsplit(request.path).query, max_num_fields=8).get("token", [""])
+        if self._token.fits(words[0].encode()):
             response = connection.respond(HTTPStatus.SEE_OTHER, "")
             response.headers["Location"] = "/"
-            response.headers["Set-Cookie"] = f"{self._cookie}={self._key}; Path=/; HttpOnly; SameSite=Strict"
+            response.headers["Set-Cookie"] = f"{self._cookie}; Path=/; HttpOnly; SameSite=Strict"
             return response
         self._tell(connection, "it has not told the token")
-        response = connection.respond(HTTPStatus.UNAUTHORIZED, _FORM)
-        del response.headers["Content-Type"]
-        response.headers["Content-Type"] = "text/html; charset=utf-8"
-        return response
+        return connection.respond(HTTPStatus.UNAUTHORIZED, ASK)
 
     def guarded(self, inner: Any) -> Any:
         """Return a handler that gives `inner` the messages that pass."""
@@ -174,15 +167,6 @@ class _Gate:
                 self._tell(connection, f"dropped: {type(fault).__name__} {fault}")
 
         return handle
-
-    def _is_known(self, token: Token, request: Request) -> bool:
-        cookies = SimpleCookie()
-        with contextlib.suppress(CookieError):
-            cookies.load("; ".join(request.headers.get_all("Cookie")))
-        if self._cookie in cookies:
-            return secrets.compare_digest(cookies[self._cookie].value.encode(), self._key.encode())
-        words = [header.partition(" ") for header in request.headers.get_all("Authorization")]
-        return any(kind.lower() == "bearer" and token.fits(word.strip().encode()) for kind, _, word in words)
 
     def _tell(self, connection: ServerConnection, text: str) -> None:
         if self._throttle.count("page", time.monotonic_ns()) is not None:

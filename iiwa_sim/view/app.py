@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.frames import IDENTITY, Frame, Transform, Vector, compose
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
 from iiwa_sim.log import Throttle
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
@@ -38,8 +37,6 @@ PANEL_PX = 320.0
 MARGIN, LEAST_RADIUS_M, TCP_RADIUS_M = 1.15, 0.55, 0.25
 BESIDE_M = 0.12
 """Thickness of links beside the points that a picture is fitted to."""
-NARROW = 0.8
-"""Width over height of a window in which the panel lies over the lower part of the picture."""
 VIEWS = {
     "Fit": (1.05, -1.4, 0.6),
     "Front": (1.0, 0.0, 0.15),
@@ -48,8 +45,6 @@ VIEWS = {
     "TCP": (1.0, -1.0, 0.5),
 }
 """Directions from the robot to the camera."""
-Shown = Callable[[], Sequence[tuple[Scene, Snapshot]]]
-"""Returns scenes and what they show."""
 
 logger = logging.getLogger(__name__)
 
@@ -63,8 +58,8 @@ def run_page(
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set.
 
-    Browsers have to send the token, if there is one. `opened` is called when the page serves. Raises
-    StationFault if nobody answers at an address, and RobotFault for a robot that cannot be drawn.
+    Browsers have to send the token, if there is one. `opened` is called when the page serves. Raises OSError
+    if nobody answers at an address, and RobotFault for a robot that cannot be drawn.
     """
     if len(places) > MOST_ROBOTS:
         logger.warning("the page shows the first %d of %d robots", MOST_ROBOTS, len(places))
@@ -73,11 +68,10 @@ def run_page(
     with ExitStack() as running:
         server = running.enter_context(open_page(listening, token))
         page = _Page(server, stations)
-        for station in stations:
+        for station, panel in zip(stations, page.panels, strict=True):
             station.start()
             running.callback(station.stop)
-        for panel in page.panels:
-            running.enter_context(panel)
+            running.callback(panel.close)
         opened()
         run_frames(server, over, page.show)
 
@@ -97,9 +91,12 @@ def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[
 
 
 def add_surroundings(
-    server: viser.ViserServer, all_robots: Shown, chosen: Shown, size_m: float = 4.0
+    server: viser.ViserServer, scenes: Sequence[Scene], chosen: Callable[[], Scene], size_m: float = 4.0
 ) -> None:
-    """Add a calm grid, and buttons that put the camera of a client in front of robots; a new one sees all."""
+    """Add a calm grid, and buttons that put the camera of a client in front of a robot.
+
+    A new client sees all `scenes`.
+    """
     colours: dict[str, Any] = {"cell_color": (225, 225, 228), "section_color": (205, 205, 210)}
     server.scene.add_grid(
         "/ground", size_m, size_m, cell_size=0.5, section_size=1.0, position=(0, 0, -0.002),
@@ -109,32 +106,29 @@ def add_surroundings(
 
     def turn(event: Any) -> None:
         if group.value == "TCP":
-            look_at(event.client, chosen()[0][0].tcp()[None], VIEWS["TCP"], TCP_RADIUS_M)
+            look_at(event.client, chosen().tcp()[None], "TCP", TCP_RADIUS_M)
         else:
-            look_at(event.client, points_of(chosen()), VIEWS[group.value])
+            look_at(event.client, chosen().points(), group.value)
 
     group.on_click(acting(turn))
-    server.on_client_connect(lambda client: look_at(client, points_of(all_robots()), VIEWS["Fit"]))
-
-
-def points_of(shown: Sequence[tuple[Scene, Snapshot]]) -> NDArray[np.float64]:
-    """Return points (n, 3; m) that a picture of scenes should show."""
-    return np.concatenate([scene.points(state.joint_position) for scene, state in shown])
+    server.on_client_connect(
+        lambda client: look_at(client, np.concatenate([each.points() for each in scenes]))
+    )
 
 
 def look_at(
-    client: Any, points: NDArray[np.float64], towards: Vector, least_m: float = LEAST_RADIUS_M
+    client: Any, points: NDArray[np.float64], view: str = "Fit", least_m: float = LEAST_RADIUS_M
 ) -> None:
     """Put the camera of a client so that points (n, 3; m) fill the picture beside the panel.
 
-    `towards` is the direction from the points to the camera, `least_m` the least radius around the points.
+    `view` is one of `VIEWS`, `least_m` the least radius around the points.
     """
     camera = client.camera
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = max(float(np.linalg.norm(points - middle, axis=1).max()) + BESIDE_M, least_m)
-    free = 1.0 if camera.aspect < NARROW else max(1.0 - PANEL_PX / max(float(camera.image_width), 1.0), 0.3)
+    free = max(1.0 - PANEL_PX / max(float(camera.image_width), 1.0), 0.3)
     distance = MARGIN * radius / sin(0.5 * min(camera.fov, camera.fov * camera.aspect * free))
-    back = np.array(towards) / np.linalg.norm(towards)
+    back = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
     right = np.cross((0.0, 0.0, 1.0), back)
     right /= np.linalg.norm(right)
     width_m = 2.0 * distance * tan(0.5 * camera.fov) * camera.aspect  # of the picture, at the points
@@ -150,9 +144,8 @@ class _Page:
     def __init__(self, server: viser.ViserServer, stations: Sequence[Station]) -> None:
         self._stations = stations
         self._chosen = 0
-        cells = [station.place.status for station in stations]
-        spots = list(dict.fromkeys(cells))
-        row, several = ceil(sqrt(len(spots))), len(stations) > 1
+        cells = list(dict.fromkeys(station.place.backdoor for station in stations))
+        row, several = ceil(sqrt(len(cells))), len(stations) > 1
         self._scenes: list[Scene] = []
         self._boxes: list[Any] = []
         self.panels: list[Panel] = []
@@ -162,10 +155,10 @@ class _Page:
                 acting(lambda event: self._enter(self._choice.options.index(self._choice.value), event))
             )
         for number, station in enumerate(stations):
-            spot = spots.index(station.place.status)
-            apart = Transform(IDENTITY.rotation, (APART_M * (spot // row), APART_M * (spot % row), 0.0))
+            cell = cells.index(station.place.backdoor)
+            apart = Transform(IDENTITY.rotation, (APART_M * (cell // row), APART_M * (cell % row), 0.0))
             place = compose(apart, Frame(*station.place.base).to_transform())
-            is_first = cells.index(station.place.status) == number
+            is_first = all(each.place.backdoor != station.place.backdoor for each in stations[:number])
             scene = Scene(server.scene, station.robot, f"/robots/{number}", place, is_first)
             self._scenes.append(scene)
             if several:
@@ -176,23 +169,23 @@ class _Page:
             with self._boxes[-1]:
                 self.panels.append(Panel(server, station, scene))
         size_m = 4.0 + 2.0 * APART_M * (row - 1)
-        add_surroundings(server, self._shown, lambda: [self._shown()[self._chosen]], size_m)
+        self._draw()
+        add_surroundings(server, self._scenes, lambda: self._scenes[self._chosen], size_m)
         command = server.gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl")
         command.on_trigger(self._stop)
         server.on_client_disconnect(self._leave)
 
     def show(self, is_open: bool) -> None:
         """Draw the newest states, if a browser has the page open."""
-        for station, scene in zip(self._stations, self._scenes, strict=True):
+        for station in self._stations:
             station.want(is_open)
-            if is_open:
-                scene.show_cell(station.cell)
-                scene.show(station.state)
         if is_open:
+            self._draw()
             self.panels[self._chosen].show()
 
-    def _shown(self) -> list[tuple[Scene, Snapshot]]:
-        return [(scene, each.state) for scene, each in zip(self._scenes, self._stations, strict=True)]
+    def _draw(self) -> None:
+        for station, scene in zip(self._stations, self._scenes, strict=True):
+            scene.show(station.state, station.cell)
 
     def _stop(self, event: Any) -> None:
         self.panels[self._chosen].stop(event)
@@ -207,4 +200,4 @@ class _Page:
         self._choice.value = self._stations[number].name
         for place, box in enumerate(self._boxes):
             box.visible = place == number
-        look_at(event.client, points_of([self._shown()[number]]), VIEWS["Fit"])
+        look_at(event.client, self._scenes[number].points())

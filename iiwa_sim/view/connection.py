@@ -1,13 +1,12 @@
-"""A robot as the page reaches it: by its backdoor or status port, and a client connection."""
+"""A robot as the page reaches it: by its backdoor, and a client connection."""
 
 from __future__ import annotations
 
 import logging
-import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -17,22 +16,15 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import RecentLine, RecentLines
-from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, load_robot
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.server.listening import host_and_port, why
-from iiwa_sim.wording import Unusable
 
-STATE_S, LOOKS_S = 1.0 / 30.0, 0.5
-"""Periods of questions for the state, and for cell, clock, moves and dialogue."""
-TIMEOUT_S, REPLY_S, AGAIN_S = 2.0, 5.0, 0.5
+LOOKS_S = 0.5
+"""Period of questions for cell, clock, moves and dialogue."""
+TIMEOUT_S, REPLY_S, AGAIN_S = 3.0, 5.0, 0.5
 MOST_SAID = 200
-FAULTS = (OSError, Refused, ValueError, KeyError, TypeError, msgspec.MsgspecError)
-"""Errors of somebody who answers otherwise than a robot, or not at all."""
 
 logger = logging.getLogger(__name__)
-
-
-class StationFault(Unusable):
-    """A robot that cannot be shown. The message is one line."""
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
@@ -40,80 +32,39 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
 
     name: str = ""
     """Name of the robot, if it is one of several."""
-    status: tuple[str, int]
-    backdoor: tuple[str, int] | None = None
+    backdoor: tuple[str, int]
     token: str = ""
     """Token of the backdoor."""
     driver: tuple[str, int] | None = None
     """Port of the iiwa's text protocol."""
-    robot: str | None = None
-    """Name or folder of the robot, for a place without a backdoor."""
     in_cell: str = ""
     """Name of the robot in its cell, if there are several."""
     base: tuple[float, ...] = (0.0,) * 6
     """Pose of its base there: mm, rad."""
 
 
-class Driver:
-    """A client connection that opens at the first command, for several threads."""
-
-    def __init__(self, address: tuple[str, int]) -> None:
-        self._address = address
-        self._lock = threading.Lock()
-        self._client: Iiwa | None = None
-
-    def command(self, name: str, *values: float | str) -> str:
-        """Send a command and return its reply. Raises CommandError and OSError."""
-        with self._lock:
-            if self._client is None:
-                self._client = Iiwa(*self._address, REPLY_S)
-            try:
-                return self._client.command(name, *values)
-            except OSError:
-                self._client = None  # it has closed itself
-                raise
-
-    def close(self) -> None:
-        """Close the connection; the robot stops a move of it."""
-        with self._lock:
-            if self._client is not None:
-                self._client.close()
-
-
 class Station:
     """A robot that a thread follows from `start` to `stop`, while a browser has the page open."""
 
-    def __init__(self, place: Place, period_s: float = STATE_S) -> None:
-        """Raises StationFault if nobody answers, and RobotFault for an unknown robot."""
+    def __init__(self, place: Place, period_s: float) -> None:
+        """Raises OSError if nobody answers."""
         self.place, self.name = place, place.name
-        self.bench = self._asked = None
-        if place.backdoor is not None:
-            self.bench = BackdoorClient(*place.backdoor, place.token, robot=place.in_cell)
-            self._asked = BackdoorClient(*place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell)
-        self.driver = None if place.driver is None else Driver(place.driver)
-        self._where = f"the {'status port' if self.bench is None else 'backdoor at'} "
-        self._where += host_and_port(*(place.backdoor or place.status))
-        try:
-            self.robot = (
-                load_robot(place.robot or DEFAULT_ROBOT)
-                if self.bench is None
-                else msgspec.convert(self.bench.robot(), RobotDescription)
-            )
-            self.state = self._ask()
-            """The newest state."""
-        except FAULTS as fault:
-            raise StationFault(f"{self._where}: {why(fault)}") from None
-        self.cell: Mapping[str, Any] = {}
-        self.clock = ""
-        self.moves: Mapping[str, Any] = {"count": 0, "moves": []}
+        self.backdoor = backdoor = BackdoorClient(
+            *place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell
+        )
+        self.robot = msgspec.convert(backdoor.robot(), RobotDescription)
+        self.state = msgspec.convert(backdoor.state(), Snapshot)
+        """The newest state."""
+        self.cell, self.clock, self.moves = backdoor.cell(), "", {"count": 0, "moves": list[Any]()}
         self.said: deque[RecentLine] = deque(maxlen=MOST_SAID)
         """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""
         self.after_states: list[Callable[[], None]] = []
         """Called in the thread after each state."""
-        self._period_s = period_s
-        self._said_next = 0
+        self._client: Iiwa | None = None
+        self._client_lock = threading.Lock()
+        self._period_s, self._said_next = period_s, 0
         self._looks_s = 0.0  # when the next look is due
         self._wanted, self._over = threading.Event(), False
         self._thread = threading.Thread(target=self._follow, name="iiwa-sim-page", daemon=True)
@@ -123,63 +74,55 @@ class Station:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread, and the connection of the driver."""
+        """End the thread, and the client connection; the robot stops a move of it."""
         self._over = True
         self._wanted.set()
         self._thread.join()
-        if self.driver is not None:
-            self.driver.close()
+        if self._client is not None:
+            self._client.close()
 
     def want(self, wanted: bool) -> None:
         """Follow the robot, or no longer."""
         (self._wanted.set if wanted else self._wanted.clear)()
 
-    def act(self, method: str, *values: Any) -> Any:
+    def act(self, method: str, *values: Any) -> None:
         """Call a method of the backdoor. Raises Refused and OSError."""
         self._looks_s = 0.0
-        return getattr(self.bench, method)(*values)
+        getattr(self.backdoor, method)(*values)
 
-    def stop_moves(self) -> None:
-        """Stop the robot by its status port. Raises OSError."""
-        self._line(b"stop\n")
-
-    def _line(self, request: bytes) -> bytes:
-        with socket.create_connection(self.place.status, TIMEOUT_S) as connection:
-            connection.sendall(request)
-            return connection.makefile("rb").readline()
-
-    def _ask(self) -> Snapshot:
-        if self._asked is None:
-            state = msgspec.json.decode(self._line(b"\n"), type=Snapshot)
-        else:
-            state = msgspec.convert(self._asked.state(), Snapshot)
-        if len(state.joint_position) != len(self.robot.joints):
-            raise ValueError(f"it has {len(state.joint_position)} joints, expected {len(self.robot.joints)}")
-        return state
+    def command(self, name: str, *values: float | str) -> str:
+        """Send a command as a client and return its reply. Raises CommandError and OSError."""
+        assert self.place.driver is not None
+        with self._client_lock:
+            if self._client is None:
+                self._client = Iiwa(*self.place.driver, REPLY_S)
+            try:
+                return self._client.command(name, *values)
+            except OSError:
+                self._client = None  # it has closed itself
+                raise
 
     def _follow(self) -> None:
         while self._wanted.wait() and not self._over:
             began_s, fault = time.monotonic(), ""
             try:
-                if self._asked is not None and began_s >= self._looks_s:
+                if began_s >= self._looks_s:
                     self._looks_s = began_s + LOOKS_S
-                    self._look_at(self._asked)
-                self.state = self._ask()
+                    self._look()
+                self.state = msgspec.convert(self.backdoor.state(), Snapshot)
                 for each in self.after_states:
                     each()
-            except FAULTS as found:
+            except (OSError, Refused) as found:
                 fault = why(found)
             if fault != self.fault and not self._over:
                 self.fault = fault
-                level = logging.WARNING if fault else logging.INFO
-                logger.log(level, "%s: %s", self._where, fault or "connected")
+                level, address = logging.WARNING if fault else logging.INFO, self.place.backdoor
+                logger.log(level, "the backdoor at %s: %s", host_and_port(*address), fault or "connected")
             time.sleep(max(began_s + (AGAIN_S if fault else self._period_s) - time.monotonic(), 0.0))
 
-    def _look_at(self, bench: BackdoorClient) -> None:
-        self.cell, self.clock = bench.cell(), bench.get_clock()
-        self.moves = bench.moves()
-        said = msgspec.convert(bench.dialogue(self._said_next), RecentLines)
-        if said.next < self._said_next:  # another simulator is there now
-            said = msgspec.convert(bench.dialogue(0), RecentLines)
+    def _look(self) -> None:
+        backdoor = self.backdoor
+        self.cell, self.clock, self.moves = backdoor.cell(), backdoor.get_clock(), backdoor.moves()
+        said = msgspec.convert(backdoor.dialogue(self._said_next), RecentLines)
         self._said_next = said.next
         self.said.extendleft(said.lines)

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import RecentLine
+from iiwa_sim.recordings.schemas import Spoken
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.view.connection import Station
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
-from iiwa_sim.view.scene import Scene
+from iiwa_sim.view.scene import LEAST_N, Scene
 
 if TYPE_CHECKING:
     import viser
@@ -25,10 +26,9 @@ PERIOD_S = 0.1
 MOST_INPUTS, MOST_MOVES = 64, 8
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
-LONGEST_STEP_S, NOTE_S = 60.0, 8.0
+LONGEST_STEP_S, NOTE_S = 10.0, 8.0
 NEAR_DEG = 5.0
 """Distance from a limit at which the bar of a joint is yellow."""
-LEAST_N = 0.5
 STOP, STOPPED = "Emergency stop", "Emergency stop is PRESSED"
 Calls = dict[str, tuple[Any, ...]]
 """Method of the backdoor and its values, by the word on a button."""
@@ -79,15 +79,6 @@ class Readout:
 
     def show(self, state: Snapshot, fault: str = "") -> None:
         """Show a state below the reason for which there is no newer one."""
-        before, self._before = self._before, state
-        if before is not None and state.time_s != before.time_s:
-            passed_s = state.time_s - before.time_s
-            way_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
-            self._speed_mm_s = max(way_mm / passed_s, 0.0)
-        text = f"<div style='color:{_RED}'>{html.escape(fault)}</div>" if fault else ""
-        self._html.content = f"<div style='{_PAD}'>{text}{self._figures(state)}</div>"
-
-    def _figures(self, state: Snapshot) -> str:
         robot, status, gripper, load_kg = self._robot, state.robot_status, state.gripper, state.tool_load[0]
         lit = [
             ("AUTO", status.mode == 2),
@@ -98,104 +89,99 @@ class Readout:
         if gripper is not None:
             lit += [(f"GRIPPER {gripper.state} {gripper.opening_mm:.0f} mm", gripper.state == "holds")]
         words = [robot.name, state.mode, state.status] + ([f"load {load_kg:g} kg"] if load_kg else [])
-        red = ["E-STOP pressed"] if status.e_stopped == 1 else []
-        red += (
-            [f"{state.error.code} {state.error.reason}"] if status.in_error == 1 or state.error.code else []
-        )
-        text = f"<div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
-        text += "".join(f"<div style='color:{_RED}'>{html.escape(word)}</div>" for word in red)
+        red = [fault, "E-STOP pressed" if status.e_stopped == 1 else ""]
+        red += [f"{state.error.code} {state.error.reason}" if state.error.code else ""]
         limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
         bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
         place = _rounded((*state.tool_frame[:3], *map(degrees, state.tool_frame[3:])))
-        tcp = f"TCP {place} mm, deg<br>Speed of the TCP {self._speed_mm_s:.0f} mm/s"
-        return f"{text}<table style='width:100%;border-spacing:0'>{bars}</table><div>{tcp}</div>"
+        self._html.content = (
+            f"<div style='{_PAD}'><div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
+            f"<div style='color:{_RED}'>{'<br>'.join(html.escape(each) for each in red if each)}</div>"
+            f"<table style='width:100%;border-spacing:0'>{bars}</table>"
+            f"<div>TCP {place} mm, deg<br>Speed of the TCP {self._speed(state):.0f} mm/s</div></div>"
+        )
+
+    def _speed(self, state: Snapshot) -> float:
+        """Return the mean speed of the TCP (mm/s) since the state that was shown before."""
+        before, self._before = self._before, state
+        if before is not None and state.time_s != before.time_s:
+            distance_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
+            self._speed_mm_s = max(distance_mm / (state.time_s - before.time_s), 0.0)
+        return self._speed_mm_s
 
 
 class Panel:
-    """Elements of one robot. Use it as a context, in which jogging and pushing work."""
+    """Elements of one robot, which can act until `close`."""
 
     def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
         self._gui = gui = server.gui
         self._station = station
         self._held_until_s = self._next_s = 0.0
-        self._inputs: list[Any] = []
-        self._jog: Jog | None = None
-        self._push: Push | None = None
-        bench = station.bench is not None
-        hint = "Ctrl-E, too" if bench else "the robot stops, and discards the moves that wait"
-        self._stop: Any = gui.add_button(STOP if bench else "Stop", color="red", hint=hint)
-        self.stop = self._does("emergency_stop") if bench else acting(lambda _: station.stop_moves())
+        self.stop = self._does("emergency_stop")
         """Callback that stops the robot."""
+        self._stop: Any = gui.add_button(STOP, color="red", hint="Ctrl-E, too")
         self._stop.on_click(self.stop)
-        if bench:
-            self._group("Safety", SAFETY)
+        self._group("Safety", SAFETY)
         self._readout = Readout(gui, station.robot)
-        if not bench:
-            return
+        has_driver = station.place.driver is not None
         tabs: Any = gui.add_tab_group()
-        if station.driver is not None:
+        self._jog = None
+        if has_driver:
             with tabs.add_tab("Jog"):
-                self._jog = Jog(gui, station.robot, station.driver, tell)
+                self._jog = Jog(gui, station, tell)
         with tabs.add_tab("Program"):
-            self._add_program()
-        with tabs.add_tab("I/O") as self._ios:
+            self._add_program(has_driver)
+        with tabs.add_tab("I/O"):
             self._outputs: Any = gui.add_html("")
+            names = station.cell["inputs"][:MOST_INPUTS]
+            self._inputs = [self._add_input(number, name) for number, name in enumerate(names, 1)]
         with tabs.add_tab("Force"):
             self._force: Any = gui.add_html("")
             self._push = Push(server, station, scene, tell)
         with tabs.add_tab("Dialogue"):
-            if station.driver is not None:
+            if has_driver:
                 self._add_command()
             self._dialogue: Any = gui.add_html("")
 
-    def __enter__(self) -> Panel:
-        if self._jog is not None:
-            self._jog.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """End jogging and pushing."""
         if self._jog is not None:
             self._jog.stop()
-        if self._push is not None:
-            self._push.leave()
+        self._push.leave()
 
     def leave(self, client: Any) -> None:
         """End jogging and pushing of a client that is gone."""
-        for each in (self._jog, self._push):
-            if each is not None:
-                each.leave(client)
+        if self._jog is not None:
+            self._jog.leave(client)
+        self._push.leave(client)
 
     def show(self) -> None:
         """Show the newest state, and what the backdoor tells."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
-        if self._push is not None:
-            self._push.show()
+        self._push.show()
         if now_s < self._next_s:
             return
         self._next_s = now_s + PERIOD_S
         self._readout.show(state, station.fault)
-        if not station.cell:
-            return
         pressed = state.robot_status.e_stopped == 1
         self._stop.label, self._stop.color = (STOPPED, "orange") if pressed else (STOP, "red")
-        if len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):
-            self._add_inputs(station.cell["inputs"])
         if now_s >= self._held_until_s:
             self._override.value = round(100.0 * state.override)
             for switch, on in zip(self._inputs, state.inputs, strict=False):
                 switch.value = on
-        self._moves.content = _lines([f"Clock: {station.clock}", *_moves(station.moves)])
+        self._moves.content = listed([f"Clock: {station.clock}", *_moves(station.moves)])
         self._outputs.content = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
         force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
         rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
-        self._force.content = _lines(rows)
+        self._force.content = listed(rows)
         self._dialogue.content = dialogue(list(station.said))
 
-    def _add_program(self) -> None:
+    def _add_program(self, has_driver: bool) -> None:
         gui, station = self._gui, self._station
         self._override: Any = gui.add_slider("Override (%)", min=0, max=100, step=1, initial_value=100)
         self._override.on_update(self._does("set_override", lambda: float(self._override.value) / 100.0))
-        gui.add_button("Stop the moves").on_click(acting(lambda _: station.stop_moves()))
+        if has_driver:
+            gui.add_button("Stop the moves").on_click(acting(lambda _: station.command("stop")))
         self._group("Drives", DRIVES)
         self._moves: Any = gui.add_html("")
         self._group("Clock", CLOCKS)
@@ -204,24 +190,20 @@ class Panel:
         step = self._does("advance", lambda: float(step_s.value))
         gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)
 
-    def _add_inputs(self, names: Sequence[str]) -> None:
-        for switch in self._inputs:
-            switch.remove()
-        with self._ios:
-            self._inputs = [self._gui.add_checkbox(name, False) for name in names[:MOST_INPUTS]]
-        for number, switch in enumerate(self._inputs, 1):
-            switch.on_update(self._does("set_input", partial(int, number), partial(getattr, switch, "value")))
+    def _add_input(self, number: int, name: str) -> Any:
+        switch: Any = self._gui.add_checkbox(name, False)
+        switch.on_update(self._does("set_input", partial(int, number), lambda: switch.value))
+        return switch
 
     def _add_command(self) -> None:
-        driver = self._station.driver
-        assert driver is not None
         with self._gui.add_form(None) as form:
             command: Any = self._gui.add_text("Command", "", hint="such as get status; Enter sends it")
 
         def send(event: Any) -> None:
             line, command.value = " ".join(command.value.split()), ""
             if line:
-                event.client.add_notification("Reply", driver.command(line), auto_close_seconds=NOTE_S)
+                reply = self._station.command(line)
+                event.client.add_notification("Reply", reply, auto_close_seconds=NOTE_S)
 
         form.on_submit(acting(send))
 
@@ -235,10 +217,8 @@ class Panel:
         return acting(act)
 
     def _group(self, label: str, calls: Calls) -> None:
-        def act(event: Any) -> None:
-            self._station.act(*calls[event.target.value])
-
-        self._gui.add_button_group(label, tuple(calls)).on_click(acting(act))
+        group = self._gui.add_button_group(label, tuple(calls))
+        group.on_click(acting(lambda event: self._station.act(*calls[event.target.value])))
 
 
 def lamps(states: Iterable[tuple[str, bool]]) -> str:
@@ -249,7 +229,7 @@ def lamps(states: Iterable[tuple[str, bool]]) -> str:
     )
 
 
-def dialogue(lines: Iterable[RecentLine]) -> str:
+def dialogue(lines: Iterable[RecentLine | Spoken]) -> str:
     """Return lines, the newest one first, as HTML with the newest one at the bottom."""
     rows = []
     for line in lines:
@@ -277,7 +257,8 @@ def _moves(moves: Mapping[str, Any]) -> list[str]:
     return [f"Moves: {moves['count']}"] + [f"{number}: to {_rounded(goal, 0)} mm" for number, goal in shown]
 
 
-def _lines(rows: Sequence[str]) -> str:
+def listed(rows: Sequence[str]) -> str:
+    """Return rows of text as HTML."""
     return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
 
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Transform, Vector, apply, inverse
 from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.view.connection import Station
+from iiwa_sim.view.jog import Tell
 from iiwa_sim.view.scene import FORCE, Scene, line
 
 if TYPE_CHECKING:
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
 
 STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
 """N/m"""
-MOST_N = 150.0
+MOST_N, LEAST_M = 150.0, 1e-6
 HELP = """\
 Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold, such as
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
@@ -43,16 +46,14 @@ class Grabbed(NamedTuple):
 class Push:
     """Forces on one robot, by the thread that follows it."""
 
-    def __init__(
-        self, server: viser.ViserServer, station: Station, scene: Scene, tell: Callable[[Any, str], None]
-    ) -> None:
+    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene, tell: Tell) -> None:
         self._station, self._scene, self._tell = station, scene, tell
         self._stiffness: Any = server.gui.add_slider(
             "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
         )
         server.gui.add_markdown(HELP)
         self._grabbed: Grabbed | None = None
-        self._force_n = 0.0
+        self._force_n, self._pushes = 0.0, False
         self._lock = threading.Lock()
         self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
         self._line.visible = False
@@ -67,7 +68,8 @@ class Push:
         grabbed = self._grabbed
         if grabbed is None or client is None or grabbed.client.client_id == client.client_id:
             self._grabbed = None
-            self._push()  # the station follows no longer if this was the last client
+            with suppress(OSError):
+                self._push()  # the station follows no longer if this was the last client
 
     def show(self) -> None:
         """Draw the spring and its force."""
@@ -102,38 +104,26 @@ class Push:
     def _push(self) -> None:
         """Have the backdoor push with the force of the spring, or end the push."""
         with self._lock:
-            self._push_once()
-
-    def _push_once(self) -> None:
-        station, arm, grabbed, pushed = self._station, self._scene.arm, self._grabbed, self._force_n
-        try:
+            station, grabbed = self._station, self._grabbed
             if grabbed is None:
-                self._force_n = 0.0
-                if pushed:
+                if self._pushes:
                     station.act("release")
+                    self._pushes = False
                 return
-            state, point = station.state, self._point(grabbed)
-            force = spring_force(point, grabbed.target, float(self._stiffness.value))
-            self._force_n = max(float(np.linalg.norm(force)), 1e-9)
-            if arm.links[grabbed.link].moved_by == len(state.joint_position):
-                station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
-            else:
-                station.act(
-                    "push_joints", joint_torques(arm, state.joint_position, grabbed.link, point, force)
-                )
-        except Exception as fault:  # noqa: BLE001 - of the backdoor
-            self._grabbed = None
-            if grabbed is not None:
+            state, point, link = station.state, self._point(grabbed), grabbed.link
+            stretch = np.subtract(grabbed.target, point)
+            most = MOST_N / max(float(np.linalg.norm(stretch)), LEAST_M)
+            force = np.asarray(min(float(self._stiffness.value), most) * stretch)
+            self._pushes, self._force_n = True, float(np.linalg.norm(force))
+            try:
+                if self._scene.arm.links[link].moved_by == len(state.joint_position):
+                    station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
+                else:
+                    torques = joint_torques(self._scene.arm, state.joint_position, link, point, force)
+                    station.act("push_joints", torques)
+            except Refused as fault:
+                self._grabbed = None
                 self._tell(grabbed.client, f"no push: {fault}")
-
-
-def spring_force(start: Vector, end: Vector, stiffness: float) -> Array:
-    """Return the force (N) of a spring from `start` to `end` (m), at most `MOST_N`."""
-    stretch = np.subtract(end, start)
-    length = float(np.linalg.norm(stretch))
-    if not np.isfinite(length) or length == 0.0:
-        return np.zeros(3)
-    return np.asarray(min(stiffness, MOST_N / length) * stretch)
 
 
 def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:

@@ -108,11 +108,13 @@ class Scene:
         self._cell: Mapping[str, Any] = {}
         self._state: Snapshot | None = None
 
-    def show(self, state: Snapshot) -> None:
-        """Draw a state. A `time_s` before that of the last one clears the path."""
+    def show(self, state: Snapshot, cell: Mapping[str, Any]) -> None:
+        """Draw a state, and the cell as the backdoor describes it."""
         if state is self._state:
             return
-        self._state = state
+        if cell != self._cell:
+            self._show_cell(cell)
+        self._state, self._cell = state, cell
         flange, tcp = state.flange_frame.to_transform(), state.tool_frame.to_transform()
         for link, node in zip(self.arm.links, self._links, strict=True):
             if link.joint is not None:
@@ -139,11 +141,7 @@ class Scene:
             if mark.visible:
                 mark.position = 1e-3 * np.array(state.link_touches[number].point)
 
-    def show_cell(self, cell: Mapping[str, Any]) -> None:
-        """Draw the cell, as the backdoor describes it."""
-        if not cell or cell == self._cell:
-            return
-        self._cell = cell
+    def _show_cell(self, cell: Mapping[str, Any]) -> None:
         for node, _ in self._bodies.values():
             node.remove()
         self._bodies = {}
@@ -157,9 +155,10 @@ class Scene:
             ]
             self._bodies[body.name] = node, looks
 
-    def points(self, joints: Sequence[float]) -> NDArray[np.float64]:
-        """Return points (n, 3; m) of the scene that a picture of arm and cell should show."""
-        points = [pose.translation for pose in self.arm.poses(joints)]
+    def points(self) -> NDArray[np.float64]:
+        """Return points (n, 3; m) of what is drawn that a picture of arm and cell should show."""
+        assert self._state is not None
+        points = [pose.translation for pose in self.arm.poses(self._state.joint_position)]
         for node, looks in self._bodies.values():
             points += [tuple(np.add(node.position, shape.position)) for shape, _ in looks]
         near = [each for each in points if np.linalg.norm(each) < FAR_M]

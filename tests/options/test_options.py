@@ -69,7 +69,7 @@ WRONG = {
     "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
     "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
     "--servo-timeout 0": "--servo-timeout 0: expected a number above 0 and up to 86400 s",
-    "--status-rate 20": "--status-rate: expected --status-port or --view-port with it",
+    "--status-rate 20": "--status-rate: expected --status-port with it",
     "--port 1,2": "--port: expected 1, one for each protocol",
     "--prot 1": "--prot: no such option, did you mean --port?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",

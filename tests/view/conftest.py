@@ -10,7 +10,7 @@ from tests.view.viewer import Viewer, page_at, place_of, viewing
 
 @pytest.fixture
 def simulator() -> Iterator[Simulator]:
-    with Simulator(status_port=0, backdoor_port=0) as simulator:
+    with Simulator(backdoor_port=0) as simulator:
         yield simulator
 
 

@@ -58,19 +58,16 @@ def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it(
         port = listening.getsockname()[1]
         for path in ("/", "/?token=sword"):
             status, body, headers = get(port, path)
-            assert (status, headers["Content-Type"][:9]) == (401, "text/html")
-            assert b'name="token"' in body
-            assert b"viser" not in body.lower()
+            assert (status, headers["Content-Type"][:10]) == (401, "text/plain")
+            assert b"?token=TOKEN" in body
         with pytest.raises(InvalidStatus), viewing(port, Cookie=f"iiwa-sim-{port}=sword"):
             pass
-        with viewing(port, Authorization="Bearer swordfish") as viewer:
-            viewer.until(lambda message: message["type"] == "ThemeConfigurationMessage")
         status, _, headers = get(port, "/?token=swordfish", Host="robot.example")
         cookie, _, rest = headers["Set-Cookie"].partition(";")
         assert status == 303
         assert ("HttpOnly" in rest, "SameSite=Strict" in rest, "swordfish" in cookie) == (True, True, False)
-        with viewing(port, Cookie=cookie):
-            pass
+        with viewing(port, Cookie=f"other=1; {cookie}") as viewer:
+            viewer.until(lambda message: message["type"] == "ThemeConfigurationMessage")
     assert "swordfish" not in caplog.text
 
 

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from iiwa_sim.cell.bodies import BoxSettings
@@ -57,7 +56,7 @@ def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
         GRIPPER.replace("[gripper]", f"{tool}[gripper]\njaw_mm = [30, 12, 70]")
     )
     with (
-        Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
+        Simulator(cell=tmp_path / "cell.toml", backdoor_port=0) as simulator,
         page_at(place_of(simulator)) as port,
         viewing(port) as viewer,
     ):
@@ -94,7 +93,7 @@ def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
 
 def test_bodies_of_a_scene_are_drawn_and_move() -> None:
     with (
-        Simulator(cell=EXAMPLES / "door.toml", status_port=0, backdoor_port=0) as simulator,
+        Simulator(cell=EXAMPLES / "door.toml", backdoor_port=0) as simulator,
         Iiwa(simulator.host, simulator.port) as robot,
         page_at(place_of(simulator)) as port,
         viewing(port) as viewer,
@@ -142,6 +141,9 @@ def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> 
 def test_the_tabs_switch_and_show(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
     viewer.clicks("Override (%)", 25)
     wait_until(lambda: simulator.state().override == 0.25)
+    robot.joint_move(*FAR)
+    viewer.clicks("Stop the moves")
+    wait_until(lambda: simulator.state().status == "stopped")
     viewer.clicks("Drives", "Off")
     wait_until(lambda: simulator.state().robot_status[2] == 0)
     viewer.clicks("Drives", "On")
@@ -171,16 +173,7 @@ def test_a_command_is_typed_and_its_garbled_reply_is_in_the_dialogue(
     viewer.shows("~", "stopped")
 
 
-def test_without_a_backdoor_it_shows_the_robot_and_can_stop_it(simulator: Simulator, robot: Iiwa) -> None:
-    place = msgspec.structs.replace(place_of(simulator, driver=False), backdoor=None)
-    with page_at(place) as port, viewing(port) as viewer:
-        robot.joint_move(*FAR)
-        viewer.shows("moving", "LBR iiwa 7 R800")
-        viewer.clicks("Stop")
-        wait_until(lambda: robot.get_status() == "stopped")
-
-
-def test_a_page_without_viewers_and_a_robot_at_rest_cost_nothing(simulator: Simulator) -> None:
+def test_a_robot_at_rest_costs_a_browser_nothing(simulator: Simulator) -> None:
     def is_quiet() -> bool:
         try:
             viewer.more(QUIET_S)
@@ -188,13 +181,9 @@ def test_a_page_without_viewers_and_a_robot_at_rest_cost_nothing(simulator: Simu
             return True
         return False
 
-    with page_at(place_of(simulator)) as port:
-        assert simulator.call(lambda: len(simulator._status.connections)) == 0  # type: ignore[union-attr]
-        with viewing(port) as viewer:
-            viewer.shows("stopped")
-            tick = simulator.state().tick
-            wait_until(is_quiet)
-            assert simulator.state().tick > tick, "the page is connected, so the robot ticks"
+    with page_at(place_of(simulator)) as port, viewing(port) as viewer:
+        viewer.shows("stopped")
+        wait_until(is_quiet)
 
 
 def test_a_robot_that_is_silent_is_reported_and_followed_again(simulator: Simulator) -> None:

@@ -7,6 +7,8 @@ import signal
 import socket
 import threading
 from collections.abc import Iterator
+from contextlib import closing
+from http.client import HTTPConnection
 from math import degrees
 from pathlib import Path
 
@@ -92,7 +94,10 @@ def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
         said = process.line()
         assert said.startswith("page on http://127.0.0.1:")
         port = int(said.strip().rstrip("/").rpartition(":")[2])
-        with viewing(port, Authorization="Bearer swordfish") as viewer:
+        with closing(HTTPConnection("127.0.0.1", port, timeout=DEADLINE_S)) as browser:
+            browser.request("GET", "/?token=swordfish")
+            cookie = browser.getresponse().headers["Set-Cookie"].partition(";")[0]
+        with viewing(port, Cookie=cookie) as viewer:
             viewer.shows("LBR iiwa 7 R800")
         with pytest.raises(InvalidStatus, match="401"), viewing(port):
             pass

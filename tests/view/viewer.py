@@ -155,13 +155,11 @@ def viewing(port: int, origin: str | None = None, **headers: str) -> Iterator[Vi
 
 
 def place_of(simulator: Simulator, name: str = "", driver: bool = True) -> Place:
-    """Return the addresses of a robot with status port and backdoor."""
-    assert simulator.status_port is not None
+    """Return the addresses of a robot with a backdoor."""
     assert simulator.backdoor_port is not None
     here = "127.0.0.1"
     return Place(
         name=name,
-        status=(here, simulator.status_port),
         backdoor=(here, simulator.backdoor_port),
         driver=(here, simulator.port) if driver else None,
     )
