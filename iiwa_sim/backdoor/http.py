@@ -1,21 +1,24 @@
 """The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
-Of several robots, `POST /ROBOT/METHOD` calls that of one. The calls and their parameters come from the
-signatures of `Backdoor`.
+Of several robots, `POST /ROBOT/METHOD` calls that of one.
+
+The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
+the loop's thread; its connection waits in a thread of its own.
 """
 
 import asyncio
 import contextlib
-import http.client
 import inspect
+import select
 import socket
-from collections.abc import Awaitable, Callable, Mapping
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import CancelledError, Future, wait
 from difflib import get_close_matches
-from email.message import Message
 from http import HTTPStatus
-from io import BytesIO
+from http.server import BaseHTTPRequestHandler
 from typing import Any, NamedTuple, get_type_hints
-from urllib.parse import parse_qsl, unquote
+from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
 
@@ -30,15 +33,13 @@ from iiwa_sim.wording import harmless, shortened
 HEALTH = "healthz"
 CAMERA = "camera"
 MOST_BYTES = 65_536
-"""Largest body, and largest head."""
+"""Largest body."""
+MOST_CONNECTIONS = 32
 IDLE_S = 60.0
 """Time (s) after which a connection without a request is closed."""
 LOOKS_S = 0.25
 """Time (s) between two looks for a client that does not wait any more."""
 _LONGEST_SHOWN = 200
-_GONE = (ConnectionError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError)
-"""Faults of a connection: the client has gone, is idle or sends a head without an end."""
-_INTERNAL = "internal error, see the log"
 
 
 class Call(NamedTuple):
@@ -77,7 +78,7 @@ CALLS = {
 
 
 class NoCall(Refused):
-    """A request that is no call, with its HTTP status. It ends the connection."""
+    """A request that is no call, with its HTTP status."""
 
     def __init__(self, status: HTTPStatus, reason: str) -> None:
         super().__init__(COMMUNICATION_FAILURE, harmless(reason))
@@ -100,79 +101,116 @@ class BackdoorHttp:
         token: Token | None = None,
     ) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
-        self._robots = robots
-        self._log = log
-        self._token = token
+        self.token = token
+        self.robots = robots
+        self.log = log
         self.acceptor = Acceptor(host, port, self._serve)
-        self._connections: set[asyncio.Task[None]] = set()
+        self._connections: set[socket.socket] = set()
+        self._calls: set[Future[bytes]] = set()
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
+        self.loop = asyncio.get_running_loop()
         await self.acceptor.start()
 
     async def close(self) -> None:
-        """Stop listening, and end connections with their pending calls."""
+        """Stop listening, end pending calls, and let connections end."""
         self.acceptor.close()
-        for connection in self._connections:
-            connection.cancel()
-        await asyncio.gather(*self._connections, return_exceptions=True)
+        for call in list(self._calls):
+            call.cancel()
+        for connection in list(self._connections):
+            with contextlib.suppress(OSError):  # already gone
+                connection.shutdown(socket.SHUT_RD)
 
     async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
-        reader, writer = await asyncio.open_connection(sock=connection, limit=MOST_BYTES)
-        client = f"{host_and_port(*peer[:2])} (backdoor)"
-        task = asyncio.create_task(self._converse(reader, writer, client))
-        self._connections.add(task)
-        task.add_done_callback(self._connections.discard)
+        if len(self._connections) >= MOST_CONNECTIONS:
+            with contextlib.suppress(OSError), connection:
+                connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")
+            return
+        self._connections.add(connection)
 
-    async def _converse(
-        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, client: str
-    ) -> None:
-        """Answer requests until the client goes, is idle, or is rejected."""
-        CLIENT.set(client)
-        with contextlib.closing(writer), contextlib.suppress(*_GONE):
-            keeps = True
-            while keeps and (head := await _head_from(reader)):
-                line, _, headers = head.partition(b"\r\n")
-                shown = harmless(shortened(line.decode("latin-1"), _LONGEST_SHOWN))
-                keeps, status = False, HTTPStatus.OK
-                try:
-                    method, target, version, parsed = _parsed(line.decode("latin-1"), headers)
-                    async with asyncio.timeout(IDLE_S):
-                        body = await reader.readexactly(_length(parsed))
-                    self._admit(parsed, target)
-                    result = self._called(method, target, body)
-                    if inspect.isawaitable(result):
-                        result = await _unless_gone(result, reader)
-                    answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
-                    keeps = version == "HTTP/1.1" and parsed.get("Connection", "").lower() != "close"
-                    if self._log.wants_commands():
-                        said = shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
-                        self._log.command(client, shown, said)
-                except _GONE:
-                    raise
-                except Exception as fault:  # noqa: BLE001 - answered
-                    refused = fault if isinstance(fault, Refused) else Refused(EXECUTION, _INTERNAL)
-                    if refused is not fault:
-                        self._log.exception(client, shown, fault)
-                    self._log.refused(client, shown, refused.code, refused.reason)
-                    status = getattr(refused, "status", HTTPStatus.CONFLICT)
-                    error = {"code": refused.code, "reason": refused.reason}
-                    answer = msgspec.json.encode({"error": error}) + b"\n"
-                writer.write(_response(status, answer, keeps))
-                await writer.drain()
-                await asyncio.sleep(0)  # for others, where the next request is there already
+        def serve() -> None:
+            with contextlib.suppress(OSError), connection:  # the client has gone
+                _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
+            self._connections.discard(connection)
 
-    def _called(self, method: str, target: str, body: bytes) -> Any:
-        """Make a call, and return its result. Raises Refused."""
-        place, _, values = target.partition("?")
-        path, query = place.strip("/").split("/"), dict(parse_qsl(values))
+        threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
+
+    def begin(
+        self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str, request: str
+    ) -> "Future[bytes]":
+        """Begin a call in the loop's thread; its result is the JSON of the answer, or a picture."""
+
+        async def called() -> bytes:
+            CLIENT.set(client)  # in this task only
+            result = call.method(backdoor, **msgspec.structs.asdict(arguments))
+            if inspect.isawaitable(result):
+                result = await result
+            answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
+            if self.log.wants_commands():
+                self.log.command(
+                    client, request, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
+                )
+            return answer
+
+        future = asyncio.run_coroutine_threadsafe(called(), self.loop)
+        self._calls.add(future)
+        future.add_done_callback(self._calls.discard)
+        return future
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """The requests of one connection, in a thread of its own."""
+
+    protocol_version = default_request_version = "HTTP/1.1"
+    timeout = IDLE_S
+    wbufsize = -1
+    disable_nagle_algorithm = True
+    server: BackdoorHttp  # type: ignore[assignment]
+
+    def do_GET(self) -> None:
+        """Answer a call, by GET one that only reads."""
+        try:
+            self._send(HTTPStatus.OK, self._answer())
+        except Refused as refused:
+            self._reject(getattr(refused, "status", HTTPStatus.CONFLICT), refused)
+        except CancelledError:
+            self.close_connection = True
+            self._reject(HTTPStatus.SERVICE_UNAVAILABLE, Refused(EXECUTION, "the robot ends"))
+        except ConnectionError:
+            raise
+        except Exception as fault:  # noqa: BLE001 - answered, and logged
+            self._log(self.server.log.exception, fault)
+            reason = "internal error, see the log"
+            self._reject(HTTPStatus.INTERNAL_SERVER_ERROR, Refused(EXECUTION, reason))
+
+    do_POST = do_GET  # noqa: N815
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
+        """Answer a request that http.server does not understand."""
+        self.close_connection = True
+        status = HTTPStatus(code)
+        self._reject(status, NoCall(status, message or status.phrase))
+
+    def version_string(self) -> str:
+        """Name the server in headers."""
+        return "iiwa-sim"
+
+    def log_message(self, *_: object) -> None:
+        """Log nothing: the server logs calls."""
+
+    def _answer(self) -> bytes:
+        body, url = self._body(), urlsplit(self.path)
+        path = url.path.strip("/").split("/")
+        self._admit(path[0])
         if path == [HEALTH]:
-            return {"ok": True}
+            return b'{"ok":true}\n'
         if path == [""]:
             return _listing()
+        query = dict(parse_qsl(url.query))
         if CAMERA in path[-2:-1]:
             query["name"] = unquote(path.pop())
-        robots, name = self._robots, path.pop()
+        robots, name = self.server.robots, path.pop()
         robot = path.pop() if path else next(iter(robots)) if len(robots) == 1 else ""
         if path or robot not in robots:
             there_are = ", ".join(filter(None, robots)) or "one without a name"
@@ -183,7 +221,7 @@ class BackdoorHttp:
             near = get_close_matches(name.replace("-", "_"), CALLS, 1)
             hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
             raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
-        if method == "GET" and not call.reads:
+        if self.command == "GET" and not call.reads:
             raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
             if query:
@@ -193,80 +231,72 @@ class BackdoorHttp:
         except (msgspec.MsgspecError, RecursionError) as fault:
             reason = f"{name}({', '.join(call.takes)}): {fault}"
             raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
-        return call.method(robots[robot], **msgspec.structs.asdict(arguments))
+        return self._result(self.server.begin(robots[robot], call, arguments, self._client, self._request))
 
-    def _admit(self, headers: Message, target: str) -> None:
-        token = self._token
+    def _result(self, future: "Future[bytes]") -> bytes:
+        """Wait for a call; cancel it if the client has gone."""
+        while not wait([future], LOOKS_S).done:
+            connection = self.connection
+            if select.select([connection], [], [], 0.0)[0] and not connection.recv(1, socket.MSG_PEEK):
+                future.cancel()
+                raise ConnectionResetError
+        return future.result()
+
+    def _body(self) -> bytes:
+        length = self.headers.get("Content-Length") or "0"
+        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
+            self.close_connection = True
+            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
+        if len(length) > 9 or int(length) > MOST_BYTES:
+            self.close_connection = True
+            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
+            raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
+        return self.rfile.read(int(length))
+
+    def _admit(self, name: str) -> None:
+        token, headers = self.server.token, self.headers
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
         reason = WebAccess().refusal(hosts, ())
         if reason is None and "Origin" in headers:
             reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
         if reason is not None:
+            self.close_connection = True
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
-        if not known and target.strip("/") != HEALTH:
+        if not known and name != HEALTH:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
+    def _reject(self, status: HTTPStatus, refused: Refused) -> None:
+        self._log(self.server.log.refused, refused.code, refused.reason)
+        error = {"code": refused.code, "reason": refused.reason}
+        self._send(status, msgspec.json.encode({"error": error}) + b"\n")
 
-async def _head_from(reader: asyncio.StreamReader) -> bytes:
-    """Return request line and headers; an incomplete one at the end of the stream."""
-    async with asyncio.timeout(IDLE_S):
-        try:
-            return await reader.readuntil(b"\r\n\r\n")
-        except asyncio.IncompleteReadError as end:
-            return end.partial
+    def _send(self, status: HTTPStatus, body: bytes) -> None:
+        self.send_response(status)
+        is_picture = body.startswith(b"\x89PNG")
+        self.send_header("Content-Type", "image/png" if is_picture else "application/json")
+        self.send_header("Content-Length", str(len(body)))
+        if status is HTTPStatus.UNAUTHORIZED:
+            self.send_header("WWW-Authenticate", "Bearer")
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(body)
+        self.wfile.flush()
 
+    def _log(self, how: Callable[..., None], *what: object) -> None:
+        """Log something of this request, in the loop's thread."""
+        self.server.loop.call_soon_threadsafe(how, self._client, self._request, *what)
 
-def _parsed(line: str, headers: bytes) -> tuple[str, str, str, Message]:
-    """Return method, target, version and headers of a request. Raises NoCall."""
-    words = line.split(" ")
-    if len(words) != 3 or not words[2].startswith("HTTP/1."):
-        raise NoCall(HTTPStatus.BAD_REQUEST, "expected a request of HTTP/1.1")
-    if words[0] not in ("GET", "POST"):
-        raise NoCall(HTTPStatus.NOT_IMPLEMENTED, "expected GET or POST")
-    try:
-        return words[0], words[1], words[2], http.client.parse_headers(BytesIO(headers))
-    except http.client.HTTPException as fault:
-        raise NoCall(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE, str(fault)) from None
+    @property
+    def _request(self) -> str:
+        return harmless(shortened(self.requestline, _LONGEST_SHOWN))
 
-
-def _length(headers: Message) -> int:
-    """Return the length of a body. Raises NoCall."""
-    length = headers.get("Content-Length") or "0"
-    if "Transfer-Encoding" in headers or not (length.isascii() and length.isdigit()):
-        raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
-    if len(length) > 9 or int(length) > MOST_BYTES:
-        reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
-        raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
-    return int(length)
-
-
-async def _unless_gone(call: Awaitable[Any], reader: asyncio.StreamReader) -> Any:
-    """Return the result of a call; cancel it if the client goes, and raise ConnectionResetError."""
-    task = asyncio.ensure_future(call)
-    try:
-        while not (await asyncio.wait([task], timeout=LOOKS_S))[0]:
-            if reader.at_eof() or reader.exception():
-                raise ConnectionResetError
-        return task.result()
-    finally:
-        task.cancel()
-
-
-def _response(status: HTTPStatus, body: bytes, keeps: bool) -> bytes:
-    kind = "image/png" if body.startswith(b"\x89PNG") else "application/json"
-    head = [
-        f"HTTP/1.1 {status.value} {status.phrase}",
-        f"Content-Type: {kind}",
-        f"Content-Length: {len(body)}",
-    ]
-    if status is HTTPStatus.UNAUTHORIZED:
-        head.append("WWW-Authenticate: Bearer")
-    if not keeps:
-        head.append("Connection: close")
-    return "\r\n".join([*head, "", ""]).encode() + body
+    @property
+    def _client(self) -> str:
+        return f"{host_and_port(*self.client_address[:2])} (backdoor)"
 
 
 def _listing() -> bytes:

@@ -13,7 +13,7 @@ import msgspec
 import pytest
 
 from iiwa_sim.backdoor.client import BackdoorClient
-from iiwa_sim.backdoor.http import CALLS
+from iiwa_sim.backdoor.http import CALLS, MOST_CONNECTIONS
 from iiwa_sim.cell.bodies import BoxSettings, PlaneSettings, SphereSettings
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.client import Iiwa
@@ -263,3 +263,24 @@ def test_who_does_not_wait_ends_what_takes_time_and_others_are_served_meanwhile(
         bench.advance(0.01)
         assert shared.state().tick == tick + 5
     shared.run_until_stopped()
+
+
+def test_connections_beyond_the_limit_are_turned_away_and_those_there_served(shared: Simulator) -> None:
+    address = ("127.0.0.1", shared.backdoor_port or 0)
+    first = http.client.HTTPConnection(*address, timeout=DEADLINE_S)
+    others = [socket.create_connection(address, DEADLINE_S) for _ in range(MOST_CONNECTIONS - 1)]
+    first.request("GET", "/states")
+    assert first.getresponse().read() == b'["start"]\n'
+    with socket.create_connection(address, DEADLINE_S) as late:
+        assert late.makefile("rb").readline().startswith(b"HTTP/1.1 503 ")
+    first.request("GET", "/states")
+    assert first.getresponse().read() == b'["start"]\n'
+    for each in (first, *others):
+        each.close()
+
+    def serves() -> bool:
+        with socket.create_connection(address, DEADLINE_S) as again:
+            again.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            return again.makefile("rb").readline().startswith(b"HTTP/1.1 200 ")
+
+    wait_until(serves)
