@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Coroutine, Sequence
-from contextlib import AsyncExitStack, ExitStack
+from contextlib import AbstractContextManager, AsyncExitStack, ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -30,7 +30,6 @@ from iiwa_sim.simulated_robot import SimulatedRobot
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.http import BackdoorHttp
     from iiwa_sim.ros.side import RosSide
-    from iiwa_sim.transcript.record import Recorder
 
 LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
@@ -326,13 +325,13 @@ class Simulator:
         self._group.observers = observers = [*self._recordings.recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
-    def _transcript(self, path: Path, robot: SimulatedRobot) -> "Recorder":
+    def _transcript(self, path: Path, robot: SimulatedRobot) -> AbstractContextManager[None]:
         from importlib import metadata
 
-        from iiwa_sim.transcript.record import Recorder
+        from iiwa_sim.transcript.record import recorded
 
         title = f"{robot.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
-        return Recorder(path, robot.dialogue, self.clock.tick_s, title, list(robot.servers))
+        return recorded(path, robot.dialogue, self.clock.tick_s, title, list(robot.servers))
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
         """The result of a coroutine, or what it raises. Raises RuntimeError if there is no thread."""

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from iiwa_sim.check.link import COMMANDS, HARMLESS, Finding, Link, Probe, Verdict, moves
-from iiwa_sim.check.probes import BYE, PROBES
+from iiwa_sim.check.probes import PROBES, SAME
 from iiwa_sim.server.listening import host_and_port
 from iiwa_sim.transcript.lines import Kind, Transcript, shipped
 from iiwa_sim.transcript.replay import replay
@@ -26,15 +26,13 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
     dialogues = [each for each in shipped() if not each.robot]
     dialogues.sort(key=lambda each: "bye" in each.commands)  # it may end the server, so it comes last
     played = [Probe(f"the dialogue {each.name}", "", partial(_play, each)) for each in dialogues]
-    for probe in (*PROBES, *played, BYE):
+    for probe in (*PROBES, *played):
         try:
             found = probe.ask(link)
         except OSError as fault:
             found = str(fault)
         except TranscriptFault as fault:
             raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
-        if isinstance(found, Verdict):
-            found = Finding(found)
         yield probe, Finding(Verdict.DEVIATION, found) if isinstance(found, str) else found
 
 
@@ -42,15 +40,15 @@ def line(probe: Probe, finding: Finding) -> str:
     """Return the line of a report on one finding: behaviour, and what was expected if that differs."""
     told = f"{finding.verdict.value:15}  {probe.event}"
     seen = shortened(harmless(finding.seen), LONGEST_SEEN)
+    original = f"the original: {probe.original}" if probe.original else ""
     match finding.verdict:
-        case Verdict.ORIGINAL:
-            told += f": {probe.original}" if probe.original else ""
+        case Verdict.ORIGINAL if probe.original:
+            return f"{told}: {probe.original}"
         case Verdict.OURS:
-            told += f": {probe.ours}; the original: {probe.original}"
+            return f"{told}: {probe.ours}; {original}"
         case Verdict.DEVIATION:
-            other = f" (the original: {probe.original}" if probe.original else ""
-            other += f"; iiwa-sim: {probe.ours}" if probe.ours else ""
-            return f"{told}: {seen}{other}{')' if other else ''}"
+            known = "; ".join(filter(None, (original, probe.ours and f"iiwa-sim: {probe.ours}")))
+            return f"{told}: {seen} ({known})" if known else f"{told}: {seen}"
     return f"{told} ({seen})" if seen else told
 
 
@@ -68,12 +66,11 @@ def _greet(link: Link) -> None:
     where = host_and_port(link.host, link.port)
     try:
         with link.talk() as talk:
-            reply = talk.ask("hello")
-            if reply != "hello":
-                raise OSError(f"it answers '{reply}' to 'hello'")
-            status = talk.ask("get status")
+            reply, status = talk.ask("hello"), talk.ask("get status")
     except OSError as fault:
         raise TranscriptFault(f"{where} is not a server of this protocol: {fault}") from None
+    if reply != "hello":
+        raise TranscriptFault(f"{where} is not a server of this protocol: it answers '{reply}' to 'hello'")
     if status != "stopped":
         raise TranscriptFault(
             f"the robot at {where} says '{status}', expected 'stopped': clients that come and go may stop it"
@@ -88,4 +85,4 @@ def _play(transcript: Transcript, link: Link) -> Finding | str:
         if COMMANDS[each].extension and not link.knows(each):
             return Finding(Verdict.UNTRIED, f"the server does not know the extension '{each}'")
     played = replay(transcript, link.host, link.port, link.timeout_s)
-    return "; ".join(f"line {each.line}: {each}" for each in played) or Finding(Verdict.ORIGINAL)
+    return "; ".join(f"line {each.line}: {each}" for each in played) or SAME

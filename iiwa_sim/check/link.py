@@ -4,8 +4,8 @@ Without permission nothing is sent that could move the robot.
 """
 
 import re
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from enum import Enum
 from typing import NamedTuple
 
@@ -44,19 +44,6 @@ class Finding(NamedTuple):
     seen: str = ""
 
 
-class Probe(NamedTuple):
-    """One question to a server, with what is known of the original."""
-
-    event: str
-    """The input, or what happens."""
-    original: str
-    """The original's behaviour; empty for a dialogue, which tells it line by line."""
-    ask: Callable[["Link"], Finding | Verdict | str]
-    """Asks the server; a text is a deviation, and so is an OSError, as for a reply that does not come."""
-    ours: str = ""
-    """The behaviour of iiwa-sim and its reason; empty if it is the original's."""
-
-
 class NotAllowed(Exception):
     """An internal error: a line that may move the robot was about to be sent without permission."""
 
@@ -68,6 +55,10 @@ class Talk:
         self.connection = connection
         self._allow_motion = allow_motion
         self._line = b""
+
+    def close(self) -> None:
+        """Close the connection."""
+        self.connection.close()
 
     def send(self, data: bytes) -> None:
         """Send bytes unchanged; a line may be sent in pieces. Raises NotAllowed before anything is sent."""
@@ -96,19 +87,27 @@ class Link(NamedTuple):
     allow_motion: bool
     timeout_s: float = TIMEOUT_S
 
-    @contextmanager
-    def talk(self) -> Iterator[Talk]:
-        """A new connection, closed at the end. Raises TranscriptFault if there can be none."""
-        talk = Talk(connected(self.host, self.port, self.timeout_s), self.allow_motion)
-        try:
-            yield talk
-        finally:
-            talk.connection.close()
+    def talk(self) -> "closing[Talk]":
+        """Return the context of a new connection. Raises TranscriptFault if there can be none."""
+        return closing(Talk(connected(self.host, self.port, self.timeout_s), self.allow_motion))
 
     def knows(self, command: str) -> bool:
         """Return True if the server has a harmless command: others are answered `unknown command`."""
         with self.talk() as talk:
             return talk.ask(command) != "unknown command"
+
+
+class Probe(NamedTuple):
+    """One question to a server, with what is known of the original."""
+
+    event: str
+    """The input, or what happens."""
+    original: str
+    """The original's behaviour; empty for a dialogue, which tells it line by line."""
+    ask: Callable[[Link], Finding | str]
+    """Asks the server; a text is a deviation, and so is an OSError, as for a reply that does not come."""
+    ours: str = ""
+    """The behaviour of iiwa-sim and its reason; empty if it is the original's."""
 
 
 def moves(line: bytes) -> bool:

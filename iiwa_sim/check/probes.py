@@ -3,7 +3,6 @@
 `protocol/transcripts/lines.txt` has what a dialogue can tell.
 """
 
-import re
 import time
 from collections.abc import Callable
 
@@ -13,17 +12,12 @@ from iiwa_sim.transcript.texts import TranscriptFault
 PIECE_S = 0.03
 """Seconds between two pieces of a line, so that they travel in separate packets."""
 PIPELINED = 200
-AT_ONCE_S = 0.5
-"""Seconds within which an immediate reply comes."""
 
 _REACHABLE = "is reachable"
-_PLAIN = re.compile(r"-?\d+\.\d+")
-_JAVA = re.compile(r"-?\d+\.\d+(E-?\d+)?")
-_READ = ("joint position", "tool frame", "flange frame", "joint torque", "cartesian force")
-SAME, OURS = Verdict.ORIGINAL, Verdict.OURS
+SAME, OURS = Finding(Verdict.ORIGINAL), Finding(Verdict.OURS)
 
 
-def _one_write(link: Link) -> Verdict | str:
+def _one_write(link: Link) -> Finding | str:
     with link.talk() as talk:
         for _ in range(20):
             talk.send(b"hello\r\n")
@@ -33,7 +27,7 @@ def _one_write(link: Link) -> Verdict | str:
     return SAME
 
 
-def _line_ends(link: Link) -> Verdict | str:
+def _line_ends(link: Link) -> Finding | str:
     for end in (b"\n", b"\r", b"\r\n", b"\n\r"):
         with link.talk() as talk:
             talk.send(b"get status" + end)
@@ -42,7 +36,7 @@ def _line_ends(link: Link) -> Verdict | str:
     return SAME
 
 
-def _split_lines(link: Link) -> Verdict | str:
+def _split_lines(link: Link) -> Finding | str:
     with link.talk() as talk:
         for piece in (b"get s", b"tat", b"us\r", b"\n"):
             talk.send(piece)
@@ -52,15 +46,7 @@ def _split_lines(link: Link) -> Verdict | str:
         return SAME if _is_in_step(talk) else "\\r\\n, its halves sent one after the other, are two line ends"
 
 
-def _rest_without_end(link: Link) -> Verdict | str:
-    with link.talk() as talk:
-        talk.send(b"hello")
-        talk.connection.end_sending()
-        reply = talk.reply()
-    return SAME if reply == "hello" else f"it was answered '{reply}'"
-
-
-def _blanks(link: Link) -> Verdict | str:
+def _blanks(link: Link) -> Finding | str:
     with link.talk() as talk:
         replies = {talk.ask(line) for line in ("get  status", "get\tstatus")}
     if replies == {"unknown command"}:
@@ -68,7 +54,7 @@ def _blanks(link: Link) -> Verdict | str:
     return OURS if replies == {"stopped"} else f"blanks between words: {sorted(replies)}"
 
 
-def _pipelined(link: Link) -> Verdict | str:
+def _pipelined(link: Link) -> Finding | str:
     with link.talk() as talk:
         talk.send(b"hello\r\nget status\r\n" * PIPELINED)
         for number in range(2 * PIPELINED):
@@ -101,25 +87,15 @@ def _takes(*taken: str, but: tuple[str, ...] = (), has_ours: bool = False) -> Ca
                 talk.ask("stop")
                 time.sleep(0.2)
         if has_ours and len(wrong) == len(taken):
-            return Finding(OURS)
-        return "; ".join(wrong) or Finding(SAME)
+            return OURS
+        return "; ".join(wrong) or SAME
 
     return ask
 
 
-def _in_replies(link: Link) -> Verdict | str:
-    with link.talk() as talk:
-        words = [word for name in _READ for word in talk.ask(f"get {name}").split()]
-    for word in words:
-        if not _JAVA.fullmatch(word):
-            return f"'{word}' in a reply: not every driver reads that"
-    return OURS if all(_PLAIN.fullmatch(word) and word != "-0.0" for word in words) else SAME
-
-
-def _second_client(link: Link) -> Verdict | str:
+def _second_client(link: Link) -> Finding | str:
     with link.talk() as first:
-        if not _is_in_step(first):
-            return "the first client is not answered"
+        first.ask("hello")
         try:
             with link.talk() as second:
                 second.send(b"hello\r\n")
@@ -132,35 +108,6 @@ def _second_client(link: Link) -> Verdict | str:
                 return OURS if _is_in_step(first) else "the first client is not answered any more"
         except (OSError, TranscriptFault) as fault:
             return f"the second client is never served: {fault}"
-
-
-def _next_client(link: Link) -> Finding:
-    with link.talk() as first:
-        first.ask("hello")
-    left = time.monotonic()
-    with link.talk() as second:
-        second.ask("hello")
-    pause_s = time.monotonic() - left
-    return Finding(OURS if pause_s < AT_ONCE_S else SAME, f"after {pause_s:.1f} s")
-
-
-def _bye(link: Link) -> Finding | Verdict | str:
-    try:
-        with link.talk() as talk:
-            reply = talk.ask("bye")
-            if reply != "bye":
-                return f"it was answered '{reply}'"
-            try:
-                if talk.connection.receive():
-                    return "more came behind it"
-            except TimeoutError:
-                return "the connection stays open"
-            except OSError:
-                pass
-        with link.talk() as talk:
-            return SAME if _is_in_step(talk) else "the next client is not answered"
-    except TranscriptFault:
-        return Finding(OURS, "nobody listens any more")
 
 
 def _is_in_step(talk: Talk) -> bool:
@@ -178,7 +125,6 @@ PROBES = (
     Probe("any reply", "text and \\r\\n, in one write", _one_write),
     Probe("a line that ends with \\n, \\r, \\r\\n or \\n\\r", "each is one line end", _line_ends),
     Probe("a line that comes in pieces", "it counts when its end has come", _split_lines),
-    Probe("a rest without a line end, at the end of the stream", "it is answered", _rest_without_end),
     Probe(
         "blanks and tabs between the words of a command",
         "are not ignored",
@@ -209,29 +155,9 @@ PROBES = (
         _takes(*_NUMBERS, but=_NO_NUMBERS),
     ),
     Probe(
-        "numbers in replies",
-        "as Java writes a double, also `1.0E-5` and `-0.0`",
-        _in_replies,
-        "with a point, never with an exponent, never `-0.0`",
-    ),
-    Probe(
         "a second client",
         "waits until the first has gone",
         _second_client,
         "is served at the same time; --exclusive for the original's way",
     ),
-    Probe(
-        "a client that comes when another has gone",
-        "is served a second later",
-        _next_client,
-        "is served at once; --reconnect-pause 1 for the original's way",
-    ),
 )
-
-BYE = Probe(
-    "bye",
-    "`bye`, the connection closes, the server serves on",
-    _bye,
-    'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
-)
-"""The last probe, as it may end the server."""

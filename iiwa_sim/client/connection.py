@@ -1,6 +1,5 @@
 """TCP connection to a robot: bytes out, one reply at a time in, each with a time limit."""
 
-import contextlib
 import re
 import socket
 import time
@@ -43,11 +42,6 @@ class Connection:
         if self._socket is not None:
             self._socket.close()
             self._socket = None
-
-    def end_sending(self) -> None:
-        """Close the sending side."""
-        with contextlib.suppress(OSError):
-            self._open().shutdown(socket.SHUT_WR)
 
     def send(self, data: bytes) -> None:
         """Send bytes unchanged."""

@@ -60,7 +60,7 @@ def topic(protocol: str, text: str) -> str:
     if protocol != KRC4:
         return command_of(text)
     try:
-        return _TAGS.get(understood(_without_placeholders(text), REQUEST).command, "")
+        return _TAGS.get(understood(_PLACEHOLDER.sub("", text), REQUEST).command, "")
     except ValueError:
         return ""
 
@@ -70,18 +70,6 @@ def sent(protocol: str, text: str) -> bytes:
     if protocol != KRC4:
         return wire_bytes(text) + b"\r\n"
     return to_xml(from_short(text)) if is_short(text) else wire_bytes(text)
-
-
-def check(protocol: str, text: str) -> None:
-    """Check that a text can be sent, once it is filled in. Raises ValueError."""
-    sent(protocol, _without_placeholders(text) if protocol == KRC4 else text)
-
-
-def check_reply(text: str, *, verbatim: bool) -> None:
-    """Check that a text can be a KRC4 reply; a `verbatim` one need not be parsed. Raises ValueError."""
-    bare = _without_placeholders(text)
-    if (is_short(bare) or not verbatim) and (fault := understood(bare, REPLY).fault):
-        raise ValueError(fault)
 
 
 def understood(text: str, root: str) -> Message:
@@ -97,14 +85,6 @@ def understood(text: str, root: str) -> Message:
     if isinstance(found, Broken):
         raise ValueError(str(found))
     return understand(found, root)
-
-
-def answers_reals(reply: str) -> bool:
-    """Return True if a reply in short form answers a message that asks for reals."""
-    command = load_krc4_table().get(understood(reply, REPLY).command)
-    return command is not None and (
-        command.joints == "output" or any(register.startswith("R") for register in command.outputs)
-    )
 
 
 def ask_status(protocol: str) -> str:
@@ -191,10 +171,6 @@ def _reals(tag: str, reply: str, more: list[float]) -> str:
         raise ValueError(f"expected '{tag}' to have been answered, got '{reply}'")
     added = [real + other for real, other in zip(last.reals, [*more, *[0.0] * len(last.reals)], strict=False)]
     return " ".join(written(reply_of((), added)).split()[3:])
-
-
-def _without_placeholders(text: str) -> str:
-    return _PLACEHOLDER.sub("", text)
 
 
 def _numbers(text: str) -> list[float]:

@@ -14,13 +14,10 @@ from tests.check import original
 from tests.check.original import Deviating, Original, serving
 
 BLANKS = "blanks and tabs between the words of a command"
-NEXT = "a client that comes when another has gone"
 ON_PURPOSE = {
     BLANKS,
     "`NaN`, `Infinity` as a parameter",
-    "numbers in replies",
     "a second client",
-    NEXT,
 }
 """Rows of the table of reference in which we do otherwise than the original, and can be seen to."""
 
@@ -38,7 +35,7 @@ async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulato
     link = Link("127.0.0.1", simulator.port, allow_motion=True, timeout_s=30)
     findings = await asyncio.to_thread(checked, link)
     assert found(findings, Verdict.DEVIATION) == set(), findings
-    assert found(findings, Verdict.OURS) | {NEXT} == ON_PURPOSE  # a machine that stalls may look like a pause
+    assert found(findings, Verdict.OURS) == ON_PURPOSE
     assert found(findings, Verdict.UNTRIED) == set()
 
 
@@ -63,12 +60,10 @@ def test_the_original_does_as_the_original() -> None:
     with serving(Original) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=6))
     assert found(findings, Verdict.DEVIATION) == set()
-    assert found(findings, Verdict.OURS) == {NEXT}, "without the pause of a second"
+    assert found(findings, Verdict.OURS) == set()
     heard = {command_of(line) for line in server.heard}
     assert heard <= HARMLESS | NONSENSE
-    untried = found(findings, Verdict.UNTRIED)
-    assert "numbers in replies" not in untried
-    assert "too many parameters" in untried
+    assert "too many parameters" in found(findings, Verdict.UNTRIED)
 
 
 @pytest.mark.parametrize(

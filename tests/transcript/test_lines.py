@@ -19,9 +19,9 @@ from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
         ("> hello\n< hello\n< hello\n", "one.txt:3: '< hello': a reply to nothing"),
         ("> hello\n< hello\n> stop\n", "one.txt:3: expected a reply to each line"),
         ("> hello\nwait stopped\n< hello\n", "one.txt:2: 'wait stopped': expected the replies"),
-        ("> hello\n<~x 1\n", "one.txt:2: '<~x 1': expected a number, at least 0, got 'x'"),
+        ("> hello\n<~x 1\n", "one.txt:2: '<~x 1': expected `> words`"),
+        ("> hello\n<~1.2.3 1\n", "one.txt:2: '<~1.2.3 1': could not convert string to float: '1.2.3'"),
         ("[1] > hello\n", "expected `> words`"),
-        ("> a\\q\n< ?\n", "no escape"),
         ("\ud800\x1b[2J\n", r"\x1b"),
     ],
 )

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
 import pytest
 
 from iiwa_sim.dialogue import Dialogue, DialogueLine
-from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Kind, read_file
-from iiwa_sim.transcript.record import Recorder
-
-
-def recorder(path: Path, simulator: Simulator) -> Recorder:
-    return Recorder(path, simulator.dialogue, simulator.controller.tick_s, "a robot")
+from iiwa_sim.transcript.record import recorded
 
 
 def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
     dialogue = Dialogue(lambda: 500)
     path = tmp_path / "session.txt"
-    with Recorder(path, dialogue, 0.002, "a robot"):
+    with recorded(path, dialogue, 0.002, "a robot"):
         dialogue.event("127.0.0.1:4000", "connected", "iiwa")
         dialogue.exchange("127.0.0.1:4000", "(too long)", "error")
         dialogue.event("robot", "3040 no smart command for 0.2 s")
@@ -38,19 +32,14 @@ def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
     assert transcript.steps[1].kind is Kind.LEAVES
 
 
-def test_a_disk_that_fills_up_ends_the_recording_only(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_full_disk_ends_the_recording_only(caplog: pytest.LogCaptureFixture) -> None:
     dialogue = Dialogue(lambda: 0)
     heard: list[DialogueLine] = []
-    recorder = Recorder(tmp_path / "file", dialogue, 0.002, "a robot")
-    with recorder:
-        with Path("/dev/full").open("wb") as full:
-            os.dup2(full.fileno(), recorder._descriptor)
+    with recorded(Path("/dev/full"), dialogue, 0.002, "a robot"):
         dialogue.listeners.append(heard.append)
         for _ in range(3):
             dialogue.exchange("127.0.0.1:4000", "hello", "hello")
     assert [record.getMessage() for record in caplog.records] == [
-        f"{tmp_path / 'file'}: the transcript ends here: No space left on device"
+        "/dev/full: the transcript is not whole: No space left on device"
     ]
     assert len(heard) == 6

@@ -90,8 +90,6 @@ def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("> Cmd I0\n<?", "one.txt:2: '> Cmd I0': 'I0': expected NAME=VALUE"),
-        ("> Cmd\n< Res X=1", "one.txt:3: '< Res X=1': X: expected I0 to I9"),
         ("protocol iiwa,klingon", "expected iiwa or krc4, each at most once"),
         ("> Cmd\n<?\nprotocol iiwa", "one.txt:4: 'protocol iiwa': expected above all that is said"),
     ],
