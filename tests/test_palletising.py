@@ -47,13 +47,13 @@ def places(state: Snapshot) -> list[object]:
 
 
 def test_boxes_are_the_same_to_the_last_bit_on_both_clocks(program: ModuleType) -> None:
-    heights, state = packed(program, "fast", 2)
-    again, stepped = packed(program, "stepped", 2)
+    heights, state = packed(program, "fast", 1)
+    again, stepped = packed(program, "stepped", 1)
     assert heights == again
     assert places(state) == places(stepped)
     assert state.joint_position == stepped.joint_position
     assert [part.state for part in state.parts] == ["lies"] * 24
-    for (x_mm, y_mm), part in zip(program.TO, state.parts[:2], strict=False):
+    for (x_mm, y_mm), part in zip(program.TO, state.parts[:1], strict=False):
         assert part.frame[:3] == pytest.approx((x_mm, y_mm, 315.0), abs=0.1)
 
 

@@ -68,7 +68,7 @@ def test_a_line_is_jogged_straight(simulator: Simulator, viewer: Viewer) -> None
     viewer.clicks("Enable")
     viewer.clicks("Frame", "Tool")
     viewer.shows("X  (tap: 1 mm)")
-    hold_until(viewer, "-", lambda: simulator.state().tool_frame[2] < before[2] - 100.0)
+    hold_until(viewer, "-", lambda: simulator.state().tool_frame[2] < before[2] - 30.0)
     wait_until(lambda: simulator.state().status == "stopped")
     assert simulator.state().tool_frame[:2] == pytest.approx(before[:2], abs=0.2)
 
