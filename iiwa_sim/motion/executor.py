@@ -45,16 +45,6 @@ class Executor:
         return self.trajectory is not None or bool(self._waiting.planned) or bool(self._waiting.again)
 
     @property
-    def runs(self) -> bool:
-        """True if a motion runs and is not being stopped."""
-        return self.trajectory is not None and not self.time.stopping
-
-    @property
-    def runs_queue(self) -> bool:
-        """True if a queued move runs, or is being stopped."""
-        return self._queued is not None
-
-    @property
     def stopping(self) -> bool:
         """True if a motion is being stopped."""
         return self.trajectory is not None and self.time.stopping
@@ -255,7 +245,7 @@ class Executor:
         assert trajectory is not None
         if changes or isinstance(trajectory, RuckigCourse):
             self.joints = trajectory.joints(time.time_s)
-            if time.stopped:
+            if time.stopping and not time.changing:
                 self._end()
         elif not time.pausing:
             if not self._ahead:

@@ -339,8 +339,7 @@ class Motions:
             self._pursuit.step(moves)
         if self._servo.asks_again:
             self._servo.step()
-        if not executor.step_quietly():
-            executor.step()
+        executor.step()
         if self._next_impedance is not None and not executor.waiting:
             impedance.impedance, self._next_impedance = self._next_impedance, None
 

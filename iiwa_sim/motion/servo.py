@@ -64,7 +64,7 @@ class Servo:
             course = self.courses.find(executor.state, (target, still, still), limits)
         if course is not None:
             executor.follow(course)
-        elif executor.trajectory is None or executor.runs_queue:
+        elif executor.trajectory is None or executor.under_way:
             raise ArithmeticError(f"Ruckig: no way from {executor.joints} to {target} within {limits}")
         self.asks_again = course is None
         executor.rest, self._limits = target, limits
@@ -115,7 +115,8 @@ class Pursuit:
         if self._since_s > 0.0:
             self._period_s, self._since_s = self._since_s, 0.0
         self.move = None
-        if not executor.runs and not self._servo.asks_again:
+        runs = executor.trajectory is not None and not executor.stopping
+        if not runs and not self._servo.asks_again:
             if not executor.stopping:
                 executor.rest_at(executor.joints)  # forget a move that has not set out
             return False

@@ -55,11 +55,6 @@ class TimeScaling:
         """True if planned time stands still because of an override of 0."""
         return self.rate == self.override == 0.0 and self._change is None
 
-    @property
-    def stopped(self) -> bool:
-        """True if a stop is over."""
-        return self.stopping and self._change is None
-
     def begin(self, time_s: float = 0.0) -> None:
         """Run from this planned time for a motion from rest, which has the rate of the override at once."""
         self.end()
