@@ -8,7 +8,7 @@ from Cython.Build import cythonize
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 
-FLAGS = ["-O1", "-ftree-vectorize", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
+FLAGS = ["-O1", "-ftree-vectorize", "-g0", "-ffp-contract=off"]  # the last: same bits on all processors
 DIRECTIVES = {
     "boundscheck": False,
     "wraparound": False,
