@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import dist, inf, isfinite
+from math import dist, inf
 from typing import Any
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
@@ -35,7 +35,7 @@ from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, TouchLog, body_touched
-from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
+from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
 from iiwa_sim.controller.state import RobotStatus
@@ -55,11 +55,8 @@ AUTOMATIC = 2
 """The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
 """Moves that wait; one more is refused."""
-LARGEST_N_PER_M = 5000.0
-"""Published: the original's."""
-LARGEST_NM_PER_RAD = 5000.0
-"""Our decision."""
-SERVO_EVENTS = {Kind.SMART: Event.SMART_MOVE, Kind.DIRECT: Event.DIRECT_MOVE}
+LARGEST_STIFFNESS = 5000.0
+"""N/m of the TCP, as published for the original; Nm/rad of joints."""
 
 
 class Controller:
@@ -257,24 +254,23 @@ class Controller:
 
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
-        self.stop_for(Event.STOP, STOP_TRIGGERED, "stopped")
+        self._stop_for(STOP_TRIGGERED, "stopped")
 
-    def stop_for(self, event: Event, code: int, reason: str) -> None:
-        """Stop for an event and change the mode; moves that run or wait end with this code and reason."""
+    def _stop_for(self, code: int, reason: str) -> None:
+        """Stop, in no mode; moves that run or wait end with this code and reason."""
         with self.endings.because(code, reason, discards=True):
             self.motions.stop()
-        self.mode = TRANSITIONS[self.mode, event].mode
+        self.mode = Mode.UNKNOWN
 
-    def fail(self, code: int, reason: str, event: Event = Event.STOP) -> None:
-        """Stop the robot for an event, and take no moves until the error is reset."""
+    def fail(self, code: int, reason: str) -> None:
+        """Stop the robot, and take no moves until the error is reset."""
         self.errors.fail(code, reason)
-        self.stop_for(event, code, reason)
+        self._stop_for(code, reason)
         self.tell(ErrorRecord(code, reason))
 
     def _end_servo(self, waited: str) -> None:
         """Stop, in error, in a servo mode that has received no command."""
-        reason = f"no {self.mode.value} command {waited}: the robot stops"
-        self.fail(COMMUNICATION_FAILURE, reason, Event.SERVO_TIMEOUT)
+        self.fail(COMMUNICATION_FAILURE, f"no {self.mode.value} command {waited}: the robot stops")
 
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
@@ -401,8 +397,8 @@ class Controller:
             way, in_tool = request.shift
             target = shifted(self.tcp(self.end_of_queue), way, in_tool=in_tool)
             request = request._replace(target=target)
-        if request.kind in SERVO_EVENTS:
-            number = self._head_for(request)
+        if request.kind.is_servo:
+            number = self._head_for(request, Mode[request.kind.name])
         elif request.kind is Kind.HOLD:
             number = self._hold(request.hold_nm_per_rad)
         elif request.compliance is not None:
@@ -443,14 +439,14 @@ class Controller:
         if self.mode is Mode.IMPEDANCE and self.motions.holding:
             raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
 
-    def begin(self, event: Event, begin: Callable[[int], None], replaced: str = REPLACED) -> int:
+    def begin(self, mode: Mode, begin: Callable[[int], None], replaced: str = REPLACED) -> int:
         """Begin an accepted request in place of what runs, or behind it; returns its number.
 
         The mode changes, which may stop the robot. Moves that end by that are told that they are `replaced`.
         """
-        if TRANSITIONS[self.mode, event].stops:
-            self.stop_for(event, STOP_TRIGGERED, REPLACED)
-        self.mode = TRANSITIONS[self.mode, event].mode
+        if self.mode.stops_for(mode):
+            self._stop_for(STOP_TRIGGERED, REPLACED)
+        self.mode = mode
         self.accepted += 1
         with self.endings.because(STOP_TRIGGERED, replaced):
             begin(self.accepted)
@@ -465,37 +461,32 @@ class Controller:
         move = self._planned(request, self.end_of_queue)
         if request.thresholds is not None:
             check_thresholds(request.thresholds)
-        return self.begin(Event.NORMAL_MOVE, lambda _: self.motions.executor.append(move))
+        return self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
 
     def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         motions = self.motions
-        _check_stiffness(compliance.stiffness_n_per_m, LARGEST_N_PER_M, "N/m")
-        if not all(map(isfinite, compliance.balanced)):
-            raise Refused(EXECUTION, "a force that is not finite")
+        _check_stiffness(compliance.stiffness_n_per_m, "N/m")
         fx, fy, fz, tx, ty, tz = (0.0 - value for value in compliance.balanced)
         impedance = CartesianImpedance(compliance.stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
-        stops = TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE].stops
+        stops = self.mode.stops_for(Mode.IMPEDANCE)
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         if motions.moving and not stops:
             self.planner.check_approach(move.limits, 0.0)
-        return self.begin(Event.IMPEDANCE_MOVE, lambda _: motions.move_compliantly(move, impedance))
+        return self.begin(Mode.IMPEDANCE, lambda _: motions.move_compliantly(move, impedance))
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
-        _check_stiffness(stiffness_nm_per_rad, LARGEST_NM_PER_RAD, "Nm/rad")
-        return self.begin(
-            Event.IMPEDANCE_MOVE, lambda number: self.motions.hold(number, stiffness_nm_per_rad)
-        )
+        _check_stiffness(stiffness_nm_per_rad, "Nm/rad")
+        return self.begin(Mode.IMPEDANCE, lambda number: self.motions.hold(number, stiffness_nm_per_rad))
 
-    def _head_for(self, request: MoveRequest) -> int:
+    def _head_for(self, request: MoveRequest, mode: Mode) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
-        event = SERVO_EVENTS[request.kind]
-        change = TRANSITIONS[self.mode, event]
-        here = self.motions.rest_after_stop() if change.stops else self.motions.present
-        moving = self.motions.moving and not change.stops
-        joints, limits = self.planner.servo_target(request, change.mode, here, moving)
+        stops = self.mode.stops_for(mode)
+        here = self.motions.rest_after_stop() if stops else self.motions.present
+        moving = self.motions.moving and not stops
+        joints, limits = self.planner.servo_target(request, mode, here, moving)
         self.servo_heard = self.tick
-        return self.begin(event, lambda number: self.motions.head_for(number, joints, limits))
+        return self.begin(mode, lambda number: self.motions.head_for(number, joints, limits))
 
     def _planned(self, request: MoveRequest, start: Joints, number: int = 0) -> Move:
         """Plan a move from joint positions (rad); without a number it gets that of the next one accepted."""
@@ -523,7 +514,7 @@ class Controller:
     @property
     def end_of_queue(self) -> Joints:
         """Joint positions (rad) at which the next normal move begins."""
-        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
+        stops = self.mode.stops_for(Mode.NORMAL)
         return self.motions.rest_after_stop() if stops else self.motions.executor.rest
 
     # For tests, by the backdoor: no driver can do this. It takes effect at once.
@@ -564,6 +555,6 @@ class Controller:
         return Motions(self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world)
 
 
-def _check_stiffness(stiffness: float, largest: float, unit: str) -> None:
-    if not 0.0 <= stiffness <= largest:
-        raise Refused(EXECUTION, f"stiffness {stiffness:g} {unit}: expected 0 to {largest:g}")
+def _check_stiffness(stiffness: float, unit: str) -> None:
+    if not 0.0 <= stiffness <= LARGEST_STIFFNESS:
+        raise Refused(EXECUTION, f"stiffness {stiffness:g} {unit}: expected 0 to {LARGEST_STIFFNESS:g}")

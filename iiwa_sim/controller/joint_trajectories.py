@@ -14,7 +14,7 @@ import numpy as np
 
 from iiwa_sim.controller.endings import Ending, PendingMove
 from iiwa_sim.controller.errors import EXECUTION, REPLACED, STOP_TRIGGERED, SUCCESS, Refused
-from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, outside
 from iiwa_sim.motion.joint_trajectory import Knot, Reference
 from iiwa_sim.motion.joints import Joints
@@ -109,8 +109,7 @@ class JointTrajectories:
         controller.errors.check()
         controller.check_hold()
         knots = knots_of(request, self._names)
-        change = TRANSITIONS[controller.mode, Event.TRAJECTORY]
-        followed = None if change.stops else motions.tracked
+        followed = None if controller.mode.stops_for(Mode.TRAJECTORY) else motions.tracked
         here = motions.rest_after_stop()
         still = (0.0,) * len(here)
         state = (here, still, still) if followed is None else followed.reference.at(motions.tracked_s)
@@ -121,9 +120,7 @@ class JointTrajectories:
         except ArithmeticError:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
-        number = controller.begin(
-            Event.TRAJECTORY, lambda number: motions.track(number, trajectory), replaced
-        )
+        number = controller.begin(Mode.TRAJECTORY, lambda n: motions.track(n, trajectory), replaced)
 
         def ended(ending: Ending) -> None:
             if when_ended is not None:

@@ -1,4 +1,4 @@
-"""The modes of the robot, and what each kind of command does in each of them.
+"""The modes of the robot.
 
 Appendix B of drag&bot's requirements has four modes, normal, impedance, smart and direct, each with its own
 commands; a change between them stops the robot for about 100 ms. Our decisions: the robot is in none of them,
@@ -6,7 +6,6 @@ called unknown, before its first command and after a stop; joint trajectories of
 """
 
 from enum import Enum
-from typing import NamedTuple
 
 
 class Mode(Enum):
@@ -19,50 +18,12 @@ class Mode(Enum):
     DIRECT = "direct"
     TRAJECTORY = "trajectory"
 
+    def stops_for(self, wanted: "Mode") -> bool:
+        """Return True if a command of the `wanted` mode first stops the robot on its path.
 
-class Event(Enum):
-    """Event that may change the mode. A rejected command is no event."""
-
-    NORMAL_MOVE = "normal move"
-    IMPEDANCE_MOVE = "impedance move"
-    SMART_MOVE = "smart move"
-    DIRECT_MOVE = "direct move"
-    TRAJECTORY = "trajectory"
-    STOP = "stop"
-    SERVO_TIMEOUT = "servo timeout"
+        Waiting moves are then forgotten, and the command begins when the robot is at rest.
+        """
+        return self not in (Mode.UNKNOWN, wanted)
 
 
-class Transition(NamedTuple):
-    """Effect of an event."""
-
-    mode: Mode
-    """The mode from now on."""
-    stops: bool
-    """True if the robot stops on its path and forgets waiting moves. What the event asks for begins when
-    the robot is at rest."""
-
-
-# A cell holds the mode after the event, and "stop" before it where the robot has to come to rest first.
-_GRID = """
-mode      |normal move |impedance move |smart move |direct move |trajectory      |stop         |servo timeout
-unknown   |normal      |impedance      |smart      |direct      |trajectory      |unknown      |unknown
-normal    |normal      |stop, impedance|stop, smart|stop, direct|stop, trajectory|stop, unknown|normal
-impedance |stop, normal|impedance      |stop, smart|stop, direct|stop, trajectory|stop, unknown|impedance
-smart     |stop, normal|stop, impedance|smart      |stop, direct|stop, trajectory|stop, unknown|stop, unknown
-direct    |stop, normal|stop, impedance|stop, smart|direct      |stop, trajectory|stop, unknown|stop, unknown
-trajectory|stop, normal|stop, impedance|stop, smart|stop, direct|trajectory      |stop, unknown|trajectory
-"""
 SERVO_MODES = (Mode.SMART, Mode.DIRECT)
-
-
-def _read(grid: str) -> dict[tuple[Mode, Event], Transition]:
-    head, *rows = [[cell.strip() for cell in line.split("|")] for line in grid.strip().splitlines()]
-    return {
-        (Mode(mode), Event(event)): Transition(Mode(cell.removeprefix("stop, ")), cell.startswith("stop, "))
-        for mode, *cells in rows
-        for event, cell in zip(head[1:], cells, strict=True)
-    }
-
-
-TRANSITIONS = _read(_GRID)
-"""The effect of every event in every mode."""

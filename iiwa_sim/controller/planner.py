@@ -199,7 +199,6 @@ class Planner:
         d = self._description
         if len(joints) != len(d.joints):
             raise Refused(EXECUTION, f"{len(d.joints)} joint positions are needed")
-        _check_finite("joint position", joints)
         for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
             if not lower <= q <= upper:
                 raise outside(name, q, lower, upper)
@@ -361,18 +360,12 @@ def _capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> Join
 
 def _checked_pose(target: Frame, request: MoveRequest) -> Transform:
     """Return the checked target of a request as a pose."""
-    _check_finite("frame", target)
+    if not all(map(isfinite, target)):
+        raise Refused(EXECUTION, "a frame that is not finite")
     if max(map(abs, target[:3])) > FARTHEST_MM:
         raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
     _check_speed(request.speed)
-    if request.redundancy is not None:
-        _check_finite("redundancy", [request.redundancy])
     return target.to_transform()
-
-
-def _check_finite(what: str, values: Sequence[float]) -> None:
-    if not all(map(isfinite, values)):
-        raise Refused(EXECUTION, f"a {what} that is not finite")
 
 
 def _check_speed(speed_rel: float) -> None:

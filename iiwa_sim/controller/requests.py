@@ -15,7 +15,6 @@ from iiwa_sim.frames import (
     multiply,
     rotation_from_quaternion,
 )
-from iiwa_sim.wording import distinct
 
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
@@ -118,9 +117,8 @@ def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
     """The frame of a position (mm) and a quaternion x, y, z, w; raises `Refused` unless its length is 1."""
     length = hypot(*quaternion)
     if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
-        shown, *_ = distinct(length, 1.0 - QUATERNION_LENGTH_TOLERANCE, 1.0 + QUATERNION_LENGTH_TOLERANCE)
         expected = f"expected 1, within {QUATERNION_LENGTH_TOLERANCE:g}"
-        raise Refused(EXECUTION, f"a quaternion of length {shown}: {expected}")
+        raise Refused(EXECUTION, f"a quaternion of length {length:.7g}: {expected}")
     turned = Frame.from_transform(Transform(rotation_from_quaternion(quaternion), (0.0, 0.0, 0.0)))
     x_mm, y_mm, z_mm = position_mm
     return turned._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, TARGET_NOT_REACHABLE, ErrorRecord, Refused
-from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode
+from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import DIRECT_REACH_RAD
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
@@ -33,12 +33,6 @@ FULL = [1.0] * 7
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
 AWAY = [1.2, 0.9, 0.5, -0.6, 1.3, 0.2, 1.5]
 ELSEWHERE = [-0.4, 0.2, 0.3, -1.5, -0.3, 1.3, 0.4]
-OWN = {
-    Mode.NORMAL: Event.NORMAL_MOVE,
-    Mode.IMPEDANCE: Event.IMPEDANCE_MOVE,
-    Mode.SMART: Event.SMART_MOVE,
-    Mode.DIRECT: Event.DIRECT_MOVE,
-}
 TICK_S = 0.002
 STOP_TICKS = 50  # 100 ms
 
@@ -222,7 +216,7 @@ def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
     for command, k, ticks in sequence:
         if command == "stop":
             robot.stop()
-            mode = TRANSITIONS[mode, Event.STOP].mode
+            mode = Mode.UNKNOWN
         elif command == "refused":
             with pytest.raises(Refused):
                 robot.controller.move(smart_joint_move([9.0] * 7, FULL))
@@ -232,7 +226,7 @@ def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
             except Refused:  # of lines: not every one is possible
                 assert "lin" in command
             else:
-                mode = TRANSITIONS[mode, OWN[REQUESTS[command][0]]].mode
+                mode = REQUESTS[command][0]
         assert robot.controller.mode is mode
         robot.step(ticks)
     robot.runs_until_stopped()
