@@ -6,7 +6,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Coroutine
-from concurrent.futures import CancelledError
+from concurrent import futures
 from typing import Any, TypeVar
 
 CLOSED = "the loop is closed"
@@ -50,19 +50,18 @@ class LoopThread:
         with self._lock:
             if self._closed:
                 raise RuntimeError(CLOSED)
-            answer = asyncio.run_coroutine_threadsafe(_kept(function), self._loop)
+            answer = asyncio.run_coroutine_threadsafe(function(), self._loop)
         try:
-            value, fault = answer.result(limit_s)
-        except CancelledError:
+            if not futures.wait([answer], limit_s).done:
+                line = traceback.extract_stack(sys._current_frames().get(self._thread.ident or 0))[-1]
+                busy = f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
+                raise TimeoutError(f"the thread {self._thread.name} is blocked by {busy}")
+            return answer.result()
+        except futures.CancelledError:
             raise RuntimeError(CLOSED) from None
-        except TimeoutError:
-            raise TimeoutError(f"the thread {self._thread.name} is blocked by {self._busy_with()}") from None
         except KeyboardInterrupt:
             answer.cancel()
             raise
-        if fault is not None:
-            raise fault
-        return value  # type: ignore[return-value]  # None only beside a fault, or as the result
 
     def close(self, *, wait: bool = True) -> None:
         """Cancel what runs in the loop, end the thread and wait for that.
@@ -76,24 +75,6 @@ class LoopThread:
         if wait:
             self._thread.join()
 
-    def _busy_with(self) -> str:
-        """The line of Python that the thread carries out."""
-        frame = sys._current_frames().get(self._thread.ident or 0)
-        if frame is None:
-            return "nothing: it has ended"
-        line = traceback.extract_stack(frame)[-1]
-        return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
-
     def _run(self) -> None:
         with self._runner:
             self._loop.run_forever()
-
-
-async def _kept(function: Callable[[], Coroutine[Any, Any, T]]) -> tuple[T | None, BaseException | None]:
-    """Return the result and the exception, which would end the loop if it were a SystemExit."""
-    try:
-        return await function(), None
-    except asyncio.CancelledError:
-        raise
-    except BaseException as fault:  # noqa: BLE001 - for the thread that waits
-        return None, fault

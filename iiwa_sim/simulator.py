@@ -4,7 +4,6 @@ import logging
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import AbstractContextManager, AsyncExitStack, ExitStack
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim import log
@@ -13,10 +12,8 @@ from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
 from iiwa_sim.clock.clock import Clock, Stepped
 from iiwa_sim.clock.pace import pace
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.loop_thread import LoopThread
-from iiwa_sim.motion.joints import Joints
 from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.options.sources import from_keywords
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
@@ -31,20 +28,23 @@ if TYPE_CHECKING:
     from iiwa_sim.backdoor.http import BackdoorHttp
     from iiwa_sim.ros.side import RosSide
 
+    OnlyRobot = SimulatedRobot
+else:
+    OnlyRobot = object  # `Simulator.__getattr__` forwards to the robot
+
 LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
-RUNNING = "the simulator runs already"
 
 T = TypeVar("T")
 logger = logging.getLogger(__name__)
 
 
-class Simulator:
+class Simulator(OnlyRobot):
     """Simulated robot, or several in one cell, that listen on their ports while its context is open.
 
     `with Simulator(clock="fast") as robot:` runs it in a thread of its own, `async with` in the caller's
-    asyncio loop. A driver connects to `robot.host` and `robot.port`, free ports unless options name them. In
-    a cell with several robots, `robots["left"]` has these and the others that belong to one robot.
+    asyncio loop. A driver connects to `robot.host` and `robot.port`, free ports unless options name them. A
+    single robot lends its methods to its simulator; of several in a cell, `robots["left"]` has them.
 
     With a thread, any other thread may call the methods here; each returns when it is done. `controller`,
     `clock` and `dialogue` belong to the robot's thread: reach them through `call`. In a loop, methods that
@@ -105,11 +105,7 @@ class Simulator:
         for each in robots:
             each.join(self._group, states, self._recordings)
         first = robots[0]
-        if len(robots) == 1:
-            self._only = first
-            self.cell, self.dialogue, self.backdoor = first.cell, first.dialogue, first.backdoor
-            self.state, self.reply = first.state, first.reply
-        self._opened = AsyncExitStack()
+        self._opened, self._is_open = AsyncExitStack(), False
         self._backdoor_http: BackdoorHttp | None = None
         if settings.backdoor_port is not None:
             from iiwa_sim.backdoor import http
@@ -134,22 +130,24 @@ class Simulator:
                 on_client=self.clock.look,
                 budget=budget,
             )
-        self._ros: RosSide | None = None
+        self.ros: RosSide | None = None
         if has_ros:
             from iiwa_sim.ros import side
 
-            self._ros = side.RosSide(first.stepped, first.log, settings, self.clock)
+            self.ros = side.RosSide(first.stepped, first.log, settings, self.clock)
 
     if not TYPE_CHECKING:
 
-        def __getattr__(self, name: str) -> None:
-            of_one = any(name in dir(each) for each in self.__dict__.get("robots", {}).values())
-            hint = "the cell has several robots: robots[NAME] has it" if of_one else "a simulator has none"
+        def __getattr__(self, name: str) -> Any:
+            robots = self.__dict__.get("robots", {})
+            if len(robots) == 1:
+                return getattr(next(iter(robots.values())), name)
+            hint = f"a simulator of {len(robots)} robots has none; robots[NAME] has what belongs to one"
             raise AttributeError(f"{name!r}: {hint}", name=name, obj=self)
 
     async def __aenter__(self) -> Self:
-        if self._runs:
-            raise RuntimeError(RUNNING)
+        if self._is_open:
+            raise RuntimeError("the simulator runs already")
         async with AsyncExitStack() as opened:
             if self.settings.transcript is not None:
                 path = Path(self.settings.transcript)
@@ -161,7 +159,7 @@ class Simulator:
                 record = Path(self.settings.record), self.settings.record_rate_hz
                 self._recordings.begin(*record, self._sources)
             opened.callback(self.clock.stop)
-            for server in (self._status, self._ros, self._backdoor_http):
+            for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
                     await server.start()
                     opened.push_async_callback(server.close)
@@ -171,30 +169,37 @@ class Simulator:
                         await port.start()
                         opened.push_async_callback(port.close)
             self._opened = opened.pop_all()
+        self._is_open = True
         self.clock.start(self._watched())
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         self._group.stop()  # or the log would say that the clients have vanished
+        self._is_open = False
         await self._opened.aclose()
 
     def __enter__(self) -> Self:
-        if self._thread is not None or self._runs:
-            raise RuntimeError(RUNNING)
+        if self._thread is not None:
+            raise RuntimeError("the simulator runs already")
         self._thread = LoopThread("iiwa-sim")
         try:
             return self._thread.wait_for(self.__aenter__)
         except BaseException:
-            self._leave(self._thread)
+            self.__exit__()
             raise
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
-    ) -> None:
-        if self._thread is not None:
-            self._leave(self._thread)
+    def __exit__(self, *_: object) -> None:
+        thread, wait = self._thread, True
+        if thread is None:
+            return
+        try:
+            thread.wait_for(self.__aexit__, LEAVE_S)
+        except TimeoutError:
+            wait = False
+            raise
+        finally:
+            thread.close(wait=wait)
+            self._thread = None
 
     def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
         """The result of `function`, called between two ticks in the robot's thread; raises what it raises.
@@ -203,12 +208,19 @@ class Simulator:
         has ended, or there is none, the function is called at once.
         """
 
-        async def called() -> T:
-            return self._called(function)
+        def called() -> T:
+            self.clock.catch_up()
+            try:
+                return function()
+            finally:
+                self.clock.commanded()
+
+        async def awaited() -> T:
+            return called()
 
         if self._thread is None or self._thread.current:
-            return self._called(function)
-        return self._thread.wait_for(called, limit_s)
+            return called()
+        return self._thread.wait_for(awaited, limit_s)
 
     def advance(self, seconds: float) -> None:
         """Let simulated time pass as fast as possible, with any clock.
@@ -261,29 +273,9 @@ class Simulator:
         return self._recordings.begin(Path(path), rate_hz, self._sources, self.call)
 
     @property
-    def controller(self) -> Controller:
-        """The controller of the only robot, as of now: see `SimulatedRobot`."""
-        return self._only.controller
-
-    @property
-    def joints(self) -> Joints:
-        """Joint positions (rad) of the only robot."""
-        return self._only.joints
-
-    @property
     def host(self) -> str:
         """Address listened on."""
         return next(iter(self.robots.values())).host
-
-    @property
-    def port(self) -> int:
-        """Port listened on by the only robot, that of its first protocol."""
-        return self._only.port
-
-    @property
-    def ports(self) -> dict[str, int]:
-        """Port of each protocol of the only robot, in the order in which they were named."""
-        return self._only.ports
 
     @property
     def status_port(self) -> int | None:
@@ -293,18 +285,8 @@ class Simulator:
     @property
     def rosbridge_port(self) -> int | None:
         """Port on which the robot is on ROS by rosbridge, if it is."""
-        address = None if self._ros is None else self._ros.rosbridge_address
+        address = None if self.ros is None else self.ros.rosbridge_address
         return None if address is None else address[1]
-
-    @property
-    def ros2_node(self) -> str | None:
-        """The name of the node of ROS 2 that the robot is, if it is one."""
-        return None if self._ros is None else self._ros.ros2_node
-
-    @property
-    def ros_master(self) -> str | None:
-        """The ROS master of which the robot is a node, if it is."""
-        return None if self._ros is None else self._ros.ros_master
 
     @property
     def backdoor_port(self) -> int | None:
@@ -315,13 +297,9 @@ class Simulator:
     def _sources(self) -> list[Source]:
         return [each.source for each in self.robots.values()]
 
-    @property
-    def _runs(self) -> bool:
-        return any(port.acceptor.listening for each in self.robots.values() for port in each.servers.values())
-
     def _watched(self) -> Stepped:
         """The robots for the clock; with nobody else in between where nobody watches."""
-        others = [each for each in (self._status, self._ros) if each is not None]
+        others = [each for each in (self._status, self.ros) if each is not None]
         self._group.observers = observers = [*self._recordings.recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
@@ -338,24 +316,3 @@ class Simulator:
         if self._thread is None:
             raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
         return self._thread.wait_for(coroutine)
-
-    def _called(self, function: Callable[[], T]) -> T:
-        self.clock.catch_up()
-        try:
-            return function()
-        finally:
-            self.clock.commanded()
-
-    def _leave(self, thread: LoopThread) -> None:
-        async def leave() -> None:
-            await self.__aexit__(None, None, None)
-
-        blocked = False
-        try:
-            thread.wait_for(leave, LEAVE_S)
-        except TimeoutError:
-            blocked = True
-            raise
-        finally:
-            thread.close(wait=not blocked)
-            self._thread = None

@@ -268,10 +268,8 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
 
 def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> None:
     for name in ("port", "controller", "backdoor", "dialogue", "joints"):
-        with pytest.raises(AttributeError, match=r"the cell has several robots: robots\[NAME\] has it"):
+        with pytest.raises(AttributeError, match=r"robots\[NAME\] has what belongs to one"):
             getattr(cell, name)
-    with pytest.raises(AttributeError, match="'prot': a simulator has none"):
-        cell.prot  # type: ignore[attr-defined]  # noqa: B018
     for options in ({"port": 30000}, {"protocol": "krc4"}):
         with pytest.raises(SettingError, match=": expected none: write those of left and right in"):
             Simulator(cell=CELL, **options)
