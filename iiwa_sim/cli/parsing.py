@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from iiwa_sim.cli import COMMANDS
-from iiwa_sim.options.model import COMMON, REPEATED, SettingError, Settings
+from iiwa_sim.options.model import COMMON, SettingError, Settings
 from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
@@ -51,23 +51,19 @@ class Parser(argparse.ArgumentParser):
         `defaults` differ from those of the model.
         """
         groups: dict[str, argparse._ArgumentGroup] = {}
-        for field in fields:
-            option = OPTIONS[field]
+        for option in map(OPTIONS.__getitem__, fields):
             if option.group not in groups:
                 groups[option.group] = self.add_argument_group(option.group)
             flag = str(getattr(option, self._place.spelling))
-            kind: dict[str, Any] = {"metavar": option.metavar}
+            kind: dict[str, Any] = {"dest": option.keyword, "metavar": option.metavar}
             if option.is_switch:
-                kind = {"action": "store_const", "const": "true"}
-            elif field in REPEATED:
-                kind["action"] = "append"
-            if field in defaults:
-                kind["default"] = defaults[field]
-            kind["help"] = _help(option, defaults) if field in shown else argparse.SUPPRESS
-            if flag.startswith("-"):
-                groups[option.group].add_argument(flag, dest=field, **kind)
-            else:
-                groups[option.group].add_argument(field, nargs="?", **kind)
+                kind = {"dest": option.keyword, "action": "store_const", "const": "true"}
+            elif not flag.startswith("-"):
+                flag, kind = option.keyword, {"nargs": "?", "metavar": option.metavar}
+            if option.keyword in defaults:
+                kind["default"] = defaults[option.keyword]
+            kind["help"] = _help(option, defaults) if option.keyword in shown else argparse.SUPPRESS
+            groups[option.group].add_argument(flag, **kind)
 
     def given(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
         """Return the arguments of the command's own, and the options of the model. Raises SettingError."""

@@ -31,9 +31,11 @@ def flag_of(field: str) -> str:
     return "CELL.toml" if field == "cell" else f"--{option_name(field).replace('_', '-')}"
 
 
-def _checked(check: Callable[[str], object], expected: str, metavar: str) -> Meta:
-    """Describe a text for which `check` raises OSError or ValueError if it is wrong."""
-    return Meta(min_length=1, extra={"check": check, "expected": expected, "metavar": metavar})
+def _text(
+    metavar: str, expected: str = "a text that is not empty", check: Callable[[str], object] = str
+) -> Meta:
+    """Describe a text; `check` raises OSError or ValueError if it is not what is `expected`."""
+    return Meta(min_length=1, extra={"metavar": metavar, "expected": expected, "check": check})
 
 
 def _admit(**named: list[str]) -> None:
@@ -42,18 +44,7 @@ def _admit(**named: list[str]) -> None:
     WebAccess(**named)
 
 
-def _group(title: str) -> Callable[..., Meta]:
-    """Return a function that describes an option of a group: help text, metavar, meaning of no value."""
-
-    def described(text: str, metavar: str = "", unset: str = "") -> Meta:
-        extra = {"metavar": metavar, "unset": unset}
-        return Meta(title=title, description=text, extra={key: each for key, each in extra.items() if each})
-
-    return described
-
-
-_NOT_EMPTY = "a text that is not empty"
-_A_TOKEN = "1 to 256 printable ASCII characters without blanks"
+_TOKEN = "1 to 256 printable ASCII characters without blanks"
 Port = Annotated[int, Meta(ge=0, le=MAX_PORT, extra={"metavar": "PORT"})]
 Count = Annotated[int, Meta(ge=1, le=10_000, extra={"metavar": "NUMBER"})]
 Seconds = Annotated[float, Meta(ge=0, le=86400, extra={"metavar": "SECONDS"})]
@@ -61,23 +52,28 @@ SecondsAboveZero = Annotated[float, Meta(gt=0, le=86400, extra={"metavar": "SECO
 TickRateHz = Annotated[int, Meta(ge=100, le=1000, extra={"metavar": "HZ"})]
 StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
 RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
-File = Annotated[str, Meta(min_length=1, extra={"metavar": "FILE", "expected": _NOT_EMPTY})]
-Host = Annotated[str, Meta(min_length=1, extra={"metavar": "HOST", "expected": _NOT_EMPTY})]
+CellFile = Annotated[str, _text("CELL.toml")]
+Robot = Annotated[str, _text("NAME|FOLDER")]
+FleetFile = Annotated[str, _text("FLEET.toml")]
+File = Annotated[str, _text("FILE")]
+Recording = Annotated[str, _text("FILE.mcap")]
+Program = Annotated[str, _text("PATH")]
+Host = Annotated[str, _text("HOST")]
+Word = Annotated[str, _text("TOKEN", _TOKEN, Token)]
 TokenFile = Annotated[
-    str, _checked(lambda path: Token(secret_in(path)), f"a readable file with {_A_TOKEN}", "FILE")
+    str, _text("FILE", f"a readable file with {_TOKEN}", lambda path: Token(secret_in(path)))
 ]
-Word = Annotated[str, _checked(Token, _A_TOKEN, "TOKEN")]
-Clock = Annotated[str, _checked(pace.pace, pace.EXPECTED, "real|10x|fast|stepped")]
+Name = Annotated[str, Meta(extra={"metavar": "NAME"})]
+Clock = Annotated[str, _text("real|10x|fast|stepped", pace.EXPECTED, pace.pace)]
 Origin = Annotated[
-    str, _checked(lambda text: _admit(origins=[text]), "scheme://host or scheme://host:port", "ORIGIN")
+    str, _text("ORIGIN", "scheme://host or scheme://host:port", lambda text: _admit(origins=[text]))
 ]
 HostName = Annotated[
-    str, _checked(lambda text: _admit(hosts=[text]), "a host name without scheme and port", "NAME")
+    str, _text("NAME", "a host name without scheme and port", lambda text: _admit(hosts=[text]))
 ]
 Protocol = Literal["iiwa", "krc4"]
+ResultYear = Literal[2016, 2021, 2023, 2024]
 LogLevel = Literal["error", "warning", "info", "debug"]
-_robots, _connections, _time, _output = map(_group, ("robots", "connections", "time", "output"))
-_backdoor, _ros, _other = map(_group, ("backdoor", "ROS", "other options"))
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
@@ -86,98 +82,67 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     Types and ranges are not checked here: see `sources.py`.
     """
 
-    cell: Annotated[File | None, _robots("robot, start pose, tool, surfaces and parts", "CELL.toml")] = None
-    robot: Annotated[
-        File | None, _robots("built-in robot, or a folder", "NAME|FOLDER", "lbr_iiwa_7_r800")
-    ] = None
-    count: Annotated[
-        Count | None,
-        _robots("run equal robots, robot-0, robot-1 and so on; ports count up", "", "one without a name"),
-    ] = None
-    fleet: Annotated[File | None, _robots("run the robots that this file names", "FLEET.toml")] = None
+    cell: Annotated[CellFile | None, "robot, start pose, tool, surfaces and parts"] = None
+    robot: Annotated[Robot | None, "built-in robot, or a folder"] = None
+    count: Annotated[Count | None, "run equal robots, robot-0, robot-1 and so on; ports count up"] = None
+    fleet: Annotated[FleetFile | None, "run the robots that this file names"] = None
 
-    protocol: Annotated[tuple[Protocol, ...], _connections("protocols, each on its own port")] = ("iiwa",)
-    host: Annotated[Host, _connections("address to listen on; 0.0.0.0 for all")] = LOOPBACK
-    port: Annotated[
-        tuple[Port, ...],
-        _connections("one port for each protocol; 0 picks a free one", "", "30000 for iiwa, 54600 for krc4"),
-    ] = ()
-    strict: Annotated[
-        bool, _connections("reject an iiwa command with surplus values, instead of ignoring them")
-    ] = False
-    exclusive: Annotated[bool, _connections("serve one client after the other; others wait")] = False
-    reconnect_pause_s: Annotated[Seconds, _connections("wait between one client and the next")] = 0.0
-    bye_shuts_down: Annotated[bool, _connections("exit when a client sends bye")] = False
+    protocol: Annotated[tuple[Protocol, ...], "protocols, each on its own port"] = ("iiwa",)
+    host: Annotated[Host, "address to listen on; 0.0.0.0 for all"] = LOOPBACK
+    port: Annotated[tuple[Port, ...], "one port for each protocol; 0 picks a free one"] = ()
+    strict: Annotated[bool, "reject an iiwa command with surplus values, instead of ignoring them"] = False
+    exclusive: Annotated[bool, "serve one client after the other; others wait"] = False
+    reconnect_pause_s: Annotated[Seconds, "wait between one client and the next"] = 0.0
+    bye_shuts_down: Annotated[bool, "exit when a client sends bye"] = False
 
     clock: Annotated[
         Clock,
-        _time(
-            "real time, a multiple of it, as fast as possible while the robot moves, "
-            "or advanced by a test only"
-        ),
+        "real time, a multiple of it, as fast as possible while the robot moves, or advanced by a test only",
     ] = "real"
-    rate_hz: Annotated[TickRateHz, _time("ticks per second")] = 500
+    rate_hz: Annotated[TickRateHz, "ticks per second"] = 500
     servo_timeout_s: Annotated[
         SecondsAboveZero | None,
-        _time("stop if no smart or direct move follows the last one within this time", "", "never"),
+        "stop if no smart or direct move follows the last one within this time",
     ] = None
 
     status_port: Annotated[
-        Port | None, _output("send the state as lines of JSON, and take the line stop; 0 picks a port")
+        Port | None, "send the state as lines of JSON, and take the line stop; 0 picks a port"
     ] = None
-    status_rate_hz: Annotated[StatusRateHz, _output("lines per second on the status port")] = 50
-    view_port: Annotated[
-        Port | None, _output("port of a live page, which uses the backdoor; 0 picks a port")
-    ] = None
-    view_host: Annotated[Host, _output("address of the page; others than loopback need a token")] = LOOPBACK
-    view_token: Annotated[Word | None, _output("admit only browsers that know this token")] = None
-    view_token_file: Annotated[TokenFile | None, _output("file with the token of the page")] = None
-    transcript: Annotated[File | None, _output("write the dialogue, for iiwa-sim replay")] = None
-    record: Annotated[File | None, _output("record the run; needs the extra record", "FILE.mcap")] = None
-    record_rate_hz: Annotated[
-        RateHz | None, _output("states per second in the recording", "", "one at every tick")
-    ] = None
+    status_rate_hz: Annotated[StatusRateHz, "lines per second on the status port"] = 50
+    view_port: Annotated[Port | None, "port of a live page, which uses the backdoor; 0 picks a port"] = None
+    view_host: Annotated[Host, "address of the page; others than loopback need a token"] = LOOPBACK
+    view_token: Annotated[Word | None, "admit only browsers that know this token"] = None
+    view_token_file: Annotated[TokenFile | None, "file with the token of the page"] = None
+    transcript: Annotated[File | None, "write the dialogue, for iiwa-sim replay"] = None
+    record: Annotated[Recording | None, "record the run; needs the extra record"] = None
+    record_rate_hz: Annotated[RateHz | None, "states per second in the recording"] = None
     log_level: Annotated[
         LogLevel,
-        _output(
-            "warning adds rejected commands and lost clients, info clients that come and go, "
-            "debug all commands"
-        ),
+        "warning adds rejected commands and lost clients, info clients that come and go, debug all commands",
     ] = "warning"
-    log_json: Annotated[bool, _output("log JSON, one object per line")] = False
+    log_json: Annotated[bool, "log JSON, one object per line"] = False
 
-    backdoor_port: Annotated[
-        Port | None, _backdoor("faults, pushes and state as JSON over HTTP; 0 picks a port")
-    ] = None
-    backdoor_host: Annotated[Host, _backdoor("its address; others than loopback need a token")] = LOOPBACK
+    backdoor_port: Annotated[Port | None, "faults, pushes and state as JSON over HTTP; 0 picks a port"] = None
+    backdoor_host: Annotated[Host, "its address; others than loopback need a token"] = LOOPBACK
     backdoor_token: Annotated[
-        Word | None,
-        _backdoor("serve only clients that send this token; other users see it in the list of processes"),
+        Word | None, "serve only clients that send this token; other users see it in the list of processes"
     ] = None
-    backdoor_token_file: Annotated[TokenFile | None, _backdoor("file with the token of the backdoor")] = None
+    backdoor_token_file: Annotated[TokenFile | None, "file with the token of the backdoor"] = None
 
-    rosbridge_port: Annotated[Port | None, _ros("serve rosbridge; usually 9090; 0 picks a port")] = None
-    rosbridge_origin: Annotated[
-        tuple[Origin, ...], _ros("also admit web pages of this origin", "", "pages of this machine")
-    ] = ()
-    rosbridge_host: Annotated[
-        tuple[HostName, ...], _ros("also admit this name of the machine", "", "addresses and localhost")
-    ] = ()
-    ros: Annotated[bool, _ros("run a ROS 1 node at ROS_MASTER_URI; needs rospy")] = False
-    ros_result: Annotated[
-        Literal[2016, 2021, 2023, 2024], _ros("year of the message type of /command_result")
-    ] = 2024
+    rosbridge_port: Annotated[Port | None, "serve rosbridge; usually 9090; 0 picks a port"] = None
+    rosbridge_origin: Annotated[tuple[Origin, ...], "also admit web pages of this origin"] = ()
+    rosbridge_host: Annotated[tuple[HostName, ...], "also admit this name of the machine"] = ()
+    ros: Annotated[bool, "run a ROS 1 node at ROS_MASTER_URI; needs rospy"] = False
+    ros_result: Annotated[ResultYear, "year of the message type of /command_result"] = 2024
     ros_reference: Annotated[
-        Literal["apply", "ignore"], _ros("what to do with a pose_reference_frame other than the base")
+        Literal["apply", "ignore"], "what to do with a pose_reference_frame other than the base"
     ] = "apply"
-    ros_stamps: Annotated[Literal["real", "simulated"], _ros("time in message headers")] = "real"
-    ros2: Annotated[bool, _ros("run a ROS 2 node in a process of its own")] = False
-    ros2_python: Annotated[
-        File | None, _ros("interpreter with rclpy", "PATH", "that of iiwa-sim ros2-env, or a sourced one")
-    ] = None
-    ros_namespace: Annotated[str, _ros("namespace of the ROS 2 node and its topics", "NAME", "none")] = ""
+    ros_stamps: Annotated[Literal["real", "simulated"], "time in message headers"] = "real"
+    ros2: Annotated[bool, "run a ROS 2 node in a process of its own"] = False
+    ros2_python: Annotated[Program | None, "interpreter with rclpy"] = None
+    ros_namespace: Annotated[Name, "namespace of the ROS 2 node and its topics"] = ""
 
-    version: Annotated[bool, _other("print the version and exit")] = False
+    version: Annotated[bool, "print the version and exit"] = False
 
     def __post_init__(self) -> None:
         fields = zip(self.__struct_fields__, self.__struct_defaults__, strict=True)
@@ -221,8 +186,27 @@ COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port
 COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
 COMMON |= {"backdoor_port", "rosbridge_port", "ros", "ros2"}
 """Options that --help tells."""
-REPEATED = ("rosbridge_origin", "rosbridge_host")
-"""Options that the command line may give several times."""
+GROUPS = {
+    "cell": "robots",
+    "protocol": "connections",
+    "clock": "time",
+    "status_port": "output",
+    "backdoor_port": "backdoor",
+    "rosbridge_port": "ROS",
+    "version": "other options",
+}
+"""Title of each group of options, by its first option."""
+UNSET = {
+    "robot": "lbr_iiwa_7_r800",
+    "count": "one without a name",
+    "port": "30000 for iiwa, 54600 for krc4",
+    "servo_timeout_s": "never",
+    "record_rate_hz": "one at every tick",
+    "rosbridge_origin": "pages of this machine",
+    "rosbridge_host": "addresses and localhost",
+    "ros2_python": "that of iiwa-sim ros2-env, or a sourced one",
+}
+"""The meaning of a missing option, other than none."""
 WRITTEN = ("transcript", "record")
 """Files of which each robot writes its own."""
 FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import msgspec
+from msgspec import Meta
 
 from iiwa_sim.options import model
 from iiwa_sim.options.model import SettingError, Settings
@@ -24,7 +25,8 @@ def _either(words: Sequence[str]) -> str:
 class Option:
     """One option in all its spellings."""
 
-    def __init__(self, field: msgspec.structs.FieldInfo) -> None:
+    def __init__(self, field: msgspec.structs.FieldInfo, group: str) -> None:
+        self.group, self.text = group, str(field.type.__metadata__[-1])
         self.keyword, self.key, self.default = field.name, model.option_name(field.name), field.default
         self.flag = model.flag_of(field.name)
         self.command_flag = f"--{self.key.replace('_', '-')}".replace("--view-", "--")  # in show and plot
@@ -33,21 +35,20 @@ class Option:
         self.type = arms[0] if type(None) in arms else field.type
         item = arms[0] if self.is_list else self.type
         kind = get_args(item)[0] if get_origin(item) is Annotated else item
-        metas = [*getattr(item, "__metadata__", ()), *field.type.__metadata__]
-        extra = {key: value for meta in metas for key, value in (meta.extra or {}).items()}
-        self.group, self.text = str(metas[-1].title), str(metas[-1].description)
+        meta = next((each for each in getattr(item, "__metadata__", ()) if isinstance(each, Meta)), Meta())
+        extra = meta.extra or {}
         self.is_switch, self.check = kind is bool, extra.get("check", str)
         words = list(map(str, get_args(kind))) or (["true", "false"] if self.is_switch else ["a text"])
         if kind in (int, float):
-            limit, whole = next(meta for meta in metas if meta.le is not None), "whole " * (kind is int)
-            low = f"from {limit.ge:g} to" if limit.ge is not None else f"above {limit.gt:g} and up to"
+            whole = "whole " * (kind is int)
+            low = f"from {meta.ge:g} to" if meta.ge is not None else f"above {meta.gt:g} and up to"
             unit = {"_hz": " Hz", "_s": " s"}.get(self.keyword.removeprefix(self.key), "")
-            words = [f"a {whole}number {low} {limit.le:g}{unit}"]
+            words = [f"a {whole}number {low} {meta.le:g}{unit}"]
         self.expected = extra.get("expected", _either(words)) + ", commas between" * self.is_list
         self.metavar = extra.get("metavar", "|".join(words))
         shown = ",".join(self.default) if self.is_list else self.default
         shown = f"{shown:g}" if kind is float and shown is not None else shown
-        self.unset = extra.get("unset") or ("none" if shown in (None, "") else str(shown).lower())
+        self.unset = model.UNSET.get(field.name, "none" if shown in (None, "") else str(shown).lower())
 
 
 class Place(NamedTuple):
@@ -68,8 +69,12 @@ class Place(NamedTuple):
 
 Given = dict[str, Any]
 """Checked values by the fields of `Settings`."""
-OPTIONS = {field.name: Option(field) for field in msgspec.structs.fields(Settings)}
+OPTIONS: dict[str, Option] = {}
 """The options by the fields of `Settings`."""
+_group = ""
+for _field in msgspec.structs.fields(Settings):
+    _group = model.GROUPS.get(_field.name, _group)
+    OPTIONS[_field.name] = Option(_field, _group)
 ENVIRONMENT = Place("variable", "=", is_text=True)
 KEYWORDS = Place("keyword", "=")
 

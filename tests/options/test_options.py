@@ -8,7 +8,7 @@ import pytest
 
 from iiwa_sim import SettingError, Settings, Simulator
 from iiwa_sim.cli.parsing import from_command_line, servers
-from iiwa_sim.options.model import PROCESS, REPEATED
+from iiwa_sim.options.model import PROCESS
 from iiwa_sim.options.sources import OPTIONS, Place, from_environment, from_names
 from tests.processes import refused, robots
 from tools.reference import DOCS, PAGES
@@ -39,8 +39,7 @@ def test_an_option_has_the_same_value_by_each_way(secret: str) -> None:
     assert values.keys() == options.keys() - {"version"}
     for key, text in values.items():
         option = options[key]
-        words = [f"{option.flag}={each}" for each in (text.split(",") if key in REPEATED else [text])]
-        words = [option.flag] if option.is_switch else [text] if key == "cell" else words
+        words = [option.flag] if option.is_switch else [text] if key == "cell" else [f"{option.flag}={text}"]
         value = from_command_line(words)[option.keyword]
         assert value != option.default
         assert from_environment({option.variable: text})[0][option.keyword] == value
