@@ -285,8 +285,8 @@ class Simulator(OnlyRobot):
     @property
     def rosbridge_port(self) -> int | None:
         """Port on which the robot is on ROS by rosbridge, if it is."""
-        address = None if self.ros is None else self.ros.rosbridge_address
-        return None if address is None else address[1]
+        rosbridge = None if self.ros is None else self.ros.rosbridge
+        return None if rosbridge is None else rosbridge.address[1]
 
     @property
     def backdoor_port(self) -> int | None:

@@ -114,10 +114,10 @@ def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
     ports += [("backdoor", settings.backdoor_host, simulator.backdoor_port)]
     lines = [f"{what} on {host_and_port(host, port)}" for what, host, port in ports if port is not None]
-    if simulator.ros is not None and simulator.ros.ros_master is not None:
-        lines.append(f"ROS node at {simulator.ros.ros_master}")
-    if simulator.ros is not None and simulator.ros.ros2_node is not None:
-        lines.append(f"ROS 2 node {simulator.ros.ros2_node}")
+    if simulator.ros is not None and simulator.ros.ros1 is not None:
+        lines.append(f"ROS node at {simulator.ros.ros1.node}")
+    if simulator.ros is not None and simulator.ros.ros2 is not None:
+        lines.append(f"ROS 2 node {simulator.ros.ros2.node}")
     return [f"{name} {line}".lstrip() for line in lines]
 
 

@@ -234,47 +234,36 @@ class AppendixA:
         io.set_output(number, request.value)
         return {"error": NO_ERROR}
 
-    def _pin(self, group: str, number: int) -> bool:
-        """The state of a pin that is numbered in its group. Raises `Refused`."""
-        io = self._controller.io
-        row = {"DI": io.inputs, "DO": io.outputs}.get(group)
-        if row is None:
-            raise Refused(NO_SUCH_GROUP, "expected a group_id DI or DO")
-        if not 1 <= number <= len(row):
-            raise Refused(NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}")
-        return row[number - 1]
+    def _pins(self, pins: Sequence[tuple[str, int]], *, outputs: bool = False) -> tuple[list[Message], ...]:
+        """The states of pins that are numbered in their groups, and the errors of those that are wrong."""
+        rows = {"DI": self._controller.io.inputs, "DO": self._controller.io.outputs}
+        states, errors = list[Message](), list[Message]()
+        for group, number in pins:
+            pin = {"group_id": group, "pin_number": number}
+            row = rows.get(group)
+            if row is None:
+                code, reason = NO_SUCH_GROUP, "expected a group_id DI or DO"
+            elif not 1 <= number <= len(row):
+                code, reason = NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}"
+            elif outputs and group == "DI":
+                code, reason = NOT_AN_OUTPUT, f"{group} {number} is an input"
+            else:
+                states.append({"id": pin, "value": row[number - 1], "stamp": self._graph.stamp})
+                continue
+            errors.append({"id": pin, "error": code, "message": reason})
+        return states, errors
 
     def _get_digital_ios(self, request: Any) -> Message:
         io = self._controller.io
-        counts = {"DI": len(io.inputs), "DO": len(io.outputs)}
-        every = [(group, number) for group, count in counts.items() for number in range(1, count + 1)]
-        ios, errors, stamp = list[Message](), list[Message](), self._graph.stamp
-        for pin in [(each.group_id, each.pin_number) for each in request.ios] or every:
-            try:
-                ios.append({"id": _pin_id(*pin), "value": self._pin(*pin), "stamp": stamp})
-            except Refused as refused:
-                errors.append(_pin_error(pin, refused))
+        every = [("DI", number) for number in range(1, len(io.inputs) + 1)]
+        every += [("DO", number) for number in range(1, len(io.outputs) + 1)]
+        ios, errors = self._pins([(each.group_id, each.pin_number) for each in request.ios] or every)
         return {"ios": ios, "success": not errors, "errors": errors}
 
     def _set_digital_ios(self, request: Any) -> Message:
         """Switch all outputs or none."""
-        errors = list[Message]()
-        for each in request.ios:
-            group, number = each.id.group_id, each.id.pin_number
-            try:
-                self._pin(group, number)
-                if group == "DI":
-                    raise Refused(NOT_AN_OUTPUT, f"{group} {number} is an input")
-            except Refused as refused:
-                errors.append(_pin_error((group, number), refused))
+        pins = [(each.id.group_id, each.id.pin_number) for each in request.ios]
+        _, errors = self._pins(pins, outputs=True)
         for each in [] if errors else request.ios:
             self._controller.io.set_output(each.id.pin_number, each.value)
         return {"success": not errors, "errors": errors}
-
-
-def _pin_id(group: str, number: int) -> Message:
-    return {"group_id": group, "pin_number": number}
-
-
-def _pin_error(pin: tuple[str, int], refused: Refused) -> Message:
-    return {"id": _pin_id(*pin), "error": refused.code, "message": refused.reason}

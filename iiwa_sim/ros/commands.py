@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from math import dist, isfinite
 from typing import Any
 
+from msgspec.structs import astuple
+
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest, from_quaternion
@@ -58,8 +60,7 @@ def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Sequ
         return tuple(pose), ""
     x, y, z = (1e3 * each for each in pose[:3])
     target = Frame(x, y, z, *pose[3:]) if kind == EULER else from_quaternion((x, y, z), tuple(pose[3:]))
-    reference = command.pose_reference_frame
-    frame = [getattr(reference, each) for each in ("x", "y", "z", "alpha", "beta", "gamma")]
+    frame = astuple(command.pose_reference_frame)
     if not all(map(isfinite, frame)):
         raise _bad("pose_reference_frame: expected finite numbers")
     if not any(frame) or name in BASES:  # a frame of zeros is the base, whatever its name

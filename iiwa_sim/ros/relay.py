@@ -60,8 +60,8 @@ class Relay:
         self._turns = turns
         self._process: Process | None = None
         self._tasks: list[asyncio.Task[None]] = []
-        self.ready: Message = {}
-        """The line by which the process has told that it is a node."""
+        self.node = ""
+        """The name of the node of ROS 2, or the URI of the master of ROS 1."""
 
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
@@ -84,9 +84,10 @@ class Relay:
         process.stdin.transport.set_write_buffer_limits(MOST_UNREAD_BYTES)
         process.stdin.write(msgspec.json.encode(self._config) + b"\n")
         self._tasks.append(asyncio.create_task(self._log(process.stderr)))
-        self.ready = await self._first_line(process.stdout)
-        if without := self.ready["without"]:
-            logger.info("%s has no types here for %s: left out", self._name, ", ".join(without))
+        ready = await self._first_line(process.stdout)
+        if ready["without"]:
+            logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
+        self.node = ready["node"]
         outbox = Outbox()
         session = self._open_session(self._name, outbox)
         self._tasks.append(asyncio.create_task(self._read(process.stdout, session)))

@@ -50,15 +50,15 @@ class RosSide:
         self._images = Images(graph, controller, log)
         self._log = log
         turns = Turns(clock.catch_up, clock.commanded)
-        self._rosbridge = self._rosbridge_server(settings, turns)
-        self._ros1 = self._ros2 = None
+        self.rosbridge = self._rosbridge_server(settings, turns)
+        self.ros1 = self.ros2 = None
         if settings.ros:
             config = self._config(settings, ros2=False) | {"lacks": ROS1_LACKS}
-            self._ros1 = Relay("ROS 1", _ros1_python(), config, self._open_session, turns)
+            self.ros1 = Relay("ROS 1", _ros1_python(), config, self._open_session, turns)
         if settings.ros2:
             python = Path(settings.ros2_python) if settings.ros2_python else found_python()
             config = self._config(settings, ros2=True) | {"lacks": ROS2_LACKS}
-            self._ros2 = Relay("ROS 2", python, config, self._open_session, turns)
+            self.ros2 = Relay("ROS 2", python, config, self._open_session, turns)
 
     def tick(self) -> None:
         """Notice a tick; to be called after each."""
@@ -86,7 +86,7 @@ class RosSide:
 
     @property
     def _transports(self) -> "list[RosbridgeServer | Relay]":
-        return [each for each in (self._rosbridge, self._ros1, self._ros2) if each is not None]
+        return [each for each in (self.rosbridge, self.ros1, self.ros2) if each is not None]
 
     @property
     def watching(self) -> bool:
@@ -97,21 +97,6 @@ class RosSide:
     def has_commands(self) -> bool:
         """True if a coming tick will send a command to the robot or report the end of one."""
         return self._appendix_a.has_commands
-
-    @property
-    def rosbridge_address(self) -> tuple[str, int] | None:
-        """Host and port of rosbridge, if it is served."""
-        return None if self._rosbridge is None else self._rosbridge.address
-
-    @property
-    def ros_master(self) -> str | None:
-        """URI of the ROS master at which the robot is a node, if it is one."""
-        return None if self._ros1 is None else self._ros1.ready["node"]
-
-    @property
-    def ros2_node(self) -> str | None:
-        """The name of the node of ROS 2, if there is one."""
-        return None if self._ros2 is None else self._ros2.ready["node"]
 
     def _open_session(self, name: str, outbox: Outbox) -> RosbridgeSession:
         return RosbridgeSession(self._graph, self._joints, outbox, self._log, name)

@@ -245,12 +245,8 @@ def plain(value: Any) -> Any:
             for name, kind in value.get_fields_and_field_types().items()
             if name != EMPTY
         }
-    if isinstance(value, bytes):
-        return list(value)
-    if isinstance(value, array.array) and value.typecode == "f":
-        return [shortest(each) for each in value]
-    if isinstance(value, array.array) or hasattr(value, "tolist"):
-        return value.tolist()
+    if isinstance(value, array.array):
+        return [shortest(each) for each in value] if value.typecode == "f" else value.tolist()
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
     return value
