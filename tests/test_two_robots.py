@@ -299,7 +299,8 @@ def shows_both(port: int) -> None:
         stands = viewer.until(lambda each: each.get("name") == "/robots/1" and "position" in each)
         assert stands["position"] == pytest.approx((1.29, 0.0, 0.0))
         viewer.clicks("Robot", "right")
-        viewer.commands("Emergency stop")
+        stops = [each for each in viewer.seen if each.get("props", {}).get("label") == "Emergency stop"]
+        viewer.send(type="GuiUpdateMessage", uuid=stops[1]["uuid"], updates={"value": True})
         viewer.shows("Emergency stop is PRESSED")
         assert not [each for each in viewer.seen if each.get("name", "").startswith("/robots/1/bodies/")]
 

@@ -25,7 +25,7 @@ PAGE_PORT = "8080"
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
     """The file has a command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; a # begins a
-    comment. Below the line 'protocol krc4' they are KRC4 messages, as Cmd I1=100.
+    comment.
 
       iiwa-sim plot examples/blending.txt -o blending.svg
       iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg

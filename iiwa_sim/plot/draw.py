@@ -76,7 +76,8 @@ def draw(motion: Motion) -> Figure:
         text.set_parse_math(False)
     places.set_ylabel("TCP (mm)")
     speed.set_ylabel("TCP speed (mm/s)")
-    speed.plot(times_s, motion.tcp_speed_mm_s(), color=_OF_AXES[0])
+    distance_mm = np.linalg.norm(np.diff(motion.tcp_mm, axis=0, prepend=motion.tcp_mm[:1]), axis=1)
+    speed.plot(times_s, distance_mm / np.diff(times_s, prepend=-1.0), color=_OF_AXES[0])
     _draw_axes(places, times_s, motion.tcp_mm)
     if rows == 5:
         panels[4].set_ylabel("force at the TCP (N)")

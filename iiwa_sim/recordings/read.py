@@ -19,8 +19,8 @@ from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE,
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 
 SUFFIX = ".mcap"
-MOST_STATES = 60_000
-"""States of a `Timeline`, two minutes at 500 Hz."""
+STEP_NS = 20_000_000
+"""Least simulated time between two states of a `Timeline`."""
 LARGEST_RECORD = 64 * 1024 * 1024
 """Bytes; ours have some 100 kB. What says that it is larger is damaged."""
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
@@ -124,24 +124,17 @@ class Recorded:
 class Timeline:
     """A recording by time, for a viewer.
 
-    Times are simulated seconds since the start of the simulator. Of more than `MOST_STATES` states only every
-    second, fourth ... is kept.
+    Times are simulated seconds since the start of the simulator. States nearer than `STEP_NS` are left out.
     """
 
     def __init__(self, path: Path) -> None:
         """Read the file. Raises RecordingFault, also if it has no state."""
         self.recorded = recorded = Recorded(path)
         self._messages: dict[str, list[Message]] = {topic: [] for topic in KINDS}
-        stride, count, states = 1, 0, self._messages[STATE]
+        states = self._messages[STATE]
         for topic, message in recorded.messages(KINDS):
-            if topic == STATE:
-                count += 1
-                if (count - 1) % stride:
-                    continue
-                if len(states) == MOST_STATES:
-                    del states[1::2]
-                    stride *= 2
-            self._messages[topic].append(message)
+            if topic != STATE or not states or message.log_time - states[-1].log_time >= STEP_NS:
+                self._messages[topic].append(message)
         if not states:
             raise RecordingFault(f"{path}: expected a state of the robot in it")
         self.start_s, self.end_s = 1e-9 * states[0].log_time, 1e-9 * states[-1].log_time
@@ -154,8 +147,3 @@ class Timeline:
         if topic in (STATE, CELL):
             found = found or messages[:1]
         return [self.recorded.content(topic, each) for each in found]
-
-    def state_at(self, time_s: float) -> Snapshot:
-        """Return the last state at or before a time; the first one if there is none."""
-        state: Snapshot = self.last(STATE, time_s)[0]
-        return state

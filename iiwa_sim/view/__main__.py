@@ -1,6 +1,7 @@
-"""The page as a process that the simulator starts: `python -m iiwa_sim.view`, with a `Task` in JSON on stdin.
+"""The page as a process that the simulator starts: `python -m iiwa_sim.view`.
 
-It ends with stdin, so it does not outlive the simulator.
+`iiwa_sim.cli.page` writes its settings as JSON to stdin. It ends with stdin, so it does not outlive the
+simulator.
 """
 
 import os
@@ -17,24 +18,12 @@ from iiwa_sim.view.app import run_page
 from iiwa_sim.view.connection import Place
 
 
-class Task(msgspec.Struct, frozen=True, kw_only=True):
-    """Settings of the page."""
-
-    listening: int
-    """The descriptor of a socket that listens."""
-    places: list[Place]
-    token: str | None
-    """Token that browsers have to give; None without one."""
-    log_level: str
-    log_json: bool
-
-
 def main() -> None:
     """Serve until stdin ends."""
     for number in (signal.SIGINT, signal.SIGTERM):  # the terminal's Ctrl-C is for who has started it
         signal.signal(number, signal.SIG_IGN)
-    task = msgspec.json.decode(sys.stdin.buffer.readline(), type=Task)
-    log.configure(task.log_level, task.log_json, 2)
+    task = msgspec.json.decode(sys.stdin.buffer.readline())
+    log.configure(task["log_level"], task["log_json"], 2)
     over = threading.Event()
 
     def wait() -> None:
@@ -42,8 +31,8 @@ def main() -> None:
         over.set()
 
     threading.Thread(target=wait, daemon=True).start()
-    token = None if task.token is None else Token(task.token)
-    run_page(socket.socket(fileno=task.listening), task.places, over, token)
+    token, places = task["token"], msgspec.convert(task["places"], list[Place])
+    run_page(socket.socket(fileno=task["listening"]), places, over, token and Token(token))
 
 
 if __name__ == "__main__":

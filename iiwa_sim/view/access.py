@@ -36,7 +36,6 @@ MOST_BYTES = 65_536
 """Longest message from a browser."""
 ALLOWED = frozenset(
     {
-        "CommandTriggerMessage",
         "GuiButtonHoldMessage",
         "GuiFormDirtyMessage",
         "GuiFormSubmitMessage",

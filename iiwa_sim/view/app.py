@@ -171,8 +171,6 @@ class _Page:
         size_m = 4.0 + 2.0 * APART_M * (row - 1)
         self._draw()
         add_surroundings(server, self._scenes, lambda: self._scenes[self._chosen], size_m)
-        command = server.gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl")
-        command.on_trigger(self._stop)
         server.on_client_disconnect(self._leave)
 
     def show(self, is_open: bool) -> None:
@@ -186,9 +184,6 @@ class _Page:
     def _draw(self) -> None:
         for station, scene in zip(self._stations, self._scenes, strict=True):
             scene.show(station.state, station.cell)
-
-    def _stop(self, event: Any) -> None:
-        self.panels[self._chosen].stop(event)
 
     def _leave(self, client: Any) -> None:
         for panel in self.panels:

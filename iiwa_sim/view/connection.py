@@ -55,7 +55,7 @@ class Station:
         self.robot = msgspec.convert(backdoor.robot(), RobotDescription)
         self.state = msgspec.convert(backdoor.state(), Snapshot)
         """The newest state."""
-        self.cell, self.clock, self.moves = backdoor.cell(), "", {"count": 0, "moves": list[Any]()}
+        self.cell, self.clock, self.moves = backdoor.cell(), "", 0
         self.said: deque[RecentLine] = deque(maxlen=MOST_SAID)
         """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
@@ -122,7 +122,8 @@ class Station:
 
     def _look(self) -> None:
         backdoor = self.backdoor
-        self.cell, self.clock, self.moves = backdoor.cell(), backdoor.get_clock(), backdoor.moves()
+        self.cell, self.clock = backdoor.cell(), backdoor.get_clock()
+        self.moves = backdoor.moves()["count"]
         said = msgspec.convert(backdoor.dialogue(self._said_next), RecentLines)
         self._said_next = said.next
         self.said.extendleft(said.lines)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from math import degrees, dist
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PERIOD_S = 0.1
 """Time between two updates of figures."""
-MOST_INPUTS, MOST_MOVES = 64, 8
+MOST_INPUTS = 64
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
 LONGEST_STEP_S, NOTE_S = 10.0, 8.0
@@ -117,10 +117,8 @@ class Panel:
         self._gui = gui = server.gui
         self._station = station
         self._held_until_s = self._next_s = 0.0
-        self.stop = self._does("emergency_stop")
-        """Callback that stops the robot."""
-        self._stop: Any = gui.add_button(STOP, color="red", hint="Ctrl-E, too")
-        self._stop.on_click(self.stop)
+        self._stop: Any = gui.add_button(STOP, color="red")
+        self._stop.on_click(self._does("emergency_stop"))
         self._group("Safety", SAFETY)
         self._readout = Readout(gui, station.robot)
         has_driver = station.place.driver is not None
@@ -169,7 +167,7 @@ class Panel:
             self._override.value = round(100.0 * state.override)
             for switch, on in zip(self._inputs, state.inputs, strict=False):
                 switch.value = on
-        self._moves.content = listed([f"Clock: {station.clock}", *_moves(station.moves)])
+        self._moves.content = listed([f"Clock: {station.clock}", f"Moves that run or wait: {station.moves}"])
         self._outputs.content = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
         force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
         rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
@@ -249,12 +247,6 @@ def _bar(name: str, value: float, low: float, high: float) -> str:
     )
     cells = (html.escape(name), f"{low:.0f}", meter, f"{high:.0f}", f"{round(value, 2) + 0.0:.2f}")
     return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
-
-
-def _moves(moves: Mapping[str, Any]) -> list[str]:
-    """Return lines with the moves that run and wait."""
-    shown = [(each["number"], each["goal_frame"][:3]) for each in moves["moves"][:MOST_MOVES]]
-    return [f"Moves: {moves['count']}"] + [f"{number}: to {_rounded(goal, 0)} mm" for number, goal in shown]
 
 
 def listed(rows: Sequence[str]) -> str:

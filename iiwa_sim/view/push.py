@@ -76,7 +76,8 @@ class Push:
         grabbed = self._grabbed
         self._line.visible = self._label.visible = grabbed is not None
         if grabbed is not None:
-            self._line.points = np.array([[self._point(grabbed), grabbed.target]], np.float32)
+            point = apply(self._scene.poses[grabbed.link], grabbed.point)
+            self._line.points = np.array([[point, grabbed.target]], np.float32)
             self._label.position = grabbed.target
             stiff = "" if self._station.state.mode == "impedance" else ", stiff: see Force"
             self._label.text = f"{self._force_n:.0f} N{stiff}"
@@ -90,16 +91,11 @@ class Push:
                 self._grabbed = None
                 return
             if grabbed is None or grabbed.link != link:
-                pose = self._scene.arm.poses(self._station.state.joint_position)[link]
-                grabbed = Grabbed(link, apply(inverse(pose), start), target, event.client)
+                point = apply(inverse(self._scene.poses[link]), start)
+                grabbed = Grabbed(link, point, target, event.client)
             self._grabbed = grabbed._replace(target=target)
 
         return dragged
-
-    def _point(self, grabbed: Grabbed) -> Vector:
-        """Return the grabbed point in the base (m)."""
-        poses = self._scene.arm.poses(self._station.state.joint_position)
-        return apply(poses[grabbed.link], grabbed.point)
 
     def _push(self) -> None:
         """Have the backdoor push with the force of the spring, or end the push."""
@@ -110,17 +106,18 @@ class Push:
                     station.act("release")
                     self._pushes = False
                 return
-            state, point, link = station.state, self._point(grabbed), grabbed.link
+            state, arm, link = station.state, self._scene.arm, grabbed.link
+            poses = arm.poses(state.joint_position)
+            point = apply(poses[link], grabbed.point)
             stretch = np.subtract(grabbed.target, point)
             most = MOST_N / max(float(np.linalg.norm(stretch)), LEAST_M)
             force = np.asarray(min(float(self._stiffness.value), most) * stretch)
             self._pushes, self._force_n = True, float(np.linalg.norm(force))
             try:
-                if self._scene.arm.links[link].moved_by == len(state.joint_position):
+                if arm.links[link].moved_by == len(state.joint_position):
                     station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
                 else:
-                    torques = joint_torques(self._scene.arm, state.joint_position, link, point, force)
-                    station.act("push_joints", torques)
+                    station.act("push_joints", joint_torques(arm, poses, link, point, force))
             except Refused as fault:
                 self._grabbed = None
                 self._tell(grabbed.client, f"no push: {fault}")
@@ -133,9 +130,11 @@ def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:
     return [*(back @ force).tolist(), *(back @ torque).tolist()]
 
 
-def joint_torques(arm: Arm, joints: Sequence[float], link: int, point: Vector, force: Array) -> list[float]:
+def joint_torques(
+    arm: Arm, poses: Sequence[Transform], link: int, point: Vector, force: Array
+) -> list[float]:
     """Return the torques on the joints (Nm) of a force (N) at a point (m) of a link, both in the base."""
-    torques, poses = [0.0] * len(joints), arm.poses(joints)
+    torques = [0.0] * sum(each.joint is not None for each in arm.links)
     place: int | None = link
     while place is not None:
         each = arm.links[place]

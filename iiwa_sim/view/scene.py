@@ -18,8 +18,6 @@ from iiwa_sim.frames import (
     Transform,
     Vector,
     apply,
-    compose,
-    inverse,
     quaternion_from_rotation,
 )
 from iiwa_sim.recordings.scene import (
@@ -75,30 +73,25 @@ class Scene:
         self.handles: list[tuple[int, Any]] = []
         """Nodes that a viewer can click and drag, each with the index of its link."""
         for index, link in enumerate(arm.links):
-            above = f"{root}/arm" if link.parent is None else self._links[link.parent].name
-            path = f"{above}/{link.name.replace('/', '_')}"
-            self._links.append(self._frame(path, link.pose))
+            path = f"{root}/arm/{link.name.replace('/', '_')}"
+            self._links.append(self._frame(path, IDENTITY))
             meshes = arm.meshes.get(link.name, ())
             shown = [self._add_mesh(f"{path}/{number}", mesh) for number, mesh in enumerate(meshes)]
             shown = shown or [
                 self._add_shape(f"{path}/{number}", each) for number, each in enumerate(arm.shapes(link))
             ]
             self.handles += [(index, each) for each in shown if each is not None]
-        flange = next(
-            str(node.name)
-            for node, link in zip(self._links, arm.links, strict=True)
-            if link.name == arm.flange
-        )
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
-        self._parents = {BASE: f"{root}/cell", FLANGE: f"{flange}/body", TCP: f"{root}/tcp/body"}
+        flange = f"{root}/arm/{arm.flange.replace('/', '_')}/body"
+        self._parents = {BASE: f"{root}/cell", FLANGE: flange, TCP: f"{root}/tcp/body"}
         self._parents |= dict.fromkeys(JAWS, f"{root}/tcp/jaws")
         self._arrows = [self._arrow("force", FORCE), self._arrow("torque", TORQUE)]
         self._contacts = [
             scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
             for number in range(MOST_CONTACTS)
         ]
-        self._tool: Any = line(scene, f"{flange}/tool", (90, 90, 90), 5.0)
+        self._tool: Any = line(scene, f"{root}/tool", (90, 90, 90), 5.0)
         self._trail: Any = line(scene, f"{root}/trail", TRAIL, 3.0)
         self._trail.visible = False
         self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
@@ -107,6 +100,8 @@ class Scene:
         self._count = 0
         self._cell: Mapping[str, Any] = {}
         self._state: Snapshot | None = None
+        self.poses: list[Transform] = []
+        """Poses of all links in the base (m), as drawn."""
 
     def show(self, state: Snapshot, cell: Mapping[str, Any]) -> None:
         """Draw a state, and the cell as the backdoor describes it."""
@@ -115,12 +110,12 @@ class Scene:
         if cell != self._cell:
             self._show_cell(cell)
         self._state, self._cell = state, cell
-        flange, tcp = state.flange_frame.to_transform(), state.tool_frame.to_transform()
-        for link, node in zip(self.arm.links, self._links, strict=True):
-            if link.joint is not None:
-                node.wxyz = wxyz(link.pose_at(state.joint_position).rotation)
+        tcp = state.tool_frame.to_transform()
+        self.poses = self.arm.poses(state.joint_position)
+        for node, pose in zip(self._links, self.poses, strict=True):
+            _place(node, pose)
         _place(self._tcp, tcp)
-        self._tool.points = np.round([[(0.0, 0.0, 0.0), compose(inverse(flange), tcp).translation]], 4)
+        self._tool.points = np.round([[state.flange_frame[:3], state.tool_frame[:3]]], 1) * 1e-3
         self._add_to_path(state.time_s, tcp.translation)
         for name, pose, is_held in moving_bodies(state):
             if name in self._bodies:
@@ -157,8 +152,7 @@ class Scene:
 
     def points(self) -> NDArray[np.float64]:
         """Return points (n, 3; m) of what is drawn that a picture of arm and cell should show."""
-        assert self._state is not None
-        points = [pose.translation for pose in self.arm.poses(self._state.joint_position)]
+        points = [pose.translation for pose in self.poses]
         for node, looks in self._bodies.values():
             points += [tuple(np.add(node.position, shape.position)) for shape, _ in looks]
         near = [each for each in points if np.linalg.norm(each) < FAR_M]

@@ -17,6 +17,7 @@ from websockets.exceptions import InvalidStatus
 
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.recordings.read import Timeline
+from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.playback import run_playback
 from tests.processes import IIWA_SIM, started
@@ -61,7 +62,7 @@ def viewer(run: Path) -> Iterator[Viewer]:
 
 
 def first_joint(run: Path, time_s: float) -> str:
-    return f"{degrees(Timeline(run).state_at(time_s).joint_position[0]):.2f}"
+    return f"{degrees(Timeline(run).last(STATE, time_s)[0].joint_position[0]):.2f}"
 
 
 def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> None:

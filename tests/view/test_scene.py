@@ -71,14 +71,14 @@ def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
     def looks() -> dict[str, tuple[str, tuple[Any, ...], dict[str, Any]]]:
         nodes: Any = Nodes()
         Scene(nodes, robot_of(URDF, path))
-        return {name.removeprefix("/robot/arm/base/"): (kind, *rest) for kind, name, *rest in nodes.added}
+        return {name.removeprefix("/robot/arm/"): (kind, *rest) for kind, name, *rest in nodes.added}
 
     rods = looks()
-    _, _, options = rods["0"]
+    _, _, options = rods["base/0"]
     assert (options["height"], options["position"][2]) == pytest.approx((0.5, 0.25))
     kind, _, options = rods["arm/0"]
     assert (kind, options["height"]) == ("add_cylinder", pytest.approx(0.5))
-    assert "arm/hand/0" not in rods
+    assert "hand/0" not in rods
     trimesh.creation.box((0.2, 0.2, 0.2)).export(tmp_path / "arm.stl")
     kind, (vertices, _), options = looks()["arm/0"]
     assert (kind, options["color"], options["position"]) == ("add_mesh_simple", (255, 0, 0), (0.0, 0.0, 0.1))
@@ -98,7 +98,7 @@ def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
     lever = np.subtract(flange.translation, tcp.translation)
     pull = turned @ wrench[:3]
     at_flange = np.concatenate([pull, turned @ wrench[3:] - np.cross(lever, pull)])
-    torques = joint_torques(arm, joints, len(arm.links) - 1, where, np.array(force))
+    torques = joint_torques(arm, arm.poses(joints), len(arm.links) - 1, where, np.array(force))
     assert torques == pytest.approx(model.tcp_of_flange.jacobian(joints).T @ at_flange, abs=1e-9)
     third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
-    assert joint_torques(arm, joints, third, where, np.array(force))[3:] == [0.0] * 4
+    assert joint_torques(arm, arm.poses(joints), third, where, np.array(force))[3:] == [0.0] * 4

@@ -104,12 +104,6 @@ class Viewer:
         form = self.until(lambda message: message.get("uuid") == uuid)["container_uuid"]
         self.send(type="GuiFormSubmitMessage", uuid=form)
 
-    def commands(self, label: str) -> None:
-        """Do what a hotkey does."""
-        kind = "RegisterCommandMessage"
-        found = self.until(lambda each: each["type"] == kind and each["props"]["label"] == label)
-        self.send(type="CommandTriggerMessage", uuid=found["uuid"])
-
     def drags(self, node: str, phase: str, *end: float) -> None:
         """Drag a node of the scene, grabbed at (0.6, 0, 0.6) m, to `end`."""
         shown = self.until(lambda each: each.get("name", "").endswith(f"{node}/0") and "props" in each)
