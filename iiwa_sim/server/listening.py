@@ -14,11 +14,8 @@ from iiwa_sim.wording import Unusable, harmless, shortened
 
 BACKLOG = 512
 """Length of the queue of connections that are not accepted yet."""
-LONGEST_HOST = 100
-"""Characters of a host name that a message shows."""
 AGAIN_S = 1.0
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
-_USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 _RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
 
@@ -94,10 +91,11 @@ class Acceptor:
         while True:
             try:
                 connection, peer = await loop.sock_accept(listening)
-            except OSError as fault:  # others mean that the client has gone already
-                if fault.errno in _USED_UP:
-                    logger.warning("nobody can connect for the time being: %s", why(fault))
-                    await asyncio.sleep(AGAIN_S)
+            except ConnectionError:  # the client has gone already
+                continue
+            except OSError as fault:
+                logger.warning("nobody can connect for the time being: %s", why(fault))
+                await asyncio.sleep(AGAIN_S)
                 continue
             try:
                 await self._serve(connection, peer)
@@ -124,7 +122,7 @@ async def open_listener(host: str, port: int) -> socket.socket:
         family, _, _, _, (address, *_) = min(found, key=lambda info: info[0] != socket.AF_INET)
         return socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
-        shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
+        shown = host_and_port(shortened(harmless(host), 100), port)
         in_use = isinstance(fault, OSError) and fault.errno == errno.EADDRINUSE
         hint = "; port 0, such as --port 0, is any free one" if in_use else ""
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}{hint}") from fault

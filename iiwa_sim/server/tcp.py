@@ -44,26 +44,22 @@ class Admission:
     """
 
     def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
-        self._exclusive = exclusive
-        self._pause_s = pause_s
+        self._exclusive, self._pause_s = exclusive, pause_s
         self._pauses = False
-        self._served: set[Connection] = set()
-        self._waiting: dict[Connection, None] = {}  # in their order
+        self._clients: dict[Connection, bool] = {}  # in their order, True for those admitted
 
     def arrives(self, client: "Connection") -> bool:
         """Return True if the client is admitted at once; its `serve` is called then or later."""
-        self._waiting[client] = None
+        self._clients[client] = False
         self._admit()
-        return client in self._served
+        return self._clients[client]
 
     def leaves(self, client: "Connection") -> None:
-        """Forget a client that has gone, served or not."""
-        self._waiting.pop(client, None)
-        if client in self._served:
-            self._served.remove(client)
-            if self._pause_s and not self._served:
-                self._pauses = True
-                asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
+        """Forget a client that has gone, admitted or not."""
+        was_admitted = self._clients.pop(client)
+        if was_admitted and self._pause_s and not any(self._clients.values()):
+            self._pauses = True
+            asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
         self._admit()
 
     def _end_pause(self) -> None:
@@ -71,11 +67,10 @@ class Admission:
         self._admit()
 
     def _admit(self) -> None:
-        while self._waiting and not (self._pauses or (self._exclusive and self._served)):
-            client = next(iter(self._waiting))
-            del self._waiting[client]
-            self._served.add(client)
-            client.serve()
+        for client in [client for client, is_admitted in self._clients.items() if not is_admitted]:
+            if not (self._pauses or (self._exclusive and any(self._clients.values()))):
+                self._clients[client] = True
+                client.serve()
 
 
 class Connection(asyncio.Protocol):

@@ -18,7 +18,6 @@ _HOST = r"(?P<host>\[[0-9A-Fa-f:.]+\]|[\w.-]*[\w-])\.?(?::\d{1,5})?"
 _PLACE = re.compile(_HOST, re.ASCII)
 _ORIGIN = re.compile(rf"[A-Za-z][A-Za-z0-9+.-]*://{_HOST}", re.ASCII)
 _ADDRESS = re.compile(r"[0-9.]+|\[.*\]")  # the last part of a name is never a number
-_LONGEST_SHOWN = 100
 
 
 class WebAccess:
@@ -68,4 +67,4 @@ def _is_local(host: str) -> bool:
 
 
 def _shown(text: str) -> str:
-    return shortened(harmless(text), _LONGEST_SHOWN)
+    return shortened(harmless(text), 100)
