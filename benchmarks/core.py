@@ -12,14 +12,15 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.joint_trajectories import TrajectoryRequest
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, TcpCompliance
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.motion.joint_trajectory import Knot
+from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.description import load_robot
 
 TICK_S = 0.002
 BLOCKS, TICKS_PER_BLOCK = 10, 20_000
-COMPLIANCE = TcpCompliance(2000.0, (0.0, 0.0, -10.0, 0.0, 0.0, 0.0))
+COMPLIANCE = CartesianImpedance(2000.0, (0.0, 0.0, 10.0, 0.0, 0.0, 0.0))
 """Presses with 10 N."""
 HOLD_TICKS = 500  # with a constant push
 POINTS, POINT_S = 25, 0.4  # of a joint trajectory of straight lines, which have to be smoothed

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.springs import CartesianImpedance
 
 Asked = Callable[..., MoveRequest]
 BOTH = (Kind.PTP, Kind.LIN)
@@ -28,7 +29,8 @@ def _relative(kind: Kind, way: Frame, speed: float, blending: float, *, in_tool:
 
 
 def _stiff(kind: Kind, target: Frame, speed: float, n_per_m: float, balanced: Sequence[float]) -> MoveRequest:
-    return MoveRequest(kind, target, speed, compliance=TcpCompliance(n_per_m, balanced))
+    fx, fy, fz, tx, ty, tz = (0.0 - value for value in balanced)
+    return MoveRequest(kind, target, speed, compliance=CartesianImpedance(n_per_m, (fx, fy, fz, tx, ty, tz)))
 
 
 joint_move = _of(Kind.PTP, "target", "speeds", "blending", blending=JOINT_BLENDING)

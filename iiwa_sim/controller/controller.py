@@ -9,14 +9,7 @@ from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import NO_TOOL, Tool, ToolLoad, unknown_load
-from iiwa_sim.controller.endings import (
-    Endings,
-    ForceGuard,
-    PendingMove,
-    RobotEvent,
-    WhenEnded,
-    check_thresholds,
-)
+from iiwa_sim.controller.endings import Endings, ForceGuard, PendingMove, RobotEvent, WhenEnded
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -37,7 +30,7 @@ from iiwa_sim.controller.joint_trajectories import JointTrajectories
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, TouchLog, body_touched
 from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import Planner
-from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance, shifted
+from iiwa_sim.controller.requests import Kind, MoveRequest, shifted
 from iiwa_sim.controller.state import RobotStatus
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
 from iiwa_sim.motion.blend import Move
@@ -55,8 +48,6 @@ AUTOMATIC = 2
 """The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
 """Moves that wait; one more is refused."""
-LARGEST_STIFFNESS = 5000.0
-"""N/m of the TCP, as published for the original; Nm/rad of joints."""
 
 
 class Controller:
@@ -121,8 +112,6 @@ class Controller:
         """The pose of the TCP in the flange."""
         self.io = Io() if io is None else io
         self.model = Model(description)
-        self.tcp_of_arm = self.model.tcp(tcp)
-        """The TCP, as a frame fixed to the flange."""
         base = IDENTITY if arm is None or arm.base is None else arm.base
         self.load = ExternalWrench(
             self.model, tcp, start, world, noise, () if tool is None else tool.capsules, base
@@ -413,7 +402,7 @@ class Controller:
 
     def check(self, request: MoveRequest) -> None:
         """Raise `Refused` where a PTP or LIN would be for its target; change nothing."""
-        self.planner.plan(request, self.end_of_queue, self.tcp_of_arm)
+        self.planner.plan(request, self.end_of_queue, self.model.tcp(self.tool_in_flange))
 
     def cancel_move(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
@@ -459,16 +448,11 @@ class Controller:
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
             )
         move = self._planned(request, self.end_of_queue)
-        if request.thresholds is not None:
-            check_thresholds(request.thresholds)
         return self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
 
-    def _give_way(self, request: MoveRequest, compliance: TcpCompliance) -> int:
+    def _give_way(self, request: MoveRequest, impedance: CartesianImpedance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         motions = self.motions
-        _check_stiffness(compliance.stiffness_n_per_m, "N/m")
-        fx, fy, fz, tx, ty, tz = (0.0 - value for value in compliance.balanced)
-        impedance = CartesianImpedance(compliance.stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
         stops = self.mode.stops_for(Mode.IMPEDANCE)
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         if motions.moving and not stops:
@@ -476,7 +460,6 @@ class Controller:
         return self.begin(Mode.IMPEDANCE, lambda _: motions.move_compliantly(move, impedance))
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
-        _check_stiffness(stiffness_nm_per_rad, "Nm/rad")
         return self.begin(Mode.IMPEDANCE, lambda number: self.motions.hold(number, stiffness_nm_per_rad))
 
     def _head_for(self, request: MoveRequest, mode: Mode) -> int:
@@ -492,7 +475,7 @@ class Controller:
         """Plan a move from joint positions (rad); without a number it gets that of the next one accepted."""
         number = number or self.accepted + 1
         again = partial(self._plan_again, number, request)
-        return self.planner.plan(request, start, self.tcp_of_arm, number, again)
+        return self.planner.plan(request, start, self.model.tcp(self.tool_in_flange), number, again)
 
     def _plan_again(self, number: int, request: MoveRequest, start: Joints) -> Move | None:
         """Return an accepted move, begun elsewhere (rad); None, with a report, where it is impossible."""
@@ -542,7 +525,6 @@ class Controller:
         joints, override = self.planner.checked_joints(joints), self.override
         self.mode = Mode.UNKNOWN
         self.tool_in_flange = tool_in_flange = tool_in_flange or self.tool_in_flange
-        self.tcp_of_arm = self.model.tcp(tool_in_flange)
         self.motions = self._motions_from(joints)
         self.motions.executor.set_override(override)
         self.joints_before = joints
@@ -553,8 +535,3 @@ class Controller:
     def _motions_from(self, joints: Joints) -> Motions:
         limits, load = self.planner.limits, self.load
         return Motions(self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world)
-
-
-def _check_stiffness(stiffness: float, unit: str) -> None:
-    if not 0.0 <= stiffness <= LARGEST_STIFFNESS:
-        raise Refused(EXECUTION, f"stiffness {stiffness:g} {unit}: expected 0 to {LARGEST_STIFFNESS:g}")

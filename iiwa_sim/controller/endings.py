@@ -3,10 +3,9 @@
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from math import isfinite
 from typing import NamedTuple
 
-from iiwa_sim.controller.errors import EXECUTION, SUCCESS, ErrorRecord, Refused
+from iiwa_sim.controller.errors import SUCCESS, ErrorRecord
 from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import Frame
 from iiwa_sim.wrench import Wrench
@@ -56,13 +55,6 @@ class ForceGuard(NamedTuple):
             if threshold is not None and abs(force - offset) > threshold
         ]
         return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
-
-
-def check_thresholds(thresholds: Thresholds) -> None:
-    """Raise `Refused` where one is not above 0 and finite."""
-    for axis, threshold in zip(AXES, thresholds, strict=True):
-        if threshold is not None and not (isfinite(threshold) and threshold > 0.0):
-            raise Refused(EXECUTION, f"threshold along {axis} {threshold:g} N: expected above 0 and finite")
 
 
 class Ending(NamedTuple):

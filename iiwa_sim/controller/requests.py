@@ -15,6 +15,7 @@ from iiwa_sim.frames import (
     multiply,
     rotation_from_quaternion,
 )
+from iiwa_sim.motion.springs import CartesianImpedance
 
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
@@ -54,15 +55,6 @@ class RelativeTarget(NamedTuple):
     """True for the axes of the tool, False for those of the base."""
 
 
-class TcpCompliance(NamedTuple):
-    """How the TCP gives way around its move."""
-
-    stiffness_n_per_m: float
-    """In translation, 0 to 5000."""
-    balanced: Sequence[float]
-    """Force (N) and torque (Nm) at the TCP, along its axes, of which the controller adds the negative."""
-
-
 class AccelerationUnit(Enum):
     """Unit of the values of an acceleration cap."""
 
@@ -83,7 +75,7 @@ class AccelerationCap(NamedTuple):
 
 
 class MoveRequest(NamedTuple):
-    """A move that is asked for. Values out of range are refused when it is accepted."""
+    """A move that is asked for. Protocols check the ranges of numbers, the planner what the robot reaches."""
 
     kind: Kind
     target: Frame | Sequence[float] = ()
@@ -103,7 +95,7 @@ class MoveRequest(NamedTuple):
     """The position (rad) of A3 at the target; without one it stays, if the target can then be reached."""
     thresholds: Thresholds | None = None
     """The move ends when a force at the TCP has changed by more since the command."""
-    compliance: TcpCompliance | None = None
+    compliance: CartesianImpedance | None = None
     """The robot gives way around the move, which replaces what runs instead of waiting behind it."""
     hold_nm_per_rad: float = 0.0
     """Stiffness of every joint in a hold, 0 to 5000."""

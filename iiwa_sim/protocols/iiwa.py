@@ -10,15 +10,9 @@ from functools import lru_cache
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.requests import (
-    JOINT_BLENDING,
-    Kind,
-    MoveRequest,
-    RelativeTarget,
-    TcpCompliance,
-    from_quaternion,
-)
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, from_quaternion
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.session import LineSession, written
 from iiwa_sim.protocols.table import Request, helped, with_hint
@@ -72,8 +66,14 @@ def _until_force(kind: Kind) -> Callable[[Values], MoveRequest]:
 
 
 def _compliant(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A compliant move, from a frame, a speed, a stiffness and a wrench."""
-    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], compliance=TcpCompliance(v[7], v[8:]))
+    """A compliant move, from a frame, a speed, a stiffness and a wrench, which the controller balances."""
+
+    def request(v: Values) -> MoveRequest:
+        fx, fy, fz, tx, ty, tz = (0.0 - value for value in v[8:14])
+        impedance = CartesianImpedance(v[7], (fx, fy, fz, tx, ty, tz))
+        return MoveRequest(kind, Frame(*v[:6]), v[6], compliance=impedance)
+
+    return request
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf, nan
+from math import nan
 from typing import Any
 
 import pytest
@@ -32,40 +32,21 @@ SERVO = [
     for kind, parameters, code in (
         ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
         ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
-        ("joint_move", ([0.0] * 7, [1.0] * 6), EXECUTION),
         ("joint_move", (AWAY, [1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
         ("cartesian_move", (FLANGE._replace(x_mm=2000.0), 1.0), OUT_OF_REACH),
-        ("cartesian_move", (FLANGE._replace(beta=nan), 1.0), EXECUTION),
-        ("cartesian_move", (FLANGE, 0.0), EXECUTION),
     )
 ]
 REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
     ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
     ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]), EXECUTION),
-    ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 1.1, 1.0, 1.0, 1.0]), EXECUTION),
     ("joint_move", ([0.0] * 7, [1e-9] * 7), EXECUTION),
     ("joint_move", ([0.0] * 6, FULL), EXECUTION),
-    ("joint_move", ([0.0] * 7, FULL, 1.1), EXECUTION),
     ("ptp_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
-    ("ptp_move", (HOME._replace(alpha=inf), 1.0, 0.0), EXECUTION),
-    ("ptp_move", (HOME, -0.5, 0.0), EXECUTION),
-    ("ptp_move", (HOME, 1.0, -1.0), EXECUTION),
     ("ptp_move", (HOME, 1.0, 0.0, nan), JOINT_LIMIT),
     ("ptp_move", (HOME, 1.0, 0.0, 3.0), JOINT_LIMIT),
     ("lin_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
-    ("lin_move", (HOME, 2.0, 0.0), EXECUTION),
-    ("lin_move", (HOME, 1.0, nan), EXECUTION),
-    ("lin_move", (HOME._replace(y_mm=100.0), 5e-324, 0.0), EXECUTION),
     ("lin_joint_move", ([3.0, 0, 0, 0, 0, 0, 0], 1.0, 0.0), JOINT_LIMIT),
-    ("lin_joint_move", (AWAY, 0.0, 0.0), EXECUTION),
-    ("lin_joint_move", (AWAY, 1.0, -1.0), EXECUTION),
-    ("lin_force_move", (HOME, 0.5, 0.0, (None, 0.0, 5.0)), EXECUTION),
-    ("lin_force_move", (HOME, 0.5, 0.0, (nan, None, None)), EXECUTION),
-    ("lin_stiff_move", (HOME, 0.5, 5000.1, NO_FORCE), EXECUTION),
-    ("ptp_stiff_move", (HOME, 0.5, nan, NO_FORCE), EXECUTION),
-    ("gravity_hold", (-1.0,), EXECUTION),
-    ("gravity_hold", (5001.0,), EXECUTION),
     *SERVO,
     ("smart_joint_move", (AWAY, [1e-12] * 7), EXECUTION),
     ("direct_joint_move", ([-2.0] * 7, FULL), TARGET_NOT_REACHABLE),
@@ -144,10 +125,20 @@ def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
     assert controller.tool_frame() == robot.tcp_frame(AWAY)
 
 
-@given(values=st.tuples(*[st.floats(allow_nan=True, allow_infinity=True)] * 9))
-def test_whatever_the_numbers_a_move_is_accepted_or_refused(values: tuple[float, ...]) -> None:
+finite = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(
+    frame=st.builds(Frame, *[finite] * 6),
+    speed=st.floats(1e-6, 1.0),
+    blending=st.floats(0.0, 1e300),
+    redundancy=finite,
+)
+def test_whatever_the_numbers_a_move_is_accepted_or_refused(
+    frame: Frame, speed: float, blending: float, redundancy: float
+) -> None:
+    """The numbers are those that the protocols let through."""
     controller = Controller(load_robot(), 0.002)
-    frame, (speed, blending, redundancy) = Frame(*values[:6]), values[6:]
     for move in (ptp_move, lin_move):
         try:
             controller.move(move(frame, speed, blending, redundancy))
