@@ -95,11 +95,10 @@ class Relay:
 
     async def close(self) -> None:
         """End the node and its process."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
         if self._process is None:
             return
+        for task in self._tasks[1:]:  # the first one logs until the end
+            task.cancel()
         assert self._process.stdin is not None
         self._process.stdin.close()
         try:
@@ -108,6 +107,7 @@ class Relay:
         except TimeoutError:
             self._process.kill()
             await self._process.wait()
+        await asyncio.wait(self._tasks, timeout=END_S)
 
     async def _first_line(self, stdout: asyncio.StreamReader) -> Message:
         try:
