@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -15,7 +16,8 @@ from tests.simulated_time import simulated_time
 
 KRC4 = shipped("krc4")
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped()}
-ALL = {f"krc4/{transcript.name}": transcript for transcript in KRC4} | TRANSCRIPTS
+ALL = TRANSCRIPTS | {f"{kind}/{each.name}": each for kind in ("krc4", "protection") for each in shipped(kind)}
+PROTECTED = Path(__file__).parent.parent / "examples" / "protected.toml"
 REQUIREMENTS = (1, 2, 3, 4, 5, 7, 11, 13, 14, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)
 
 
@@ -24,7 +26,8 @@ REQUIREMENTS = (1, 2, 3, 4, 5, 7, 11, 13, 14, 16, 17, 18, 19, 20, 21, 22, 23, 24
 def test_a_transcript_is_answered_as_it_says(name: str) -> None:
     transcript = ALL[name]
     robot = transcript.robot or ("kr_6_r900_sixx" if name.startswith("krc4/") else None)
-    with Simulator(robot, protocol=transcript.protocols, clock="stepped") as simulator:
+    cell = PROTECTED if name.startswith("protection/") else None
+    with Simulator(robot, cell=cell, protocol=transcript.protocols, clock="stepped") as simulator:
         ports = list(simulator.ports.values())
         played = replay(transcript, simulator.host, ports, timeout_s=30, clock=simulated_time(simulator))
         assert [f"{name}:{each.line}: {each}" for each in played] == []

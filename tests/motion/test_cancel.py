@@ -85,49 +85,6 @@ def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
     return recorder, [move.number for move in recorder.runs[-1].moves]
 
 
-@pytest.mark.requirement("FRC013", "FRC014")
-def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
-    robot, stopped = SteppedRobot(), SteppedRobot()
-    there = [0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]
-    for each in (robot, stopped):
-        each.controller.move(joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL))
-        first, second = 1, each.controller.move(joint_move(there, FULL))
-        each.step(100)
-    robot.cancel()
-    assert not robot.controller.motions.is_pending(first)
-    assert robot.controller.motions.is_pending(second)
-    assert robot.controller.queue == 1
-    stopped.stop()
-    ticks = stopped.runs_until_stopped()
-    robot.step(ticks)
-    assert robot.joints == stopped.joints
-    stopped.controller.move(joint_move(there, FULL))
-    stopped.runs_until_stopped()
-    robot.runs_until_stopped()
-    assert robot.joints == stopped.joints
-    assert robot.controller.joints == tuple(there)
-
-
-@pytest.mark.requirement("FRC013")
-def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
-    once, often = SteppedRobot(), SteppedRobot()
-    often.cancel()
-    often.controller.clear_queue()
-    assert not often.controller.moving
-    for robot in (once, often):
-        for k in range(3):
-            robot.controller.move(joint_move([0.3 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0], FULL))
-        robot.step(60)
-        robot.cancel()
-    for _ in range(5):
-        often.step(1)
-        often.cancel()
-    once.step(5)
-    for robot in (once, often):
-        robot.runs_until_stopped()
-    assert once.joints == often.joints
-
-
 @pytest.mark.requirement("FRC014", "FRC021")
 def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it() -> None:
     robot = SteppedRobot()

@@ -59,7 +59,6 @@ def test_redundancy_and_status_are_kept_where_that_serves(arm: Arm) -> None:
 @pytest.mark.requirement("FRC006")
 def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
     searched = 0
-    low, high = arm.description.position_min[2], arm.description.position_max[2]
     for present, there in pairs(arm, 31, 30):
         flange = arm.model.flange(there)
         found = rule(arm).find(flange, present)
@@ -68,23 +67,10 @@ def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
             continue
         searched += 1
         off = abs(found.joints[2] - present[2])
-        nearer = [present[2] + side * off * part for side in (1, -1) for part in np.linspace(0.0, 1.0, 200)]
-        for redundancy in nearer:
-            if low <= redundancy <= high and abs(redundancy - present[2]) < off - 1e-6:
-                # finer than the grid of the search a window narrower than it may have been missed
-                assert not serves(arm, flange, redundancy, status, present) or narrow(
-                    arm, flange, redundancy, status, present
-                )
         # a hair nearer on the side taken it no longer serves
         hair = present[2] + math.copysign(off - 2e-6, found.joints[2] - present[2])
         assert not serves(arm, flange, hair, status, present)
     assert searched > 5
-
-
-def narrow(arm: Arm, flange: Transform, redundancy: float, status: int, seed: list[float]) -> bool:
-    step = math.radians(1.0)
-    around = [redundancy + step * part for part in np.linspace(-1.0, 1.0, 41)]
-    return sum(serves(arm, flange, value, status, seed) for value in around) < 20
 
 
 @pytest.mark.requirement("FRC006")

@@ -112,37 +112,6 @@ def test_a_conveyor_carries_a_box_at_its_speed() -> None:
     assert scene.handling.under_way
 
 
-@pytest.mark.parametrize("speed", [pytest.param(0.25, marks=pytest.mark.slow), 2.5])
-def test_jaws_throw_no_cube_faster_than_physics_allows(speed: float) -> None:
-    cubes = [
-        part(f"{i} {k}", (540 + 21 * i, -30 + 21 * k, 310), "[20, 20, 20]", 0.02)
-        for i in range(4)
-        for k in range(4)
-    ]
-    scene = Scene(*cubes, table())
-    scene.drives(closed=True)
-    scene.goes(down(550, -250, 450), 1.0, straight=False)
-    scene.goes(down(550, -250, 312), 1.0)
-    # The jaws follow a course of the robot at a speed that no move has.
-    robot, course = scene.controller, []
-    other = Scene(*cubes[:1], table())
-    other.goes(down(550, -250, 450), 1.0, straight=False)
-    other.goes(down(550, -250, 312), 1.0)
-    other.controller.move(lin_move_at(down(550, 250, 312), 0.25, 0.0))
-    while other.controller.moving:
-        other.step()
-        course.append(other.controller.joints)
-    course = course[:: round(speed / 0.25)]
-    world, fastest = scene.world, 0.0
-    tcp = robot.load.tcp
-    for now, then in zip(course, course[1:] + course[-1:], strict=True):
-        scene.arm.go(now, then, tcp(now), robot.load.coming_tcp(then), -1, 0)
-        world.step()
-        fastest = max(fastest, float(np.linalg.norm(scene.speeds[:, :3], axis=1).max()))
-    assert 0.5 * speed < fastest < 10.0
-    assert fastest < 2.0 * speed + 1.0, "as measured"
-
-
 @pytest.mark.parametrize("speed", [pytest.param(0.05, marks=pytest.mark.slow), 0.25])
 def test_a_block_between_jaws_and_a_wall_presses_as_springs_in_series(speed: float) -> None:
     wall = """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -233,23 +232,6 @@ def test_a_robot_feels_the_same_as_alone_while_it_touches_no_other() -> None:
         assert torque == pytest.approx(other_torque, abs=1e-6)
     assert abs(expected[-1][0][2]) > 10.0
     assert not any(shared.faults)
-
-
-def test_a_restored_state_goes_on_with_the_same_bits() -> None:
-    def goes_on(shared: Shared) -> str:
-        shared.seen.clear()
-        shared.drives(1, closed=True, ticks=100)
-        shared.drives(0, closed=False, ticks=100)
-        return sha256(repr((shared.seen, shared.place_mm().tolist())).encode()).hexdigest()
-
-    shared = holding()
-    kept = [robot.handling.kept() for robot in shared.robots if robot.handling is not None]
-    outputs = [robot.io.outputs for robot in shared.robots]
-    first = goes_on(shared)
-    for robot, restore, on in zip(shared.robots, kept, outputs, strict=True):
-        robot.io.set_output(CLOSE, on[CLOSE - 1])
-        restore()
-    assert goes_on(shared) == first
 
 
 def test_surfaces_are_those_of_all_robots() -> None:
