@@ -53,13 +53,9 @@ class Link:
         self._surfaces: dict[str, list[trimesh.Trimesh]] = {}
 
     def loft(self, colour: str, rings: Array, pose: Array = UPRIGHT, cover: bool = False) -> None:
-        """Add a smooth surface through rings.
+        """Add a smooth surface of a colour through rings, and with `cover` a flat face on the last one.
 
-        Args:
-            colour: Name of one of the `COLOURS`.
-            rings: Points (ring, vertex, 3; m), counter-clockwise as seen from the last ring.
-            pose: Homogeneous matrix (4, 4; m) applied to the points.
-            cover: Close the last ring with a flat face.
+        Rings are points (ring, vertex, 3; m), counter-clockwise as seen from the last ring.
         """
         count, around = rings.shape[:2]
         row, column = (each.ravel() for each in np.meshgrid(range(count - 1), range(around), indexing="ij"))
@@ -77,10 +73,7 @@ class Link:
     def revolve(self, colour: str, profile: Sequence[Sequence[float]], pose: Array = UPRIGHT) -> None:
         """Add a surface of revolution about z, with sharp edges where the profile has them.
 
-        Args:
-            colour: See `loft`.
-            profile: Radius and height (m) of each ring, counter-clockwise about the solid.
-            pose: Homogeneous matrix (4, 4; m) applied to the surface.
+        The profile has radius and height (m) of each ring, counter-clockwise about the solid.
         """
         rings = np.stack([ellipse((0, 0, z), (r, 0, 0), (0, r, 0)) for r, z in profile])
         steps = np.diff(np.asarray(profile, float), axis=0)
@@ -134,14 +127,8 @@ def curve(corners: Sequence[Sequence[float]] | Array, count: int) -> Array:
 def knee(tube: float, head: float, bulge: float, length: float, count: int = 13) -> Array:
     """Return the rings of a housing that leads from a tube about z to a joint axis along y.
 
-    The rings turn from horizontal at the tube to vertical at the head, whose open face is at y = -GAP_M.
-
-    Args:
-        tube: Radius of the tube at z = 0 (m).
-        head: Radius of the round face about the joint axis (m).
-        bulge: Distance of the outer side, at negative y, from the plane y = 0 (m).
-        length: Height of the joint axis (m).
-        count: Number of rings.
+    The tube has a radius at z = 0, the round face of the head another (m). The face is open, at y = -GAP_M.
+    The outer side bulges to a distance (m) from the plane y = 0; the joint axis is at z = `length` (m).
     """
     low, high, side = length - head, length + head, -bulge
     rise = [(-tube, GAP_M), (-tube, 0.45 * low), (side, 0.9 * low)]
@@ -179,12 +166,7 @@ def body(axis: str, rows: str, count: int, domes: tuple[float, float] = (0.0, 0.
 def add_cap(link: Link, collar: str, radius: float, depth: float, x: float, y: float, z: float) -> None:
     """Add a flat joint cap, dark with an orange rim, that looks away from the plane y = 0.
 
-    Args:
-        link: Link that gets the cap.
-        collar: Colour of the collar between housing and rim.
-        radius: Radius of the rim (m).
-        depth: Length of the collar, which reaches into the housing (m).
-        x, y, z: Middle of the cap (m).
+    A collar of a colour and depth (m) reaches into the housing; x, y, z (m) is the middle of the cap.
     """
     pose = at(x, y, z, Z_TO_Y if y > 0.0 else HALF_TURN_X @ Z_TO_Y)
     link.revolve(collar, [(radius + 0.3 * depth, -depth), (radius + 0.001, -0.003)], pose)
