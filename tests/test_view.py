@@ -25,7 +25,7 @@ def test_a_port_that_is_taken_is_told_in_one_line() -> None:
             ["--view-port", "0", "--view-host", "0.0.0.0"],
             "expected --view-token or --view-token-file with it",
         ),
-        (["show", "run.mcap", "--host", "0.0.0.0"], "expected --token or --token-file with it"),
+        (["show", "run.mcap", "--host", "0.0.0.0"], "--host: no such option"),
     ],
 )
 def test_what_cannot_be_served_is_told_in_one_line(options: Sequence[str], told: str) -> None:

@@ -3,14 +3,16 @@
 Its docstring stands in its --help. It imports what it needs when it runs: others may need an extra.
 """
 
-import argparse
+import asyncio
 import logging
+import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from iiwa_sim import log
 from iiwa_sim.cli.parsing import Parser, server, servers
 from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.wording import harmless
@@ -19,8 +21,6 @@ if TYPE_CHECKING:
     from iiwa_sim.recordings.read import Recorded
 
 PICTURES = (".png", ".svg")
-PAGE = ("view_host", "view_port", "view_token", "view_token_file", "log_level", "log_json")
-PAGE_PORT = "8080"
 
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
@@ -32,11 +32,13 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
       iiwa-sim plot run.mcap -o run.png
     """
     parser.add_argument("commands", type=Path, metavar="COMMANDS|FILE.mcap", help="commands or a recording")
-    parser.add_argument(
-        "-o", "--output", type=_picture, required=True, metavar="PICTURE", help=".png or .svg"
-    )
-    parser.add_options(("cell", "robot", "rate_hz"))
+    parser.add_argument("-o", "--output", type=Path, required=True, metavar="PICTURE", help=".png or .svg")
+    parser.add_argument("--cell", metavar="CELL.toml", help="robot, start pose, tool, surfaces and parts")
+    parser.add_options(("robot", "rate_hz"))
     own, settings = parser.parsed(words)
+    suffix = own.output.suffix.lower()
+    if suffix not in PICTURES:
+        raise SettingError(f"-o/--output: {own.output} does not end in {' or '.join(PICTURES)}")
     is_recorded = own.commands.suffix.lower().partition(":")[0] == ".mcap"
     if is_recorded and settings != Settings():
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
@@ -45,6 +47,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
 
     check_mcap()
     from iiwa_sim.plot.motion import PlotFault, motion_in, run
+    from iiwa_sim.recordings.read import Recorded
 
     try:
         from iiwa_sim.plot.draw import picture
@@ -53,14 +56,15 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
             raise
         raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'") from None
     if is_recorded:
-        with _opened(own.commands) as recorded:
-            motion = motion_in(recorded)
+        recorded = Recorded(own.commands)
+        motion = motion_in(recorded)
+        _warn_if_cut(recorded)
     else:
         cell = single(cells_of(settings.robot, settings.cell))
         logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
         motion = run(own.commands, cell, settings.rate_hz)
     try:
-        own.output.write_bytes(picture(motion, own.output.suffix[1:].lower()))
+        own.output.write_bytes(picture(motion, suffix[1:]))
     except OSError as fault:
         raise PlotFault(f"{own.output}: cannot be written: {fault.strerror}") from None
     return 0
@@ -140,18 +144,26 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     iiwa-sim show run.mcap
     """
     parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
-    parser.add_options(PAGE, view_port=PAGE_PORT)
-    own, settings = parser.parsed(words)
-    from iiwa_sim.cli.page import serve
-
-    with _opened(own.recording):  # fails before the page is loaded if it is none
-        pass
+    text = "port of the page (default: 8080)"
+    parser.add_argument("--port", dest="page_port", type=int, default=8080, metavar="PORT", help=text)
+    own, _ = parser.parsed(words)
+    from iiwa_sim.cli.page import listen, page_url
     from iiwa_sim.recordings.read import Timeline
-    from iiwa_sim.view.playback import run_playback
+    from iiwa_sim.recordings.recordings import check_mcap
+    from iiwa_sim.server.token import LOOPBACK
 
+    check_mcap()
     timeline = Timeline(own.recording)
     _warn_if_cut(timeline.recorded)
-    serve(settings, lambda listening, *page: run_playback(listening, timeline, *page))
+    with asyncio.run(listen(LOOPBACK, own.page_port)) as listening:
+        from iiwa_sim.view.playback import run_playback
+
+        over, stdout, line = threading.Event(), sys.stdout, f"page on {page_url(listening)}"
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, lambda *_: over.set())
+        log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
+        # viser's own words go nowhere
+        run_playback(listening, timeline, over, None, lambda: print(line, file=stdout, flush=True))
     return 0
 
 
@@ -206,26 +218,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     return 0
 
 
-@contextmanager
-def _opened(file: Path) -> "Iterator[Recorded]":
-    """Open a recording; a warning on stderr says at the end if it is cut off. Raises RecordingFault."""
-    from iiwa_sim.recordings.recordings import check_mcap
-
-    check_mcap()
-    from iiwa_sim.recordings.read import Recorded
-
-    recorded = Recorded(file)
-    yield recorded
-    _warn_if_cut(recorded)
-
-
 def _warn_if_cut(recorded: "Recorded") -> None:
     if recorded.cut_at_s is not None:
         where = f"cut off or damaged at {round(recorded.cut_at_s, 3):g} s: what follows is lost"
         print(harmless(f"iiwa-sim: {recorded.path}: {where}"), file=sys.stderr)
-
-
-def _picture(text: str) -> Path:
-    if Path(text).suffix.lower() not in PICTURES:
-        raise argparse.ArgumentTypeError(f"{text!r} does not end in {' or '.join(PICTURES)}")
-    return Path(text)

@@ -1,22 +1,19 @@
-"""The page: served by a command, or by a process beside the simulator that ends with it."""
+"""The page in a process beside the simulator, which ends with it."""
 
 import asyncio
 import contextlib
 import importlib.util
 import json
 import logging
-import signal
 import socket
 import sys
-import threading
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Sequence
 from typing import Any
 
-from iiwa_sim import log
 from iiwa_sim.cli.parsing import reached_at
 from iiwa_sim.options.model import Settings
 from iiwa_sim.server.listening import host_and_port, open_listener
-from iiwa_sim.server.token import Token, word_of
+from iiwa_sim.server.token import word_of
 from iiwa_sim.wording import Unusable
 
 ENDS_S = 5.0
@@ -25,36 +22,17 @@ ENDS_S = 5.0
 logger = logging.getLogger(__name__)
 
 
-async def listen(settings: Settings) -> socket.socket:
+async def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens for the page. Raises Unusable."""
     if importlib.util.find_spec("viser") is None:
         raise Unusable("the page needs viser: pip install -e '.[view]'")
-    return await open_listener(settings.view_host, settings.view_port or 0)
+    return await open_listener(host, port)
 
 
 def page_url(listening: socket.socket) -> str:
     """Return the address for a browser on this machine."""
     host, port = listening.getsockname()[:2]
     return f"http://{host_and_port(reached_at(host), port)}/"
-
-
-def serve(
-    settings: Settings,
-    run: Callable[[socket.socket, threading.Event, Token | None, Callable[[], None]], None],
-) -> None:
-    """Have `run` serve a page until SIGTERM or SIGINT. Raises Unusable.
-
-    `run` takes a socket that listens, the event of the end, the token, and a function to call when it serves.
-    """
-    log.configure(settings.log_level, settings.log_json, sys.stderr.fileno())
-    over, stdout = threading.Event(), sys.stdout  # viser's own words go nowhere
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: over.set())
-    word = word_of(settings.view_token, settings.view_token_file)
-    with asyncio.run(listen(settings)) as listening:
-        line = f"page on {page_url(listening)}"
-        token = None if word is None else Token(word)
-        run(listening, over, token, lambda: print(line, file=stdout, flush=True))
 
 
 @contextlib.asynccontextmanager

@@ -3,9 +3,9 @@
 import argparse
 import difflib
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
 from iiwa_sim.options.model import COMMON, SettingError, Settings
@@ -16,6 +16,7 @@ from iiwa_sim.wording import harmless, shortened
 LONGEST_MESSAGE = 400
 """Most characters of a message about wrong arguments, which quotes them."""
 WIDTH = 100
+COMMAND_LINE = Place("flag", " ", is_text=True)
 TITLE = """A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, and the messages
 of a KUKA KRC4. To talk to it: telnet HOST PORT, then help"""
 EXAMPLES = """examples:
@@ -43,26 +44,19 @@ class Parser(argparse.ArgumentParser):
             argument_default=argparse.SUPPRESS,
             allow_abbrev=False,
         )
-        self._place = Place("command_flag" if command else "flag", " ", is_text=True)
 
-    def add_options(self, fields: Iterable[str], shown: Container[str] = OPTIONS, **defaults: str) -> None:
-        """Add options of the model, each in its group; --help tells those that are `shown`.
-
-        `defaults` differ from those of the model.
-        """
+    def add_options(self, fields: Iterable[str], shown: Container[str] = OPTIONS) -> None:
+        """Add options of the model, each in its group; --help tells those that are `shown`."""
         groups: dict[str, argparse._ArgumentGroup] = {}
         for option in map(OPTIONS.__getitem__, fields):
             if option.group not in groups:
                 groups[option.group] = self.add_argument_group(option.group)
-            flag = str(getattr(option, self._place.spelling))
-            kind: dict[str, Any] = {"dest": option.keyword, "metavar": option.metavar}
+            flag, kind = option.flag, {"dest": option.keyword, "metavar": option.metavar}
             if option.is_switch:
                 kind = {"dest": option.keyword, "action": "store_const", "const": "true"}
-            elif not flag.startswith("-"):
-                flag, kind = option.keyword, {"nargs": "?", "metavar": option.metavar}
-            if option.keyword in defaults:
-                kind["default"] = defaults[option.keyword]
-            kind["help"] = _help(option, defaults) if option.keyword in shown else argparse.SUPPRESS
+            elif option.keyword == "cell":
+                flag, kind = "cell", {"nargs": "?", "metavar": option.metavar}
+            kind["help"] = _help(option) if option.keyword in shown else argparse.SUPPRESS
             groups[option.group].add_argument(flag, **kind)
 
     def given(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
@@ -74,16 +68,12 @@ class Parser(argparse.ArgumentParser):
             flags = [name for action in self._actions for name in action.option_strings]
             raise unknown(word.partition("=")[0], flags)
         texts = {field: vars(found).pop(field) for field in OPTIONS if field in found}
-        return found, {field: read(OPTIONS[field], text, self._place) for field, text in texts.items()}
+        return found, {field: read(OPTIONS[field], text, COMMAND_LINE) for field, text in texts.items()}
 
     def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Settings]:
         """Return the arguments of the command's own, and the settings. Raises SettingError."""
         own, given = self.given(words)
-        try:
-            return own, Settings(**given)
-        except SettingError as fault:  # it names options as `iiwa-sim` without a command does
-            text = str(fault).replace("--view-", "--").replace("CELL.toml", "--cell")
-            raise SettingError(text) from None
+        return own, Settings(**given)
 
     def error(self, message: str) -> NoReturn:
         raise SettingError(shortened(harmless(message.removeprefix("argument ")), LONGEST_MESSAGE))
@@ -129,8 +119,8 @@ def reached_at(host: str) -> str:
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # among all addresses
 
 
-def _help(option: Option, defaults: Mapping[str, str]) -> str:
+def _help(option: Option) -> str:
     if option.is_switch:
         return option.text
     limits = f"{option.expected}; " if "number" in option.expected and option.metavar != "PORT" else ""
-    return f"{option.text} ({limits}default: {defaults.get(option.keyword, option.unset)})"
+    return f"{option.text} ({limits}default: {option.unset})"

@@ -8,15 +8,14 @@ import os
 import resource
 import signal
 import sys
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
 from iiwa_sim.cli.page import listen, page_process, page_url
 from iiwa_sim.cli.parsing import from_command_line, reached_at
 from iiwa_sim.frames import Frame
-from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import Robots, robots_of
 from iiwa_sim.options.sources import from_environment, merged
 from iiwa_sim.server.listening import host_and_port
@@ -25,9 +24,6 @@ from iiwa_sim.server.token import word_of
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
     from iiwa_sim.simulator import Simulator
-
-Cells = dict[tuple[str | None, str | None], "tuple[Cell, ...]"]
-"""Files that have been read."""
 
 logger = logging.getLogger(__name__)
 
@@ -55,14 +51,16 @@ def run(words: Sequence[str]) -> int:
 
 async def _serve(robots: Robots) -> None:
     over = asyncio.Event()
-    cells: Cells = {}
     common = next(iter(robots.values()))
     try:
         async with AsyncExitStack() as running:
-            page = None if common.view_port is None else running.enter_context(await listen(common))
-            simulators = {name: _simulator(name, each, cells, over.set) for name, each in robots.items()}
+            page = None
+            if common.view_port is not None:
+                page = running.enter_context(await listen(common.view_host, common.view_port))
+            simulators = _simulators(robots, over.set)
             for name, simulator in simulators.items():
-                await running.enter_async_context(_entered(name, simulator))
+                with log.named(name):
+                    await running.enter_async_context(simulator)
             for number in (signal.SIGTERM, signal.SIGINT):
                 asyncio.get_running_loop().add_signal_handler(number, over.set)
             lines = [line for name, each in simulators.items() for line in _announcement(name, each)]
@@ -79,28 +77,19 @@ async def _serve(robots: Robots) -> None:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
 
 
-@asynccontextmanager
-async def _entered(name: str, simulator: "Simulator") -> AsyncIterator[None]:
-    with log.named(name):
-        await simulator.__aenter__()
-    try:
-        yield
-    finally:
-        with log.named(name):
-            await simulator.__aexit__(None, None, None)
-
-
-def _simulator(name: str, settings: Settings, cells: Cells, end: Callable[[], None]) -> "Simulator":
-    """Return the simulator of a robot, or of the robots in its cell."""
+def _simulators(robots: Robots, end: Callable[[], None]) -> "dict[str, Simulator]":
+    """Return the simulators by their names. Each file is read once for equal robots."""
     # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
-    place = settings.robot, settings.cell
-    on_bye = end if settings.bye_shuts_down else None
-    with log.named(name):
-        simulator = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
-    cells.setdefault(place, simulator.cells)
-    return simulator
+    cells: dict[object, tuple[Cell, ...]] = {}
+    simulators: dict[str, Simulator] = {}
+    for name, settings in robots.items():
+        place, on_bye = (settings.robot, settings.cell), end if settings.bye_shuts_down else None
+        with log.named(name):
+            simulators[name] = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
+        cells.setdefault(place, simulators[name].cells)
+    return simulators
 
 
 def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:

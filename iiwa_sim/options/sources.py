@@ -29,7 +29,6 @@ class Option:
         self.group, self.text = group, str(field.type.__metadata__[-1])
         self.keyword, self.key, self.default = field.name, model.option_name(field.name), field.default
         self.flag = model.flag_of(field.name)
-        self.command_flag = f"--{self.key.replace('_', '-')}".replace("--view-", "--")  # in show and plot
         self.variable = f"IIWA_SIM_{self.key.upper()}"
         arms, self.is_list = get_args(get_args(field.type)[0]), isinstance(self.default, tuple)
         self.type = arms[0] if type(None) in arms else field.type

@@ -50,10 +50,10 @@ def test_a_refused_command_leaves_no_picture(
     ("arguments", "told"),
     [
         (["moves.txt"], "the following arguments are required: -o/--output"),
-        (["moves.txt", "-o", "p.pdf"], "-o/--output: 'p.pdf' does not end in .png or .svg"),
+        (["moves.txt", "-o", "p.pdf"], "-o/--output: p.pdf does not end in .png or .svg"),
         (["none.txt", "-o", "p.png"], "none.txt: cannot be read: No such file or directory"),
         (["m.txt", "-o", "p.png", "--robot", "r2"], "expected a folder, or one of"),
-        (["m.txt", "-o", "p.png", "--robot", "r2", "--cell", "c.toml"], "expected no --cell with it"),
+        (["m.txt", "-o", "p.png", "--robot", "r2", "--cell", "c.toml"], "expected no CELL.toml with it"),
         (["run.mcap", "-o", "p.png", "--rate", "250"], "--rate: expected none with a recording"),
     ],
 )
