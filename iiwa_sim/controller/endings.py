@@ -10,8 +10,6 @@ from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import Frame
 from iiwa_sim.wrench import Wrench
 
-AXES = ("x", "y", "z")
-
 
 class Contact(NamedTuple):
     """A force that has ended a move."""
@@ -50,7 +48,7 @@ class ForceGuard(NamedTuple):
         beyond = [
             (abs(force - offset) / threshold, axis, force, offset, threshold)
             for axis, threshold, force, offset in zip(
-                AXES, self.thresholds, wrench, self.offset, strict=False
+                "xyz", self.thresholds, wrench, self.offset, strict=False
             )
             if threshold is not None and abs(force - offset) > threshold
         ]

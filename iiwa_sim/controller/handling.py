@@ -118,11 +118,11 @@ class Handling:
         self.world, self.gripper, self.scene = arm.world, arm.gripper, setup.scene
         self.coming_tcp: Transform | None = None
         """Pose of the TCP in the base in the next tick, if that is known."""
-        sensors = () if self.gripper is None else SENSORS
-        self._numbers = [getattr(setup.wiring, f"{sensor}_input") for sensor in sensors]
-        self._numbers += [each.number for each in setup.inputs]
-        self._told, self._rested = list[bool | None](), False
-        self._wrong: dict[str, bool] = {}
+        wired = {sensor: getattr(setup.wiring, f"{sensor}_input") for sensor in SENSORS}
+        self._sensors = {sensor: number for sensor, number in wired.items() if number != NOTHING}
+        self._wrong: dict[str, bool] = {}  # sensors that always tell this
+        self._told: dict[int, bool] = {}  # states of inputs, by their numbers
+        self._rested = False
         self._driven_by: tuple[bool, ...] | None = None  # outputs that drive jaws and scene
         self._driven = STAYS  # direction of the jaws
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
@@ -166,7 +166,7 @@ class Handling:
         self._load.hand(arm.wrench, arm.push, arm.torques)
         # Only jaws that move, or a scene, make news.
         rested, self._rested = self._rested, arm.jaws_rest and not self._setup.inputs
-        if self._numbers and not (rested and self._rested):
+        if not (rested and self._rested):
             self._tell()
         at = self._jaws_at
         if at and gripper and abs(gripper.opening_m - at[0]) > (PLACED_M if arm.jaws_move else 0.0):
@@ -265,9 +265,8 @@ class Handling:
 
     def mistake(self, sensor: str, tells: bool) -> None:
         """Have a sensor tell this, whatever is true. Raises `Refused` where there is no such sensor."""
-        wired = [each for each, number in zip(SENSORS, self._numbers, strict=False) if number != NOTHING]
-        if self.gripper is None or sensor not in wired:
-            there_are = f"there are {', '.join(wired)}" if wired else "none is wired"
+        if sensor not in self._sensors:
+            there_are = f"there are {', '.join(self._sensors)}" if self._sensors else "none is wired"
             raise Refused(EXECUTION, f"no sensor {sensor!r}: {there_are}")
         self._wrong[sensor] = tells
         self._tell()
@@ -301,18 +300,17 @@ class Handling:
 
     def _tell(self) -> None:
         """Switch the inputs, where that is news: a test bench may have switched one otherwise."""
-        gripper, data, now = self.gripper, self.world.data, list[bool | None]()
+        gripper, data = self.gripper, self.world.data
+        now = {each.number: each.is_on(data) for each in self._setup.inputs}
         if gripper is not None:
-            now = [gripper.is_open, gripper.is_closed, gripper.holds]
-            if self._wrong:
-                now = list(map(self._wrong.get, SENSORS, now))
-        now += [each.is_on(data) for each in self._setup.inputs]
-        if now != self._told:
-            told, self._told = self._told or [None] * len(now), now
-            for number, on, was in zip(self._numbers, now, told, strict=True):
-                if on is not was and number != NOTHING:
-                    self._io.wire(number, bool(on))
+            state = {"open": gripper.is_open, "closed": gripper.is_closed, "holds": gripper.holds}
+            state |= self._wrong
+            now |= {number: state[sensor] for sensor, number in self._sensors.items()}
+        for number, on in now.items():
+            if self._told.get(number) is not on:
+                self._io.wire(number, on)
+        self._told = now
 
     def _tell_anew(self) -> None:
-        self._told = []
+        self._told = {}
         self._tell()
