@@ -12,6 +12,7 @@ from iiwa_sim.frames import (
     Transform,
     Vector,
     compose,
+    euler_from_rotation,
     multiply,
     rotation_from_quaternion,
 )
@@ -111,9 +112,7 @@ def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
     if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
         expected = f"expected 1, within {QUATERNION_LENGTH_TOLERANCE:g}"
         raise Refused(EXECUTION, f"a quaternion of length {length:.7g}: {expected}")
-    turned = Frame.from_transform(Transform(rotation_from_quaternion(quaternion), (0.0, 0.0, 0.0)))
-    x_mm, y_mm, z_mm = position_mm
-    return turned._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm)
+    return Frame(*position_mm, *euler_from_rotation(rotation_from_quaternion(quaternion)))
 
 
 def shifted(start: Transform, shift: Frame, *, in_tool: bool) -> Frame:

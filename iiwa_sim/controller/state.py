@@ -11,7 +11,7 @@ import msgspec
 
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.handling import BodyState, GripperState, PartState
-from iiwa_sim.frames import Frame, Vector, compose
+from iiwa_sim.frames import Frame, Vector
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
@@ -96,25 +96,20 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
 
 def snapshot(controller: Controller) -> Snapshot:
     """Return the present state of `controller`'s robot."""
-    motions, load, handling = controller.motions, controller.load, controller.handling
-    joints, moving, tool = motions.joints, motions.moving, controller.tool_in_flange
-    flange = controller.model.flange(joints)
-    tcp = Frame.from_transform(compose(flange, tool))
-    goal = motions.goal if moving else joints
-    force, torques = load.cartesian_force(), load.joint_torques(joints)
+    handling = controller.handling
     return Snapshot(
         time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,
         mode=controller.mode.value,
-        status="moving" if moving else "stopped",
-        joint_position=joints,
+        status="moving" if controller.moving else "stopped",
+        joint_position=controller.joints,
         joint_velocity=controller.joint_velocity(),
-        flange_frame=Frame.from_transform(flange),
-        tool_frame=tcp,
-        cartesian_force=force,
-        joint_torque=torques,
-        goal_joint_position=goal,
-        goal_frame=tcp if goal == joints else controller.tool_frame(goal),
+        flange_frame=controller.flange_frame(),
+        tool_frame=controller.tool_frame(),
+        cartesian_force=controller.cartesian_force(),
+        joint_torque=controller.joint_torque(),
+        goal_joint_position=controller.goal_joints,
+        goal_frame=controller.goal_frame(),
         override=controller.override,
         tool_load=controller.tool_load.told(),
         gripper=None if handling is None else handling.state,
@@ -122,7 +117,7 @@ def snapshot(controller: Controller) -> Snapshot:
         bodies=() if handling is None else handling.scene_bodies,
         link_touches=tuple(
             LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
-            for link, surface, point, force in load.link_contacts
+            for link, surface, point, force in controller.load.link_contacts
         ),
         robot_status=controller.status(),
         inputs=controller.io.inputs,
