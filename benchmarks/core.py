@@ -20,8 +20,7 @@ from iiwa_sim.robot.description import load_robot
 
 TICK_S = 0.002
 BLOCKS, TICKS_PER_BLOCK = 10, 20_000
-COMPLIANCE = CartesianImpedance(2000.0, (0.0, 0.0, 10.0, 0.0, 0.0, 0.0))
-"""Presses with 10 N."""
+COMPLIANCE = CartesianImpedance(2000.0, (0.0, 0.0, 10.0, 0.0, 0.0, 0.0))  # presses with 10 N
 HOLD_TICKS = 500  # with a constant push
 POINTS, POINT_S = 25, 0.4  # of a joint trajectory of straight lines, which have to be smoothed
 RADIUS_M = 0.005  # radius of the sphere that touches the table, which its centre then does

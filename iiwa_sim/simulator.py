@@ -99,7 +99,7 @@ class Simulator(OnlyRobot):
         }
         """The robots by their names; a cell without `[[robot]]` has one, whose name is empty."""
         robots = list(self.robots.values())
-        self._group = ControllerGroup({each.stepped: each.cell.base for each in robots}, world)
+        self._group = ControllerGroup([each.stepped for each in robots], world)
         self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         states = States(*self._group.controllers)
         for each in robots:

@@ -25,11 +25,12 @@ from iiwa_sim.clock.pace import pace
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
-from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
+from iiwa_sim.controller.modes import SERVO_MODES
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, RecentLines
-from iiwa_sim.frames import IDENTITY, Frame, Vector, compose
+from iiwa_sim.frames import Frame, Vector, compose, inverse
 from iiwa_sim.log import Throttle
 from iiwa_sim.protocols.faults import EVERY, UNTIL_CLEARED, End, Fault, WireFaults
 from iiwa_sim.robot.description import RobotDescription, ToolSettings
@@ -108,7 +109,7 @@ class Backdoor:
         self._clock = clock
         self._camera = Camera(controller)
         self._dialogue = dialogue
-        self._group = group or ControllerGroup({controller: IDENTITY})
+        self._group = group or ControllerGroup([controller])
         self._states = states or States(controller)
         self._dragged = Throttle(1)
 
@@ -204,19 +205,17 @@ class Backdoor:
 
     def _put(self, surface: Surface) -> None:
         """Add or move a surface, given in the base of this robot, for all robots of the cell."""
-        seen = [
-            (other.load.world, other.tcp().translation, surface._replace(pose=compose(base, surface.pose)))
-            for other, base in self._group.seen_from(self._controller)
-        ]
+        in_world, robots = compose(self._controller.base, surface.pose), self._group.controllers
+        seen = {each: surface._replace(pose=compose(inverse(each.base), in_world)) for each in robots}
         is_there = surface.name in self._controller.load.world.surfaces
-        for world, tcp, each in seen:
-            if not (is_there and world.touched(each.name)):
-                _check_outside(tcp, [each])
-        for world, _, each in seen:
+        for robot, each in seen.items():
+            if not (is_there and robot.load.world.touched(each.name)):
+                _check_outside(robot.tcp().translation, [each])
+        for robot, each in seen.items():
             if is_there:
-                world.move(each.name, each.pose)
+                robot.load.world.move(each.name, each.pose)
             else:
-                world.put(each)
+                robot.load.world.put(each)
 
     def cell(self) -> dict[str, Any]:
         """Return surfaces, shapes of parts, tool and jaws, and names of inputs and outputs."""
@@ -322,7 +321,10 @@ class Backdoor:
 
     def time_out_servo(self) -> None:
         """End smart or direct mode as a servo timeout does, with error 3040."""
-        self._controller.time_out_servo()
+        mode = self._controller.mode
+        if mode not in SERVO_MODES:
+            raise Refused(EXECUTION, f"the mode is {mode.value}: expected smart or direct")
+        self._controller.fail(COMMUNICATION_FAILURE, f"no {mode.value} command in time: the robot stops")
 
     # The gripper
 

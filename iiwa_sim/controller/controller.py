@@ -13,10 +13,8 @@ from iiwa_sim.controller.endings import Endings, ForceGuard, PendingMove, RobotE
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
-    DRIVES_OFF,
     EMERGENCY_STOP,
     EXECUTION,
-    PRESSED,
     REPLACED,
     STOP_TRIGGERED,
     SUCCESS,
@@ -98,7 +96,6 @@ class Controller:
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         self.description = description
         self.tool = tool
-        """The load at the flange."""
         self.tool_load = (tool or NO_TOOL).load
         """The load at the flange that the controller assumes."""
         self.tick_s = tick_s
@@ -112,10 +109,10 @@ class Controller:
         """The pose of the TCP in the flange."""
         self.io = Io() if io is None else io
         self.model = Model(description)
-        base = IDENTITY if arm is None or arm.base is None else arm.base
-        self.load = ExternalWrench(
-            self.model, tcp, start, world, noise, () if tool is None else tool.capsules, base
-        )
+        self.base = IDENTITY if arm is None or arm.base is None else arm.base
+        """The pose of the base in the world."""
+        capsules = () if tool is None else tool.capsules
+        self.load = ExternalWrench(self.model, tcp, start, world, noise, capsules, self.base)
         """The contacts and other forces from outside."""
         self.handling = None
         """The gripper and the bodies of the cell; None without any."""
@@ -157,7 +154,8 @@ class Controller:
         # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
         waited_s = (self.tick - self.servo_heard) * self.tick_s
         if waited_s >= self._servo_timeout_s and self.mode in SERVO_MODES:
-            self._end_servo(f"for {self._servo_timeout_s:g} s")
+            waited = f"no {self.mode.value} command for {self._servo_timeout_s:g} s"
+            self.fail(COMMUNICATION_FAILURE, f"{waited}: the robot stops")
         self.tick += 1
         motions, pending = self.motions, self.endings.pending
         self.joints_before = motions.joints
@@ -257,14 +255,10 @@ class Controller:
         self._stop_for(code, reason)
         self.tell(ErrorRecord(code, reason))
 
-    def _end_servo(self, waited: str) -> None:
-        """Stop, in error, in a servo mode that has received no command."""
-        self.fail(COMMUNICATION_FAILURE, f"no {self.mode.value} command {waited}: the robot stops")
-
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self.errors.press_emergency_stop()
-        self.fail(EMERGENCY_STOP, PRESSED)
+        self.fail(EMERGENCY_STOP, "emergency stop")
 
     def status(self) -> RobotStatus:
         """Return the state of the robot, as ROS-Industrial puts it."""
@@ -283,11 +277,9 @@ class Controller:
     # Settings
 
     def set_override(self, override: float) -> None:
-        """Run all motions at this part of their planned speed, from 0, a pause, to 1.
+        """Run all motions at this part of their planned speed, from 0, a pause, to 1, on their paths.
 
-        A robot in motion stays on its path and keeps the planned limits; so it takes some time: 0.3 s, or
-        what the slowest joint needs to stop; longer in servo modes and in impedance. At rest the override is
-        there at once. Raises `Refused` for a number out of range.
+        Raises `Refused` for a number out of range.
         """
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
@@ -407,8 +399,7 @@ class Controller:
     def cancel_move(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
 
-        In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
-        robot is being stopped, nothing changes.
+        While nothing runs, or the robot is being stopped, nothing changes.
         """
         self.check_hold()
         with self.endings.because(STOP_TRIGGERED, "cancelled"):
@@ -506,14 +497,7 @@ class Controller:
         """Off: stop as `stop` does, and take no moves until they are on and the error reset."""
         self.errors.switch_drives(on)
         if not on:
-            self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
-
-    def time_out_servo(self) -> None:
-        """Stop as if a servo mode had received no command for too long; raises `Refused` in other modes."""
-        if self.mode not in SERVO_MODES:
-            modes = " or ".join(mode.value for mode in SERVO_MODES)
-            raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
-        self._end_servo("in time")
+            self.fail(COMPONENT_NOT_READY, "the drives are off")
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> None:
         """Put the robot at rest at joint positions (rad), in no mode, with another TCP if one is given.

@@ -1,10 +1,9 @@
 """The controllers of the robots in one cell, stepped together, and who observes their ticks."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 
 if TYPE_CHECKING:
     from iiwa_sim.world.world import World
@@ -31,9 +30,9 @@ class TickObserver(Protocol):
 class ControllerGroup:
     """The controllers of one cell, in its order: a clock drives them as one robot."""
 
-    def __init__(self, bases: Mapping[Controller, Transform], world: "World | None" = None) -> None:
-        """Controllers come with the poses of their bases in the `world`, which several robots share."""
-        self.controllers, self._bases = list(bases), bases
+    def __init__(self, controllers: Sequence[Controller], world: "World | None" = None) -> None:
+        """Several robots share the `world`."""
+        self.controllers = controllers
         self.observers: Sequence[TickObserver] = ()
         self._calls = [controller.move_on for controller in self.controllers]
         self._calls += [] if world is None else [world.step]
@@ -92,8 +91,3 @@ class ControllerGroup:
     @property
     def _has_commands(self) -> bool:
         return any(observer.has_commands for observer in self.observers)
-
-    def seen_from(self, controller: Controller) -> Iterator[tuple[Controller, Transform]]:
-        """Yield each controller, with the pose of the base of `controller` in its own base."""
-        for other, base in self._bases.items():
-            yield other, IDENTITY if other is controller else compose(inverse(base), self._bases[controller])

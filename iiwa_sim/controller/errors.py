@@ -18,8 +18,6 @@ COMMUNICATION_FAILURE = 3040
 STOP_TRIGGERED = 3060
 """A stop that nobody asked for, and a move that was stopped, cancelled or replaced before its end."""
 
-PRESSED = "emergency stop"
-DRIVES_OFF = "the drives are off"
 REPLACED = "replaced by a newer move, of a servo or in another mode"
 
 

@@ -12,7 +12,6 @@ import pytest
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.controller.controller_group import ControllerGroup
-from iiwa_sim.frames import IDENTITY
 from tests.asked import lin_move_at
 from tests.backdoor.bench import backdoor_of
 from tests.world.scenes import CLOSE, Scene, down, part, table
@@ -93,7 +92,7 @@ def test_a_restored_state_goes_on_with_the_same_bits(
 def test_surfaces_come_and_go_with_a_state() -> None:
     scene = Scene(part("it", (550, 0, 380)), table())
     states = States(scene.controller)
-    backdoor = backdoor_of(scene.controller, ControllerGroup({scene.controller: IDENTITY}))
+    backdoor = backdoor_of(scene.controller, ControllerGroup([scene.controller]))
     scene.rests()
     states.save("on the table")
     backdoor.remove_surface("table")

@@ -236,8 +236,7 @@ def test_a_robot_feels_the_same_as_alone_while_it_touches_no_other() -> None:
 
 def test_surfaces_are_those_of_all_robots() -> None:
     shared = Shared(part("it", (550, 0, 500)), table())
-    pairs = zip(shared.robots, shared.world.arms, strict=True)
-    group = ControllerGroup({robot: arm.setup.base for robot, arm in pairs})
+    group = ControllerGroup(shared.robots)
     one, two = (backdoor_of(robot, group) for robot in shared.robots)
     size = (200.0, 200.0, 20.0)
     # In the base of the second robot, which faces the first: the shelf is under the part.
