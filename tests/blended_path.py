@@ -42,8 +42,6 @@ class Sent:
     """The radius of the sphere; of no meaning for a joint move."""
     tick: int
     """After which it was sent."""
-    number: int = 0
-    """The controller's number of the move."""
 
     @property
     def blends_in_joints(self) -> bool:
@@ -84,10 +82,6 @@ class Run:
     """The tick at which it rests after them."""
     stopped_at: int | None = None
     """The tick after which it was told to stop."""
-    done: int | None = None
-    """How many of its moves were no longer to be done, once one was cancelled."""
-    passed: bool = False
-    """Whether these include some behind the cancelled one."""
 
     @cached_property
     def ticks(self) -> Ticks:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from hypothesis import reject
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
@@ -66,14 +65,13 @@ class ChainMove:
 class Between:
     """Something between two moves, and the ticks before what follows is sent; a pause ends then."""
 
-    what: Literal["stop", "override", "cancel", "clear"]
+    what: Literal["stop", "override"]
     wait: int
     value: float = 0.0
     """Of the override."""
 
 
 RESUMED = 0.4  # after a pause
-SAME_RAD = 1e-10  # joints so near to those a waiting move was planned from leave it as it is
 
 
 def chain_moves(
@@ -101,19 +99,15 @@ def chains(
     at_once: bool = False,
     stops: bool = False,
     overrides: bool = False,
-    cancels: bool = False,
     longest: int = LONGEST,
 ) -> st.SearchStrategy[list[Any]]:
-    """2 to `longest` moves, with what is asked for between them; with `cancels` the queue is also cleared."""
+    """2 to `longest` moves, with what is asked for between them."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
     if stops:
         item = st.one_of(item, item, item, st.builds(Between, st.just("stop"), st.integers(0, 80)))
     if overrides:
         values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
         item = st.one_of(item, st.builds(Between, st.just("override"), st.integers(0, 500), values))
-    if cancels:
-        waits = st.one_of(st.integers(0, 5), st.integers(0, 80))
-        item = st.one_of(item, item, st.builds(Between, st.sampled_from(["cancel", "clear"]), waits))
     return st.integers(2, longest).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
@@ -134,7 +128,6 @@ class Recorder:
         self.scout = SteppedRobot(description, SCOUT_TICK_S)
         self.runs = [Run(self.robot, 0, self.robot.controller.joints, [])]
         self._orders: list[tuple[int, Order]] = []
-        self._order_of: dict[int, Order] = {}  # of the moves, by their numbers
 
     @property
     def tick(self) -> int:
@@ -156,19 +149,14 @@ class Recorder:
             self.scout.runs_until_stopped()
             self._orders.append((self.tick, order))
             speeds_rel = speeds if kind == "joint" else speeds[:1] * len(speeds)
-            number = len(self._order_of) + 1
-            self._order_of[number] = order
-            self.runs[-1].moves.append(
-                Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick, number)
-            )
+            self.runs[-1].moves.append(Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick))
         return accepted
 
-    def send_move(self, move: ChainMove, least_speed: float = 0.0) -> bool:
-        """Sends a move of a random chain; whether it was accepted."""
+    def send_move(self, move: ChainMove) -> None:
+        """Sends a move of a random chain."""
         moves = self.runs[-1].moves
         last = (moves[-1].start, moves[-1].corner) if moves else (self.end, self.end)
-        speeds = tuple(max(speed, least_speed) for speed in move.speeds)
-        return self.send(move.kind, *aimed(move, self.robot, self.end, last), speeds, move.blending_mm)
+        self.send(move.kind, *aimed(move, self.robot, self.end, last), move.speeds, move.blending_mm)
 
     def lin(self, x_mm: float, y_mm: float, z_mm: float, blending_mm: float, speed_rel: float = 1.0) -> None:
         """A LIN by so much from where the chain ends, that has to be accepted."""
@@ -182,7 +170,9 @@ class Recorder:
         if self.tick <= run.first:  # still stopping, or at rest: nothing has begun
             run.moves.clear()
         else:
-            twin = self._stopped()
+            twin = self._twin()
+            twin.stop()
+            twin.runs_until_stopped()
             run.stopped_at, run.last = self.tick, len(twin.joints) - 1
             self.runs.append(Run(self.robot, run.last, twin.controller.joints, []))
         self.scout.goes_to(self.runs[-1].start)
@@ -193,68 +183,6 @@ class Recorder:
         """Sets the override of the robot; the scout goes on at full speed."""
         self.robot.controller.set_override(value)
         self._orders.append((self.tick, lambda controller, _: controller.set_override(value)))
-
-    def cancel(self) -> None:
-        """Cancels the move that runs; the others are to be run from where the robot comes to rest."""
-        run, tick = self.runs[-1], self.tick
-        twin = self._stopped()
-        rest_tick, rest = len(twin.joints) - 1, twin.controller.joints
-        before = self._pending()
-        self.robot.cancel()
-        self._orders.append((tick, lambda controller, _: controller.cancel_move()))
-        left = self._pending()
-        if tick < run.first:
-            assert left == before, "it was stopping already"
-            return
-        assert left == before[len(before) - len(left) :]
-        assert not before or len(left) < len(before)
-        if rest_tick > tick:
-            run.stopped_at, run.last = tick, rest_tick
-            run.done = len(run.moves) - len(left)
-            run.passed = len(before) - len(left) > 1
-            self.runs.append(Run(self.robot, rest_tick, rest, []))
-        else:
-            assert len(left) == max(len(before) - 1, 0)
-        done = [] if self.runs[-1] is not run else run.moves[: len(run.moves) - len(before)]
-        self.runs[-1].moves = [*done, *self._begun_at(rest, left)]
-
-    def clear(self) -> bool:
-        """Clears the queue; whether the move that runs goes on to its target."""
-        run, tick = self.runs[-1], self.tick
-        twin = self._stopped()
-        before = self._pending()
-        running = before[0] if before else 0
-        goes_on = self.robot.clears_queue(running.number) if running else False
-        self._orders.append((tick, lambda controller, _: controller.clear_queue()))
-        assert self.robot.controller.queue == 0
-        assert self._pending() == before[:goes_on]
-        if running:
-            if goes_on:
-                del run.moves[run.moves.index(running) + 1 :]
-            else:
-                run.stopped_at, run.last = tick, len(twin.joints) - 1
-                self.runs.append(Run(self.robot, run.last, twin.controller.joints, []))
-            self.scout.goes_to(self.runs[-1].moves[-1].corner if goes_on else twin.controller.joints)
-        return goes_on
-
-    def _pending(self) -> list[Sent]:
-        return [move for move in self.runs[-1].moves if self.robot.controller.motions.is_pending(move.number)]
-
-    def _begun_at(self, joints: Joints, moves: list[Sent]) -> list[Sent]:
-        """Moves as they are when the first begins elsewhere; where one is impossible the example is none."""
-        self.scout.goes_to(joints)
-        begun = []
-        for move in moves:
-            start = self.end
-            if np.abs(np.subtract(start, move.start)).max() <= SAME_RAD:
-                begun += moves[len(begun) :]
-                self.scout.goes_to(moves[-1].corner)
-                break
-            if not _accepted(self._order_of[move.number], self.scout.controller, False):
-                reject()
-            self.scout.runs_until_stopped()
-            begun.append(replace(move, start=start, corner=self.end))
-        return begun
 
     def wait(self, ticks: int) -> None:
         if ticks == UNTIL_STOPPED:
@@ -268,12 +196,6 @@ class Recorder:
         self.robot.step(3)
         self.runs[-1].last = self.tick
         self.runs = [run for run in self.runs if run.moves]
-        for run in self.runs:
-            # Where the robot rested after a cancelled move decides which of the others are still to be done.
-            if run.passed:
-                assert run.places.possible[-1, 2 * run.done - 1 :].any(), "what is done has been passed"
-            if run.done is not None and run.done < len(run.moves) - 1:
-                assert not run.places.passed(run.done), "what has been passed is done"
 
     def run(self, chain: list[Any]) -> None:
         """Sends a chain at its ticks, and waits for the end."""
@@ -286,20 +208,13 @@ class Recorder:
                     self.wait(item.wait)
                     self.override(RESUMED)
             else:
-                {"stop": self.stop, "cancel": self.cancel, "clear": self.clear}[item.what]()
+                self.stop()
             self.wait(item.wait)
         self.finish()
 
     def ticks(self, blending: bool = True) -> int:
         """Ticks until the robot rests, the chain sent at the same ticks with or without blending."""
         return len(self._twin(blending, to_end=True).joints) - 1
-
-    def _stopped(self) -> SteppedRobot:
-        """A twin that is stopped now, and rests."""
-        twin = self._twin()
-        twin.stop()
-        twin.runs_until_stopped()
-        return twin
 
     def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
         """Another robot to which the same was sent at the same ticks."""

@@ -3,86 +3,64 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
-from tests.asked import direct_joint_move, joint_move, lin_joint_move, ptp_move, smart_joint_move
-from tests.chain_checks import assert_keeps_all_promises
-from tests.chains import ROOMY, Recorder, chains, in_the_open
-from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+from tests.asked import direct_joint_move, joint_move, lin_joint_move, lin_move, ptp_move, smart_joint_move
+from tests.chains import ROOMY
+from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
-both = pytest.mark.parametrize("name", ARMS)
-names = st.sampled_from(ARMS)
-
-
-def sent(name: str, chain: list[Any]) -> Recorder:
-    """A robot to which a chain was sent."""
-    recorder = in_the_open(name)
-    for move in chain:
-        recorder.send_move(move, 0.05)
-    return recorder
-
-
-waits = st.tuples(
-    st.sampled_from([1.0, 1.0, 1.0, 0.4, 0.05, 0.0]), st.one_of(st.integers(0, 60), st.integers(0, 600))
-)
-"""An override, and the ticks that it is waited for."""
 
 
 @pytest.mark.requirement("FRC013", "FRC014")
-@given(data=st.data(), name=names, cancels=st.lists(waits, min_size=1, max_size=4))
-def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
-    data: st.DataObject, name: str, cancels: list[tuple[float, int]]
-) -> None:
-    recorder = sent(name, data.draw(chains(len(ROOMY[name]), at_once=True)))
-    for override, wait in cancels:
-        if override != recorder.robot.controller.override:
-            recorder.override(override)
-        recorder.wait(wait)
-        recorder.cancel()
-    recorder.override(1.0)
-    recorder.finish()
-    assert_keeps_all_promises(recorder)
-    assert recorder.robot.faults == []
+def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
+    robot, stopped = SteppedRobot(), SteppedRobot()
+    there = [0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]
+    for each in (robot, stopped):
+        each.controller.move(joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL))
+        first, second = 1, each.controller.move(joint_move(there, FULL))
+        each.step(100)
+    robot.cancel()
+    assert not robot.controller.motions.is_pending(first)
+    assert robot.controller.motions.is_pending(second)
+    assert robot.controller.queue == 1
+    stopped.stop()
+    ticks = stopped.runs_until_stopped()
+    robot.step(ticks)
+    assert robot.joints == stopped.joints
+    stopped.controller.move(joint_move(there, FULL))
+    stopped.runs_until_stopped()
+    robot.runs_until_stopped()
+    assert robot.joints == stopped.joints
+    assert robot.controller.joints == tuple(there)
 
 
-@pytest.mark.requirement("FRC016")
-@given(
-    data=st.data(),
-    name=names,
-    wait=st.one_of(st.integers(0, 60), st.integers(0, 1000)),
-    again=st.booleans(),
-)
-def test_a_cleared_queue_leaves_the_running_move(
-    data: st.DataObject, name: str, wait: int, again: bool
-) -> None:
-    recorder = sent(name, data.draw(chains(len(ROOMY[name]), at_once=True)))
-    recorder.wait(wait)
-    recorder.clear()
-    if again:
-        *others, last = recorder.end
-        joints = (*others, last + (0.1 if last < 0.0 else -0.1))
-        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.5,) * len(joints), 0.0)
-    recorder.finish()
-    assert_keeps_all_promises(recorder)
-    assert recorder.robot.controller.joints == recorder.end
-
-
-def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
-    """Two sides of a square, sent at once, and their numbers."""
-    recorder = sent(name, [])
-    for y_mm, z_mm in ((200.0, 0.0), (0.0, -200.0)):
-        recorder.lin(0.0, y_mm, z_mm, blending_mm)
-    return recorder, [move.number for move in recorder.runs[-1].moves]
+@pytest.mark.requirement("FRC013")
+def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
+    once, often = SteppedRobot(), SteppedRobot()
+    often.cancel()
+    often.controller.clear_queue()
+    assert not often.controller.moving
+    for robot in (once, often):
+        for k in range(3):
+            robot.controller.move(joint_move([0.3 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0], FULL))
+        robot.step(60)
+        robot.cancel()
+    for _ in range(5):
+        often.step(1)
+        often.cancel()
+    once.step(5)
+    for robot in (once, often):
+        robot.runs_until_stopped()
+    assert once.joints == often.joints
 
 
 @pytest.mark.requirement("FRC014", "FRC021")
@@ -118,19 +96,24 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
 
 
 @pytest.mark.requirement("FRC016")
-@both
+@pytest.mark.parametrize("name", ARMS)
 def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(name: str) -> None:
-    recorder, (first, _) = lines(name, 40.0)
-    recorder.wait(100)
-    assert recorder.clear()
-    recorder.finish()
-    assert_keeps_all_promises(recorder)
-    alone = sent(name, [])
-    alone.lin(0.0, 200.0, 0.0, 0.0)
-    alone.finish()
-    assert recorder.robot.controller.joints == alone.robot.controller.joints
-    assert recorder.tick <= 1.05 * alone.tick
-    assert first == 1
+    robots = [SteppedRobot(replace(load_robot(name), home=ROOMY[name])) for _ in range(2)]
+    robot, alone = robots
+    here = robot.controller.tool_frame()
+    side = here._replace(y_mm=here.y_mm + 200.0)
+    for each, blending_mm in ((robot, 40.0), (alone, 0.0)):
+        each.controller.move(lin_move(side, 1.0, blending_mm))
+    robot.controller.move(lin_move(side._replace(z_mm=here.z_mm - 200.0), 1.0, 0.0))
+    robot.step(100)
+    assert robot.clears_queue(1)
+    assert robot.controller.queue == 0
+    for each in robots:
+        each.runs_until_stopped()
+        assert_straight(each, each.joints, side)
+        assert_within_limits(each)
+    assert robot.controller.joints == alone.controller.joints
+    assert len(robot.joints) <= 1.05 * len(alone.joints)
 
 
 @pytest.mark.requirement("FRC013", "FRC016")
