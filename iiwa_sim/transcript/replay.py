@@ -54,7 +54,7 @@ def connected(host: str, port: int, timeout_s: float) -> Connection:
 def replay(
     transcript: Transcript,
     host: str,
-    port: int | Sequence[int],
+    ports: Sequence[int],
     timeout_s: float = TIMEOUT_S,
     clock: Time = Time(),  # noqa: B008 - it does not change
 ) -> Iterator[Deviation]:
@@ -68,7 +68,6 @@ def replay(
     """
     if not any(step.kind is Kind.SAID for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
-    ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.protocols):
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
         wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
@@ -91,8 +90,8 @@ def replay(
             client.line = step.line
             try:
                 found = client.play(step, clock)
-            except _OutOfStep as end:
-                yield Deviation(step.line, client.last, str(end))
+            except (OSError, ValueError) as fault:
+                yield Deviation(step.line, client.last, _why(fault))
                 return
             if found:
                 yield Deviation(step.line, client.last, found)
@@ -104,10 +103,6 @@ def replay(
             client.connection.close()
 
 
-class _OutOfStep(Exception):
-    """Client and server are out of step: nothing that follows can be compared."""
-
-
 class _Client:
     """A client of the transcript."""
 
@@ -115,14 +110,17 @@ class _Client:
         """`heard` has the last reply to each command, by topic."""
         self.connection = connected(host, port, timeout_s)
         self.last = ""
-        """The line of the last reply."""
+        """The last line that was sent or answered."""
         self.line = 0
         self._protocol = protocol
         self._said: deque[str] = deque()  # lines without a reply yet
         self._heard = heard
 
     def play(self, step: Step, clock: Time) -> str:
-        """Carry out a step; returns the difference in words."""
+        """Carry out a step; returns the difference in words.
+
+        Raises OSError and ValueError if client and server are out of step then.
+        """
         if step.kind is Kind.SAID:
             self._say(step.text)
         elif step.kind.is_reply:
@@ -134,12 +132,9 @@ class _Client:
         return ""
 
     def _say(self, text: str) -> None:
-        try:
-            line = filled(self._protocol, text, self._heard)
-            self.connection.send(sent(self._protocol, line))
-        except (OSError, ValueError) as fault:
-            self.last = text
-            raise _OutOfStep(_why(fault)) from None
+        self.last = text
+        line = filled(self._protocol, text, self._heard)
+        self.connection.send(sent(self._protocol, line))
         self._said.append(line)
 
     def _hear(self, expected: Step) -> str:
@@ -157,30 +152,22 @@ class _Client:
 
     def _wait_until_stopped(self, clock: Time) -> None:
         deadline_s = clock.now_s() + STOPPED_WITHIN_S
-        moving = True
-        while moving:
+        while True:
             self._say(ask_status(self._protocol))
-            self.last = self._said.popleft()
-            try:
-                moving = is_moving(self._protocol, self._reply())
-            except ValueError as fault:
-                raise _OutOfStep(str(fault)) from None
-            if moving and clock.now_s() > deadline_s:
-                raise _OutOfStep(f"still moving after {STOPPED_WITHIN_S:g} s")
-            if moving:
-                clock.wait(POLL_PERIOD_S)
+            self._said.clear()
+            if not is_moving(self._protocol, self._reply()):
+                return
+            if clock.now_s() > deadline_s:
+                raise TimeoutError(f"still moving after {STOPPED_WITHIN_S:g} s")
+            clock.wait(POLL_PERIOD_S)
 
     def _reply(self) -> str:
-        """Return the next reply, escaped. Raises _OutOfStep."""
-        try:
-            if self._protocol == KRC4:
-                return readable(self.connection.read_until(END_OF_REPLY))
-            return readable(self.connection.read_line())
-        except OSError as fault:
-            raise _OutOfStep(_why(fault)) from None
+        """Return the next reply, escaped."""
+        if self._protocol == KRC4:
+            return readable(self.connection.read_until(END_OF_REPLY))
+        return readable(self.connection.read_line())
 
 
 def _why(fault: Exception) -> str:
-    if isinstance(fault, OSError) and fault.strerror:
-        return f"the connection failed: {fault.strerror}"
-    return str(fault)
+    strerror = getattr(fault, "strerror", None)
+    return f"the connection failed: {strerror}" if strerror else str(fault)

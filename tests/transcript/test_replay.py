@@ -13,7 +13,7 @@ from iiwa_sim.transcript.replay import replay
 async def played(text: str, port: int, timeout_s: float = 30.0) -> list[tuple[int, str]]:
     """The deviations, by line."""
     transcript = read("one", text)
-    found = await asyncio.to_thread(lambda: list(replay(transcript, "127.0.0.1", port, timeout_s)))
+    found = await asyncio.to_thread(lambda: list(replay(transcript, "127.0.0.1", [port], timeout_s)))
     return [(each.line, str(each)) for each in found]
 
 
@@ -22,6 +22,12 @@ async def test_every_deviation_is_told_with_its_line(simulator: Simulator) -> No
     assert await played(text, simulator.port) == [
         (3, "'hello': expected 'bye', got 'hello'"),
         (8, "'get mode': expected 'normal', got 'unknown'"),
+    ]
+
+
+async def test_a_malformed_line_is_not_sent(simulator: Simulator) -> None:
+    assert await played("> hello\n< hello\n> a\\q\n<?\n", simulator.port) == [
+        (3, "'a\\q': no escape: b'\\\\q'"),
     ]
 
 
