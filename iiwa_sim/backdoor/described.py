@@ -42,15 +42,14 @@ def described_cell(controller: Controller) -> dict[str, Any]:
     """
     world, io, tool, handling = controller.load.world, controller.io, controller.tool, controller.handling
     gripper = None if handling is None or handling.gripper is None else handling.gripper.kind
+    scene = None if handling is None else handling.scene
     return {
         "contact_radius_mm": 1e3 * world.radius_m,
         "inputs": io.input_names,
         "outputs": io.output_names,
         "surfaces": list(map(_surface, world.surfaces.values())),
         "parts": [{"name": part.name, **_shape(part.shape)} for part in parts_of(controller)],
-        "bodies": []
-        if handling is None or handling.scene is None
-        else list(map(_body, handling.scene.bodies)),
+        "bodies": [] if scene is None else list(map(_body, scene.bodies)),
         "jaw_mm": _mm(gripper.jaw_m) if isinstance(gripper, Jaws) else (),
         "tool_capsules": [
             {"start_mm": _mm(each.start), "end_mm": _mm(each.end), "radius_mm": 1e3 * each.radius_m}

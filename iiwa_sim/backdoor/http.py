@@ -78,7 +78,7 @@ CALLS = {
 
 
 class NoCall(Refused):
-    """A request that is no call, with its HTTP status."""
+    """A request that is no call, with its HTTP status. It ends the connection."""
 
     def __init__(self, status: HTTPStatus, reason: str) -> None:
         super().__init__(COMMUNICATION_FAILURE, harmless(reason))
@@ -130,7 +130,10 @@ class BackdoorHttp:
         self._connections.add(connection)
 
         def serve() -> None:
-            with contextlib.suppress(OSError), connection:  # the client has gone
+            with (
+                contextlib.suppress(OSError, CancelledError),
+                connection,
+            ):  # the client has gone, or the robot
                 _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
             self._connections.discard(connection)
 
@@ -164,6 +167,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     protocol_version = default_request_version = "HTTP/1.1"
     timeout = IDLE_S
+    server_version, sys_version = "iiwa-sim", ""
     wbufsize = -1
     disable_nagle_algorithm = True
     server: BackdoorHttp  # type: ignore[assignment]
@@ -174,10 +178,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, self._answer())
         except Refused as refused:
             self._reject(getattr(refused, "status", HTTPStatus.CONFLICT), refused)
-        except CancelledError:
-            self.close_connection = True
-            self._reject(HTTPStatus.SERVICE_UNAVAILABLE, Refused(EXECUTION, "the robot ends"))
-        except ConnectionError:
+        except (ConnectionError, CancelledError):
             raise
         except Exception as fault:  # noqa: BLE001 - answered, and logged
             self._log(self.server.log.exception, fault)
@@ -188,13 +189,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
         """Answer a request that http.server does not understand."""
-        self.close_connection = True
         status = HTTPStatus(code)
         self._reject(status, NoCall(status, message or status.phrase))
-
-    def version_string(self) -> str:
-        """Name the server in headers."""
-        return "iiwa-sim"
 
     def log_message(self, *_: object) -> None:
         """Log nothing: the server logs calls."""
@@ -245,10 +241,8 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length") or "0"
         if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
-            self.close_connection = True
             raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
         if len(length) > 9 or int(length) > MOST_BYTES:
-            self.close_connection = True
             reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
             raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
         return self.rfile.read(int(length))
@@ -261,7 +255,6 @@ class _Handler(BaseHTTPRequestHandler):
         if reason is None and "Origin" in headers:
             reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
         if reason is not None:
-            self.close_connection = True
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
@@ -269,6 +262,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
     def _reject(self, status: HTTPStatus, refused: Refused) -> None:
+        self.close_connection = self.close_connection or isinstance(refused, NoCall)
         self._log(self.server.log.refused, refused.code, refused.reason)
         error = {"code": refused.code, "reason": refused.reason}
         self._send(status, msgspec.json.encode({"error": error}) + b"\n")

@@ -45,8 +45,7 @@ class States:
 
     def _check_rest(self) -> None:
         if any(controller.moving for controller in self._controllers):
-            who = "the robot has" if len(self._controllers) == 1 else "all robots have"
-            raise Refused(EXECUTION, f"{who} to be at rest, with nothing waiting")
+            raise Refused(EXECUTION, "all robots have to be at rest, with nothing waiting")
 
 
 def _kept(controller: Controller) -> Callable[[], None]:

@@ -16,7 +16,6 @@ BACKLOG = 512
 """Length of the queue of connections that are not accepted yet."""
 AGAIN_S = 1.0
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
-
 _RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
 
 logger = logging.getLogger(__name__)
@@ -78,11 +77,11 @@ class Acceptor:
 
     def close(self) -> None:
         """Stop listening; accepted connections go on."""
-        if self._accepting is not None and self._listening is not None:
+        if self._accepting is not None:
             self._accepting.cancel()
-            self._accepting.get_loop().remove_reader(self._listening)  # before its number is another's
             self._accepting = None
         if self._listening is not None:
+            asyncio.get_running_loop().remove_reader(self._listening)  # before its number is another's
             self._listening.close()
             self._listening = None
 

@@ -26,8 +26,7 @@ class StatusStream(TcpServer):
     suffix: str = " (status)"
     send_bytes: int = SEND_BYTES
     lasting: bool = True
-    has_commands: ClassVar[bool] = False
-    """Nothing that a reader sends makes the robot move."""
+    has_commands: ClassVar[bool] = False  # nothing that a reader sends makes the robot move
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -20,8 +20,6 @@ from iiwa_sim.protocols.session import Session
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.listening import Acceptor, peer_of, reset_at_close, why
 
-READ_BYTES = 4096
-"""Bytes read from a client at once: making lines of them takes some ms at most."""
 SEND_BYTES = 131_072
 """Size of the system's send buffer. When it and asyncio's buffer of 64 KiB are full, commands wait."""
 MOST_BYTES = 32_768
@@ -31,8 +29,7 @@ UNREAD_S = 10.0
 
 _TLS = b"\x16\x03"
 _BROWSER = re.compile(rb"[A-Z]{3,7} +[/*]|%b" % _TLS)
-_UNDECIDED = re.compile(rb"[A-Z]{1,7} *|\x16")
-"""A beginning that may still become one of a browser."""
+_UNDECIDED = re.compile(rb"[A-Z]{1,7} *|\x16")  # may still become that of a browser
 
 logger = logging.getLogger(__name__)
 
@@ -95,7 +92,7 @@ class Connection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
-        transport.max_size = READ_BYTES  # type: ignore[attr-defined]  # of asyncio's sockets
+        transport.max_size = 4096  # type: ignore[attr-defined]  # bytes read at once: some ms of work
         self._transport, server = transport, self._server
         self._name = f"{peer_of(transport)}{server.suffix}"
         self._mark = {"fields": {"session": self._name}}

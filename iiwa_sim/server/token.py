@@ -19,9 +19,7 @@ class Token:
     def __init__(self, text: str) -> None:
         """Raises ValueError for a text that is not one word of printable ASCII."""
         if not _TOKEN.fullmatch(text):  # not shown: it may be a secret with a slip in it
-            raise ValueError(
-                f"the token has {len(text)} characters: expected 1 to {LONGEST} of printable ASCII, no blanks"
-            )
+            raise ValueError(f"expected a token of 1 to {LONGEST} printable ASCII characters without blanks")
         self._text = text.encode()
 
     def fits(self, given: bytes) -> bool:

@@ -12,8 +12,6 @@ from iiwa_sim.server.token import is_loopback
 from iiwa_sim.wording import harmless, shortened
 
 LOCALHOST = "localhost"
-NO_SITE = "null"
-"""Origin of a page without a site, such as a file or a sandboxed frame."""
 _HOST = r"(?P<host>\[[0-9A-Fa-f:.]+\]|[\w.-]*[\w-])\.?(?::\d{1,5})?"
 _PLACE = re.compile(_HOST, re.ASCII)
 _ORIGIN = re.compile(rf"[A-Za-z][A-Za-z0-9+.-]*://{_HOST}", re.ASCII)
@@ -45,7 +43,7 @@ class WebAccess:
 
 
 def _checked_origin(origin: str) -> str:
-    if not _host_of(_ORIGIN, origin) and origin != NO_SITE:
+    if not _host_of(_ORIGIN, origin) and origin != "null":  # a page without a site, such as a file
         raise ValueError(f"'{_shown(origin)}' is no origin, expected scheme://host or scheme://host:port")
     return origin.lower()
 
