@@ -22,7 +22,6 @@ COMMANDS = {
     "show": "play a recording on a web page, with a time line",
     "check": "report how a server deviates from the original controller",
     "health": "tell by the exit code if the iiwa-sim of a container answers",
-    "ros-package-path": "print the folder with the message types, for the tools of ROS 1",
     "ros2-env": "make an environment with rclpy for --ros2, from wheels",
 }
 """The first arguments that select a command, and what each does."""

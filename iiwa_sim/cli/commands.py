@@ -9,11 +9,12 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.cli.parsing import Parser, server, servers
+from iiwa_sim.cli.parsing import Parser, server
 from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.wording import harmless
 
@@ -49,12 +50,10 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.plot.motion import PlotFault, motion_in, run
     from iiwa_sim.recordings.read import Recorded
 
-    try:
-        from iiwa_sim.plot.draw import picture
-    except ModuleNotFoundError as fault:
-        if not (fault.name or "").startswith("matplotlib"):
-            raise
-        raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'") from None
+    if find_spec("matplotlib") is None:
+        raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'")
+    from iiwa_sim.plot.draw import picture
+
     if is_recorded:
         recorded = Recorded(own.commands)
         motion = motion_in(recorded)
@@ -95,7 +94,7 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
     iiwa-sim replay session.txt 127.0.0.1:30000
     """
     parser.add_argument("file", type=Path, metavar="FILE", help="of --transcript")
-    parser.add_argument("server", type=servers, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
+    parser.add_argument("server", type=server, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
     own, _ = parser.parsed(words)
     from iiwa_sim.transcript.lines import read_file
     from iiwa_sim.transcript.replay import replay as played
@@ -126,8 +125,8 @@ def check(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.check import check as report
     from iiwa_sim.check.link import Finding, Link, Verdict
 
-    host, port = own.server
-    link = Link(host, port, own.allow_motion)
+    host, ports = own.server
+    link = Link(host, ports[0], own.allow_motion)
     findings: list[Finding] = []
     for probe, finding in report.check(link):
         if not findings:
@@ -147,7 +146,7 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     text = "port of the page (default: 8080)"
     parser.add_argument("--port", dest="page_port", type=int, default=8080, metavar="PORT", help=text)
     own, _ = parser.parsed(words)
-    from iiwa_sim.cli.page import listen, page_url
+    from iiwa_sim.cli.serve import listen, page_url
     from iiwa_sim.recordings.read import Timeline
     from iiwa_sim.recordings.recordings import check_mcap
     from iiwa_sim.server.token import LOOPBACK
@@ -183,18 +182,6 @@ def health(parser: Parser, words: Sequence[str]) -> int:
     return 1 if fault else 0
 
 
-def ros_package_path(parser: Parser, words: Sequence[str]) -> int:
-    """For rostopic, rosservice and rosmsg, in ROS_PACKAGE_PATH:
-
-    iiwa-sim ros-package-path
-    """
-    parser.parsed(words)
-    from importlib.resources import files
-
-    print(files("iiwa_sim.protocol").joinpath("rmi"))
-    return 0
-
-
 def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     """The wheels are for x86-64 Linux (270 MB). It prints the interpreter, which iiwa-sim --ros2 finds in the
     default folder. Types that no wheel has (control_msgs, tf2_msgs, robot_movement_interface) are
@@ -208,12 +195,9 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.ros.ros2_env import default_folder, make, python_in
 
     made = own.folder or default_folder()
-    lacking = make(made)
-    if lacking:
-        sys.stderr.write(
-            "iiwa-sim: without the action FollowJointTrajectory, /tf and Appendix A, whose types need a C++ "
-            f"compiler and Python's headers (g++, python3-dev): {lacking}\n"
-        )
+    if lacking := make(made):
+        text = "without FollowJointTrajectory, /tf and Appendix A, whose types need g++ and python3-dev"
+        print(f"iiwa-sim: {text}: {lacking}", file=sys.stderr)
     print(python_in(made))
     return 0
 

@@ -97,16 +97,8 @@ def from_command_line(words: Sequence[str]) -> Given:
     return server_parser(everything="--help-all" in words).given(words)[1]
 
 
-def server(text: str) -> tuple[str, int]:
-    """Return host and port of HOST:PORT, or of a URL. Raises ArgumentTypeError."""
-    host, ports = servers(text)
-    if len(ports) > 1:
-        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
-    return host, ports[0]
-
-
-def servers(text: str) -> tuple[str, list[int]]:
-    """Return host and ports of HOST:PORT[,PORT]. Raises ArgumentTypeError."""
+def server(text: str) -> tuple[str, list[int]]:
+    """Return host and ports of HOST:PORT[,PORT], or of a URL. Raises ArgumentTypeError."""
     found = re.fullmatch(r"(?:\w+://)?\[?(.+?)\]?:([0-9]{1,5}(?:,[0-9]{1,5})*)/?", text)
     ports = [int(port) for port in found[2].split(",")] if found else []
     if found is None or not 1 <= min(ports) <= max(ports) <= MAX_PORT:

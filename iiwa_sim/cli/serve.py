@@ -3,27 +3,34 @@
 import asyncio
 import contextlib
 import gc
+import importlib.util
+import json
 import logging
 import os
 import resource
 import signal
+import socket
 import sys
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import AsyncExitStack
-from typing import TYPE_CHECKING
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from typing import TYPE_CHECKING, Any
 
 from iiwa_sim import log
-from iiwa_sim.cli.page import listen, page_process, page_url
 from iiwa_sim.cli.parsing import from_command_line, reached_at
 from iiwa_sim.frames import Frame
+from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import Robots, robots_of
 from iiwa_sim.options.sources import from_environment, merged
-from iiwa_sim.server.listening import host_and_port
+from iiwa_sim.server.listening import host_and_port, open_listener
 from iiwa_sim.server.token import word_of
+from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
     from iiwa_sim.simulator import Simulator
+
+PAGE_ENDS_S = 5.0
+"""Seconds that the process of the page has to end, before it is killed."""
 
 logger = logging.getLogger(__name__)
 
@@ -68,7 +75,7 @@ async def _serve(robots: Robots) -> None:
                 lines.append(f"page on {page_url(page)}")
                 places = [place for name, each in simulators.items() for place in _places(name, each)]
                 # It ends before the robots, or it would miss them.
-                await running.enter_async_context(page_process(page, common, places))
+                await running.enter_async_context(_page(page, common, places))
             print(*lines, sep="\n", flush=True)
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
@@ -124,3 +131,57 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
         }
         for robot in simulator.robots.values()
     ]
+
+
+async def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens for the page. Raises Unusable."""
+    if importlib.util.find_spec("viser") is None:
+        raise Unusable("the page needs viser: pip install -e '.[view]'")
+    return await open_listener(host, port)
+
+
+def page_url(listening: socket.socket) -> str:
+    """Return the address for a browser on this machine."""
+    host, port = listening.getsockname()[:2]
+    return f"http://{host_and_port(reached_at(host), port)}/"
+
+
+@asynccontextmanager
+async def _page(
+    listening: socket.socket, settings: Settings, places: Sequence[dict[str, Any]]
+) -> AsyncIterator[None]:
+    """Have a process serve the page while the context is open, for `places` of `iiwa_sim.view.connection`.
+
+    A page that fails is a warning in the log.
+    """
+    task = {
+        "listening": listening.fileno(),
+        "places": places,
+        "token": word_of(settings.view_token, settings.view_token_file),
+        "log_level": settings.log_level,
+        "log_json": settings.log_json,
+    }
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "iiwa_sim.view"),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.DEVNULL,
+        pass_fds=(listening.fileno(),),
+    )
+    assert process.stdin is not None
+    process.stdin.write(json.dumps(task).encode() + b"\n")
+    listening.close()
+
+    async def watch() -> None:
+        code = await process.wait()
+        logger.warning("the page has ended with exit code %d: the robot goes on without it", code)
+
+    watching = asyncio.create_task(watch())
+    try:
+        yield
+    finally:
+        watching.cancel()
+        process.stdin.close()
+        try:
+            await asyncio.wait_for(process.wait(), PAGE_ENDS_S)
+        except TimeoutError:
+            process.kill()

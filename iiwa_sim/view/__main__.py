@@ -1,6 +1,6 @@
 """The page as a process that the simulator starts: `python -m iiwa_sim.view`.
 
-`iiwa_sim.cli.page` writes its settings as JSON to stdin. It ends with stdin, so it does not outlive the
+`iiwa_sim.cli.serve` writes its settings as JSON to stdin. It ends with stdin, so it does not outlive the
 simulator.
 """
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim import SettingError, Settings, Simulator
-from iiwa_sim.cli.parsing import from_command_line, servers
+from iiwa_sim.cli.parsing import from_command_line, server
 from iiwa_sim.options.model import PROCESS
 from iiwa_sim.options.sources import OPTIONS, Place, from_environment, from_names
 from tests.processes import refused, robots
@@ -129,5 +129,5 @@ def test_the_pages_of_options_and_backdoor_are_current() -> None:
 
 def test_an_address_is_taken_as_it_is_printed() -> None:
     assert from_names({"host": "[::1]"}, Place("keyword", "="))["host"] == "::1"
-    assert servers("http://[::1]:8080/") == ("::1", [8080])
-    assert servers("127.0.0.1:30000,54600") == ("127.0.0.1", [30000, 54600])
+    assert server("http://[::1]:8080/") == ("::1", [8080])
+    assert server("127.0.0.1:30000,54600") == ("127.0.0.1", [30000, 54600])

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros import side
 from tests.needed import lacks
-from tests.processes import IIWA_SIM, Process, next_line, refused, running, started, succeeds
+from tests.processes import Process, next_line, refused, running, started
 from tests.talking import wait_until
 
 PYTHON = "/usr/bin/python3"
@@ -96,7 +97,7 @@ def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Process]:
         "HOME": str(tmp_path),
         "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
         "ROS_IP": "127.0.0.1",
-        "ROS_PACKAGE_PATH": succeeds([*IIWA_SIM, "ros-package-path"]).strip(),
+        "ROS_PACKAGE_PATH": str(files("iiwa_sim.protocol") / "rmi"),
     }.items():
         monkeypatch.setenv(name, value)
     monkeypatch.delenv("PYTHONPATH", raising=False)
@@ -117,7 +118,7 @@ def _listens(port: int) -> bool:
 
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_a_users_node_and_a_tool_drive_the_robot(robot: Process) -> None:
-    """The user's types of our packages are those of `iiwa-sim ros-package-path`."""
+    """The user's types of our packages are those of the folder protocol/rmi."""
     asked = json.dumps([list(TOPICS), list(SERVICES), CALLS])
     with subprocess.Popen([PYTHON, "-c", USER, asked], stdout=subprocess.PIPE, text=True) as user:
         kinds, answers, joints = json.loads(next_line(user))
