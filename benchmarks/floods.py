@@ -28,6 +28,11 @@ STOPS = 5
 SETTLING_S = 0.5
 CHUNK_BYTES = 65_536
 TOPICS = ("/robot_status", "/tool_frame", "/joint_states", "/current_speed_scale", "/io_states")
+OPENING = (
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+"""Request for a WebSocket."""
 SLOW_BYTES, SLOW_S = 2048, 0.1
 """Bytes that a slow reader reads, and how often."""
 
@@ -41,10 +46,7 @@ def websockets(address: Address, count: int) -> list[socket.socket]:
     """Open `count` WebSocket connections."""
     connections = bare(address, count)
     for connection in connections:
-        connection.sendall(
-            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-        )
+        connection.sendall(OPENING)
         while b"\r\n\r\n" not in connection.recv(4096):
             pass
     return connections

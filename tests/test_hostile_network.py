@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.floods import OPENING
 from iiwa_sim import Simulator
 from iiwa_sim.client import Iiwa
 from tests.processes import running
@@ -50,16 +51,10 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log(
                 assert b"HTTP" not in answer
             else:
                 assert answer == b""
-        foreign = (
-            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: https://evil.example\r\nUpgrade: websocket\r\n"
-            b"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-            b"Sec-WebSocket-Version: 13\r\n\r\n"
-        )
+        foreign = OPENING.replace(b"Upgrade:", b"Origin: https://evil.example\r\nUpgrade:", 1)
         assert said_to(rosbridge, foreign).startswith(b"HTTP/1.1 403 ")
         assert said_to(backdoor, foreign).startswith(b"HTTP/1.1 403 ")
-        rebound = foreign.replace(b"Origin: https://evil.example\r\n", b"").replace(
-            b"127.0.0.1", b"evil.example"
-        )
+        rebound = OPENING.replace(b"127.0.0.1", b"evil.example")
         assert said_to(rosbridge, rebound).startswith(b"HTTP/1.1 403 ")
         assert said_to(backdoor, rebound).startswith(b"HTTP/1.1 403 ")
         assert simulator.state().override == 1.0

@@ -34,42 +34,24 @@ def speeds(present: Joints, target: Joints, left_s: float) -> list[float]:
     return [min(way / left_s / limit, 1.0) for way, limit in zip(ways, IIWA.velocity, strict=True)]
 
 
-def line(kind: str, target: Joints, at: Joints) -> str:
-    return f"{kind} joint move : {' '.join(map(str, [*target, *at]))}"
-
-
-class Node:
-    """Gives the targets of a path one by one, with the speeds that the node computes."""
-
-    def __init__(self, targets: list[list[float]]) -> None:
-        self._due = [(PERIOD_S * (k + 1), target) for k, target in enumerate(targets)]
-        self._active: Joints | None = None
-
-    @property
-    def done(self) -> bool:
-        return not self._due
-
-    def next(self, now_s: float, present: Joints) -> tuple[Joints, list[float]] | None:
-        if self._active and max(abs(b - a) for a, b in zip(present, self._active, strict=True)) >= NEXT_RAD:
-            return None
-        due_s, self._active = self._due.pop(0)
-        return self._active, speeds(present, self._active, due_s - now_s)
-
-
 PATH = path({0: 0.25, 5: -0.2}, 0.5)
 
 
 @pytest.mark.requirement("FRA104", "FRC004")
 async def test_the_node_moves_the_robot_through_the_socket() -> None:
-    node = Node(PATH)
+    """It gives targets one by one, with the speeds by which each joint is there in time."""
+    due = [(PERIOD_S * k, target) for k, target in enumerate(PATH, start=1)]
+    target: Joints | None = None
     async with Simulator(clock="stepped") as simulator:
         driver = await Client.connect(simulator.port)
         for k in range(500):
             present = list(map(float, (await driver.ask("get joint position")).split()))
-            if asked := node.next(k * PERIOD_S, present):
-                assert await driver.ask(line("direct", *asked)) == "done"
+            if target is None or max(abs(b - a) for a, b in zip(present, target, strict=True)) < NEXT_RAD:
+                due_s, target = due.pop(0)
+                at = speeds(present, target, due_s - k * PERIOD_S)
+                assert await driver.ask(f"direct joint move : {' '.join(map(str, [*target, *at]))}") == "done"
             await simulator.clock.advance(PERIOD_S)
-            if node.done:
+            if not due:
                 break
         await simulator.clock.run_until_stopped(10.0)
         assert simulator.controller.joints == tuple(PATH[-1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Iterator
 
 import pytest
@@ -12,9 +11,6 @@ from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
 from tests.processes import refused
-from tests.talking import DEADLINE_S
-
-FAR_DEG = (160.0, 40.0, -100.0, 0.0, 90.0, 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -23,43 +19,30 @@ def simulator() -> Iterator[Simulator]:
         yield simulator
 
 
-@pytest.fixture
-def client(simulator: Simulator) -> Iterator[Krc4Client]:
-    with Krc4Client(simulator.port) as client:
-        yield client
-
-
 @pytest.mark.requirement("FRA101")
-def test_many_messages_in_a_packet_and_one_in_many(client: Krc4Client) -> None:
-    client.send(b"".join(attributes("Cmd", {"I0": number, "I1": 100}) for number in range(200)))
-    assert [client.reply().id for _ in range(200)] == list(range(200))
-    for byte in request(7, "GOP"):
-        client.send(bytes([byte]))
-    assert client.reply().command == 310
+def test_messages_come_in_any_packets_and_who_sends_no_more_gets_its_replies(simulator: Simulator) -> None:
+    with Krc4Client(simulator.port) as client:
+        client.send(b"".join(attributes("Cmd", {"I0": number, "I1": 100}) for number in range(200)))
+        for byte in request(200, "GOP"):
+            client.send(bytes([byte]))
+        client.send(request(201, "GOA") + b"<Cmd>")
+        client.sends_no_more()
+        found = replies(client.rest())
+    assert [reply.id for reply in found[:-1]] == list(range(202))
+    assert [reply.integers[:3] for reply in found[-2:]] == [(201, 320, 0), (0, 0, 3040)]
 
 
 @pytest.mark.requirement("FRC021")
-def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(
-    simulator: Simulator, client: Krc4Client
-) -> None:
-    client.send(b"<Cmd I0='3' I1='10' R0='x'/>")
-    assert client.reply().error == 3040
-    assert client.ask("FIN").error is None
-    client.send(b"<!DOCTYPE a [<!ENTITY b 'c'>]><Cmd><I0>&b;</I0></Cmd>")
-    (last,) = replies(client.rest())
-    assert last.integers[:3] == (0, 0, 3040)
+def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(simulator: Simulator) -> None:
+    with Krc4Client(simulator.port) as client:
+        client.send(b"<Cmd I0='3' I1='10' R0='x'/>")
+        assert client.reply().error == 3040
+        assert client.ask("FIN").error is None
+        client.send(b"<!DOCTYPE a [<!ENTITY b 'c'>]><Cmd><I0>&b;</I0></Cmd>")
+        (last,) = replies(client.rest())
+        assert last.integers[:3] == (0, 0, 3040)
     with Krc4Client(simulator.port) as another:
         assert another.ask("FIN").error is None
-
-
-def test_a_client_that_sends_no_more_gets_its_replies(simulator: Simulator) -> None:
-    with socket.create_connection(("127.0.0.1", simulator.port), timeout=DEADLINE_S) as one:
-        one.sendall(request(1, "FIN") + request(2, "GOA") + b"<Cmd>")
-        one.shutdown(socket.SHUT_WR)
-        wire = b""
-        while came := one.recv(4096):
-            wire += came
-    assert [reply.integers[:3] for reply in replies(wire)] == [(1, 100, 1), (2, 320, 0), (0, 0, 3040)]
 
 
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:

@@ -6,20 +6,11 @@ import contextlib
 import signal
 import socket
 
+from benchmarks.floods import OPENING, frame
 from iiwa_sim.client import Iiwa
 from iiwa_sim.server.listening import reset_at_close
 from tests.processes import Process, running
 from tests.talking import DEADLINE_S
-
-OPENING = (
-    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
-
-
-def frame(opcode: int, text: bytes) -> bytes:
-    """One of a client on a WebSocket, with a mask of zeros."""
-    return bytes([0x80 | opcode, 0x80 | len(text)]) + b"\0\0\0\0" + text
 
 
 def request(method: str, path: str, body: str = "", *headers: str) -> bytes:
@@ -29,7 +20,7 @@ def request(method: str, path: str, body: str = "", *headers: str) -> bytes:
 
 
 ANSWER_S = 0.01  # for an answer, where there is one
-TEXT, CLOSE = 1, 8
+CLOSE = 8
 SUBSCRIBED = b'{"op": "subscribe", "topic": "/joint_states"}'
 SAID = {
     "iiwa": [b"get status\r\nget mode\r\n", b"nonsense\r\n" * 3000],
@@ -42,10 +33,10 @@ SAID = {
     ],
     "rosbridge": [
         b"GET / HTTP/1.1\r\n\r\n",
-        OPENING + frame(TEXT, SUBSCRIBED) + frame(CLOSE, b"\x03\xe8"),
-        OPENING + frame(TEXT, b"\xff\xff"),
+        OPENING + frame(SUBSCRIBED) + frame(b"\x03\xe8", CLOSE),
+        OPENING + frame(b"\xff\xff"),
     ],
-    "page": [request("GET", "/"), OPENING + frame(2, b"nonsense")],
+    "page": [request("GET", "/"), OPENING + frame(b"nonsense", 2)],
 }
 """What a client says on a port before it resets the connection."""
 

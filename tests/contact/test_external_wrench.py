@@ -56,24 +56,6 @@ def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> Non
         controller.step()
 
 
-def test_damping_feels_the_speed_of_the_last_tick() -> None:
-    controller = pressed(-0.002, damping=2.0)
-    start = controller.tool_frame()
-    controller.move(lin_move(start._replace(z_mm=start.z_mm - 10.0), 1.0, 0.0))
-    speeds = []
-    while controller.moving:
-        before = controller.tool_frame().z_mm
-        controller.step()
-        now = controller.tool_frame().z_mm
-        depth, speed = -2e-3 + 1e-3 * (start.z_mm - now), 1e-3 * (before - now) / TICK_S
-        speeds.append(speed)
-        normal = STIFFNESS * max(0.0, depth) * (1.0 + 2.0 * speed)
-        assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(normal, abs=1e-6)
-    assert max(speeds) > 0.01
-    controller.step()
-    assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(STIFFNESS * 0.008)
-
-
 def test_a_robot_that_has_slid_and_stands_keeps_its_friction() -> None:
     controller = pressed(0.001, friction=0.3, damping=0.5)
     target = controller.tool_frame()
