@@ -126,23 +126,13 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
         arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
     scene = None if handled.scene is None else handled.scene.spec
     world = World(arms, cells[0].surfaces, handled.parts, scene, tick_s)
-    _check_places(world, Reader(str(cells[0].path), CellFault))
-    return world
-
-
-def _check_places(world: World, reader: Reader) -> None:
-    """Raise a fault for parts and robots that are in each other."""
-    names = [each.name for each in world.surfaces] + [each.name for each in world.parts]
+    bodies = {each.name for each in world.surfaces} | {each.name for each in world.parts}
     for one, two in world.overlaps(CLOSE_M):
-        if world.of_robots >= {one, two}:
-            at_start = "robots that do not collide at the start"
-            raise CellFault(reader.path, "robot", f"{one} in {two}", at_start)
-        if {*names} >= {one, two}:
-            other, name = sorted((one, two), key=names.index)
-            index = names.index(name) - len(world.surfaces)
-            place = [round(1e3 * each, 6) for each in world.pose(index).translation]
-            expected = f"a place outside of {other!r}, up to {1e3 * CLOSE_M:g} mm"
-            raise reader.fault(f"part[{index}].x_mm, y_mm, z_mm of {name!r}", place, expected)
+        kind = "robot" if world.of_robots >= {one, two} else "part" if bodies >= {one, two} else ""
+        if kind:
+            expected = f"{kind}s that are at most {1e3 * CLOSE_M:g} mm in anything at the start"
+            raise CellFault(str(cells[0].path), kind, f"{one} in {two}", expected)
+    return world
 
 
 def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:

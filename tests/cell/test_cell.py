@@ -161,7 +161,7 @@ FAULTS = [
     (GRIPPER + "[io]\noutputs = 4", "gripper.close_output", "16"),
     (GRIPPER + PART.replace('"box"', '"cone"'), r"part\[0\].shape", "'cone'"),
     (GRIPPER + PART + PART, r"part\[1\].name", "'cube'"),
-    (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, r"part\[0\].x_mm, y_mm, z_mm of 'cube'", ".*"),
+    (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, "part", ".*cube.*"),
     ("[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 2.1, 0, 0, 0]", "tool.inertia_kgm2", ".*"),
     (SPHERE.replace("ball", "table") + TABLE, r"sphere\[0\].name", "'table'"),
     (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'"),
@@ -277,7 +277,7 @@ def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str,
 
 def test_robots_that_collide_at_the_start_are_named(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(TWO.replace("x_mm = 1000", "x_mm = 50"))
-    says = r"robot = iiwa_link_\d of robot 'left' in iiwa_link_\d of robot 'right': expected robots that do"
+    says = r"robot = iiwa_link_\d of robot 'left' in iiwa_link_\d of robot 'right': expected robots that are"
     with pytest.raises(CellFault, match=says):
         shared_world(load_cells(tmp_path / "cell.toml"), 0.002)
 
