@@ -446,8 +446,7 @@ class Controller:
         motions = self.motions
         stops = self.mode.stops_for(Mode.IMPEDANCE)
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
-        if motions.moving and not stops:
-            self.planner.check_approach(move.limits, 0.0)
+        self.planner.check_approach(move.limits, 0.0, motions.moving and not stops)
         return self.begin(Mode.IMPEDANCE, lambda _: motions.move_compliantly(move, impedance))
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:

@@ -13,7 +13,7 @@ from iiwa_sim.motion.blend import Move, joint_ball, sphere
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
 from iiwa_sim.motion.lin import LineOutOfReach, SingularLine, TcpLine, lin
-from iiwa_sim.motion.path import first_outside, least_time_per_s, least_time_s, ptp, travel
+from iiwa_sim.motion.path import first_outside, least_time_per_s, least_time_s, ptp
 from iiwa_sim.motion.plan_kernel import Polynomial
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.inverse import Inverse
@@ -39,8 +39,6 @@ DIRECT_REACH_RAD = 0.087
 """A direct target is no farther from the present position on any axis. Published: the original's."""
 SAME_M = 1e-7
 """A line that is shorter only turns."""
-SAME_TURN_RAD = 1e-5
-"""A line on which the joints turn by less goes nowhere: 32 bits round a pose by as much."""
 FARTHEST_MM = 1e6
 ROUNDING_RAD = 1e-9
 """How far (rad) beyond its limit a joint may seem to be by rounding that stands on it."""
@@ -125,11 +123,9 @@ class Planner:
         return path, request.speed if speed_m_s is None else self._speed_rel(path, speed_m_s)
 
     def _speed_rel(self, line: Polynomial, tcp_speed_m_s: float) -> float:
-        """The relative speed at which the TCP is nowhere faster on a line than a speed (m/s)."""
+        """Return the relative speed at which the TCP is nowhere faster on a line (m/s); 1 for a mere turn."""
         length_m = line.tcp_length_m or 0.0
         if length_m < SAME_M:
-            if float(travel(line).max()) > SAME_TURN_RAD:
-                raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
             return 1.0
         return min(1.0, tcp_speed_m_s * least_time_per_s(line, self.limits.velocity) / length_m)
 
@@ -162,20 +158,16 @@ class Planner:
                 f"{self._description.joints[farthest]} is {distance} rad from the target: a direct move "
                 f"goes {reach} rad at most, a smart move anywhere",
             )
-        self.check_approach(limits, distances, mode if moving else None)
+        self.check_approach(limits, distances, moving)
         if request.acceleration is not None:
             limits = capped(limits, request.acceleration)
         return joints, limits
 
-    def check_approach(
-        self, limits: JointLimits, distances: Array | float, mode: Mode | None = Mode.SMART
-    ) -> None:
-        """Raise `Refused` if joints may take too long for distances (rad); in a mode they brake first."""
-        way = np.add(distances, 0.0)
-        if mode is not None:
-            velocity, acceleration, jerk = self.servo_limits[mode]
-            way = distances + velocity * (velocity / acceleration + 2.0 * acceleration / jerk)
-        if (way > limits.velocity * LONGEST_APPROACH_S).any():
+    def check_approach(self, limits: JointLimits, distances: Array | float, moving: bool) -> None:
+        """Raise `Refused` if joints may take too long for distances (rad); those that move brake first."""
+        velocity, acceleration, jerk = self.limits
+        braking = velocity * (velocity / acceleration + 2.0 * acceleration / jerk)
+        if (distances + moving * braking > limits.velocity * LONGEST_APPROACH_S).any():
             longest = f"more than {LONGEST_APPROACH_S:g} s"
             raise Refused(EXECUTION, f"at this speed the target might take {longest}: expected a faster one")
 
