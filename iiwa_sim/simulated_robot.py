@@ -24,7 +24,7 @@ from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.recordings.recordings import Recordings, Source
-from iiwa_sim.robot.urdf_check import differing_limits
+from iiwa_sim.robot.model import differing_limits
 from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.tcp import Admission, TcpServer

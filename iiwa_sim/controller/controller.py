@@ -257,7 +257,7 @@ class Controller:
 
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
-        self.errors.press_emergency_stop()
+        self.errors.e_stopped, self.errors.drives_powered = True, False
         self.fail(EMERGENCY_STOP, "emergency stop")
 
     def status(self) -> RobotStatus:

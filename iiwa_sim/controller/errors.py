@@ -51,6 +51,7 @@ class RobotErrors:
         self.standing: ErrorRecord | None = None
         """The cause of the error state; None where the robot is in none."""
         self.e_stopped = False
+        """True if the emergency stop is pressed: no reset works before its release."""
         self.drives_powered = True
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self.next_refusal: ErrorRecord | None = None
@@ -71,10 +72,6 @@ class RobotErrors:
         """Begin the error state; in it the first cause is kept, but for an emergency stop."""
         if self.standing is None or code == EMERGENCY_STOP:
             self.standing = ErrorRecord(code, reason)
-
-    def press_emergency_stop(self) -> None:
-        """Cut the drives off: no reset works before the release."""
-        self.e_stopped, self.drives_powered = True, False
 
     def release_emergency_stop(self) -> None:
         """Release the emergency stop; the error state lasts until it is reset."""

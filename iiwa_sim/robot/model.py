@@ -30,6 +30,8 @@ from iiwa_sim.robot.urdf_check import checked_urdf
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 """Colour of a shape without a colour of its own."""
+SAME_LIMIT = 1e-3
+"""Tolerance as a part of a limit: URDFs are written with rounded numbers."""
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -205,6 +207,24 @@ def arm_model(description: RobotDescription) -> ArmModel:
     """Return the model of a description; equal robots share it. Raises `RobotFault`."""
     d = description
     return ArmModel(d.urdf, d.joints, d.flange, d.urdf_path, d.settings_path)
+
+
+def differing_limits(description: RobotDescription) -> list[str]:
+    """Return a line for each limit of the URDF that differs from robot.toml, whose limits the robot obeys."""
+    d, model = description, arm_model(description).pin_model
+    limits = (
+        ("lower", "rad", model.lowerPositionLimit, d.position_min),
+        ("upper", "rad", model.upperPositionLimit, d.position_max),
+        ("velocity", "rad/s", model.velocityLimit, d.velocity),
+        ("effort", "Nm", model.effortLimit, d.torque),
+    )
+    return [
+        f"{d.urdf_path}: joint {name}: limit {key} is {in_urdf:.7g} {unit}, in "
+        f"{d.settings_path} {value:.7g} {unit}: the latter holds"
+        for key, unit, of_urdf, values in limits
+        for name, in_urdf, value in zip(d.joints, of_urdf.tolist(), values, strict=True)
+        if abs(in_urdf - value) > SAME_LIMIT * max(1.0, abs(value))
+    ]
 
 
 class Model:

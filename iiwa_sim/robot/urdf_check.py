@@ -12,11 +12,8 @@ from collections import Counter
 from math import inf
 from typing import NamedTuple
 
-from iiwa_sim.robot.description import RobotDescription, RobotFault
+from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.settings import MISSING
-
-SAME_LIMIT = 1e-3
-"""Tolerance as a part of the value: URDFs are written with rounded numbers."""
 
 
 class _Numbers(NamedTuple):
@@ -112,37 +109,6 @@ def checked_urdf(path: str, text: str) -> ET.Element:
             for body in link.findall(part):
                 _check_shape(path, f"link {link.get('name')}: {part}", body)
     return robot
-
-
-def differing_limits(description: RobotDescription) -> list[str]:
-    """Return one line for each limit of the URDF that differs from robot.toml, whose limits the robot obeys.
-
-    Raises:
-        RobotFault: The URDF is malformed XML.
-    """
-    held = {
-        "lower": (description.position_min, "rad"),
-        "upper": (description.position_max, "rad"),
-        "velocity": (description.velocity, "rad/s"),
-        "effort": (description.torque, "Nm"),
-    }
-    lines = []
-    for joint in _parsed(description.urdf_path, description.urdf).findall("joint"):
-        limit, name = joint.find("limit"), joint.get("name", "")
-        if limit is None or name not in description.joints:
-            continue
-        place = description.joints.index(name)
-        for key, (values, unit) in held.items():
-            try:
-                found = float(limit.get(key, ""))
-            except ValueError:
-                continue  # not given in the URDF
-            if abs(found - values[place]) > SAME_LIMIT * max(1.0, abs(values[place])):
-                lines.append(
-                    f"{description.urdf_path}: joint {name}: limit {key} is {found:.7g} {unit}, in "
-                    f"{description.settings_path} {values[place]:.7g} {unit}: the latter holds"
-                )
-    return lines
 
 
 def _parsed(path: str, text: str) -> ET.Element:
