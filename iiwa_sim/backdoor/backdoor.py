@@ -86,6 +86,8 @@ class Backdoor:
     Each method takes effect before the next tick, or raises `Refused(code, reason)` and changes nothing.
     Frames are in mm and rad. `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is the
     number of replies concerned, 0 for all until `clear_faults`.
+
+    Coroutines are awaited in the simulator's event loop; `Simulator` has methods for other threads.
     """
 
     def __init__(
@@ -129,18 +131,12 @@ class Backdoor:
     # Time
 
     async def advance(self, seconds: float) -> None:
-        """Let so many seconds of simulated time pass (0 to a day), as fast as possible.
-
-        To be awaited in the simulator's event loop; `Simulator.advance` is for other threads.
-        """
+        """Let so many seconds of simulated time pass (0 to a day), as fast as possible."""
         with _refusing(ValueError):
             await self._clock.advance(seconds)
 
     async def run_until_stopped(self, limit_s: float) -> float:
-        """Let time pass until the robot has stopped; return the seconds that took. Refused beyond `limit_s`.
-
-        To be awaited like `advance`.
-        """
+        """Let time pass until the robot has stopped; return the seconds taken. Refused beyond `limit_s`."""
         with _refusing(ValueError, StillMoving):
             return await self._clock.run_until_stopped(limit_s)
 
@@ -275,11 +271,7 @@ class Backdoor:
         return described_moves(self._controller)
 
     async def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
-        """Return what a camera of the scene sees, as PNG of so many pixels.
-
-        To be awaited like `advance`; `Simulator.camera` is for other threads. Over HTTP the name stands in
-        the path: GET /camera/NAME.
-        """
+        """Return what a camera of the scene sees, as PNG of so many pixels."""
         return await wrap_future(self._camera.picture(name, width, height))
 
     def save_state(self, name: str) -> None:
@@ -295,7 +287,7 @@ class Backdoor:
 
     def states(self) -> list[str]:
         """Return the names of all saved states."""
-        return self._states.names
+        return list(self._states.kept)
 
     def dialogue(self, since: int = 0) -> RecentLines:
         """Return the lines said in all protocols from number `since` on, the newest 200.

@@ -17,10 +17,6 @@ ANSWERED_S = 60.0
 class BackdoorClient:
     """Has the methods of `Backdoor`, and calls them over HTTP.
 
-        bench = BackdoorClient("robot.local", 30002, token="...")
-        bench.push((0, 0, 20, 0, 0, 0))
-        bench.set_fault(Drop(), replies=1)
-
     Arguments are those of `Backdoor`; results are values of JSON. A method raises `Refused` where the
     backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each call has a connection
     of its own, so threads may share a client. `robot` names one of several.

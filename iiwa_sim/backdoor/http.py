@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, Future, wait
 from difflib import get_close_matches
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from typing import Any, NamedTuple, get_type_hints
@@ -23,7 +24,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import CLIENT, Backdoor
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.server.listening import Acceptor, host_and_port
 from iiwa_sim.server.token import Token
@@ -130,31 +131,20 @@ class BackdoorHttp:
         self._connections.add(connection)
 
         def serve() -> None:
-            with (
-                contextlib.suppress(OSError, CancelledError),
-                connection,
-            ):  # the client has gone, or the robot
+            gone = contextlib.suppress(OSError, CancelledError)  # the client, or the robot
+            with gone, connection:
                 _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
             self._connections.discard(connection)
 
         threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
 
-    def begin(
-        self, backdoor: Backdoor, call: Call, arguments: msgspec.Struct, client: str, request: str
-    ) -> "Future[bytes]":
-        """Begin a call in the loop's thread; its result is the JSON of the answer, or a picture."""
+    def begin(self, client: str, call: Callable[[], Any]) -> "Future[Any]":
+        """Begin a call in the loop's thread."""
 
-        async def called() -> bytes:
+        async def called() -> Any:
             CLIENT.set(client)  # in this task only
-            result = call.method(backdoor, **msgspec.structs.asdict(arguments))
-            if inspect.isawaitable(result):
-                result = await result
-            answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
-            if self.log.wants_commands():
-                self.log.command(
-                    client, request, shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
-                )
-            return answer
+            result = call()
+            return await result if inspect.isawaitable(result) else result
 
         future = asyncio.run_coroutine_threadsafe(called(), self.loop)
         self._calls.add(future)
@@ -175,32 +165,36 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer a call, by GET one that only reads."""
         try:
-            self._send(HTTPStatus.OK, self._answer())
+            result = self._result()
+            answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
+            if self.server.log.wants_commands():
+                said = shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
+                self._log(self.server.log.command, said)
+            self._send(HTTPStatus.OK, answer)
         except Refused as refused:
-            self._reject(getattr(refused, "status", HTTPStatus.CONFLICT), refused)
+            self._reject(refused)
         except (ConnectionError, CancelledError):
             raise
         except Exception as fault:  # noqa: BLE001 - answered, and logged
             self._log(self.server.log.exception, fault)
-            reason = "internal error, see the log"
-            self._reject(HTTPStatus.INTERNAL_SERVER_ERROR, Refused(EXECUTION, reason))
+            self._reject(NoCall(HTTPStatus.INTERNAL_SERVER_ERROR, "internal error, see the log"))
 
     do_POST = do_GET  # noqa: N815
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:  # noqa: ARG002
         """Answer a request that http.server does not understand."""
-        status = HTTPStatus(code)
-        self._reject(status, NoCall(status, message or status.phrase))
+        self._reject(NoCall(HTTPStatus(code), message or HTTPStatus(code).phrase))
 
     def log_message(self, *_: object) -> None:
         """Log nothing: the server logs calls."""
 
-    def _answer(self) -> bytes:
+    def _result(self) -> Any:
+        """Make the call, and return its result."""
         body, url = self._body(), urlsplit(self.path)
         path = url.path.strip("/").split("/")
         self._admit(path[0])
         if path == [HEALTH]:
-            return b'{"ok":true}\n'
+            return {"ok": True}
         if path == [""]:
             return _listing()
         query = dict(parse_qsl(url.query))
@@ -227,14 +221,12 @@ class _Handler(BaseHTTPRequestHandler):
         except (msgspec.MsgspecError, RecursionError) as fault:
             reason = f"{name}({', '.join(call.takes)}): {fault}"
             raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
-        return self._result(self.server.begin(robots[robot], call, arguments, self._client, self._request))
-
-    def _result(self, future: "Future[bytes]") -> bytes:
-        """Wait for a call; cancel it if the client has gone."""
+        method = partial(call.method, robots[robot], **msgspec.structs.asdict(arguments))
+        future = self.server.begin(self._client, method)
         while not wait([future], LOOKS_S).done:
             connection = self.connection
             if select.select([connection], [], [], 0.0)[0] and not connection.recv(1, socket.MSG_PEEK):
-                future.cancel()
+                future.cancel()  # the client has gone
                 raise ConnectionResetError
         return future.result()
 
@@ -261,11 +253,11 @@ class _Handler(BaseHTTPRequestHandler):
         if not known and name != HEALTH:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
-    def _reject(self, status: HTTPStatus, refused: Refused) -> None:
+    def _reject(self, refused: Refused) -> None:
         self.close_connection = self.close_connection or isinstance(refused, NoCall)
         self._log(self.server.log.refused, refused.code, refused.reason)
-        error = {"code": refused.code, "reason": refused.reason}
-        self._send(status, msgspec.json.encode({"error": error}) + b"\n")
+        error = msgspec.json.encode({"error": {"code": refused.code, "reason": refused.reason}}) + b"\n"
+        self._send(refused.status if isinstance(refused, NoCall) else HTTPStatus.CONFLICT, error)
 
     def _send(self, status: HTTPStatus, body: bytes) -> None:
         self.send_response(status)

@@ -16,11 +16,7 @@ class States:
 
     def __init__(self, *controllers: Controller) -> None:
         self._controllers = controllers
-        self._kept = {START: [_kept(each) for each in controllers]}
-
-    @property
-    def names(self) -> list[str]:
-        return list(self._kept)
+        self.kept = {START: [_kept(each) for each in controllers]}
 
     def save(self, name: str) -> None:
         """Save the present state; raises `Refused` while a robot moves, and for a malformed name."""
@@ -29,18 +25,18 @@ class States:
             raise Refused(EXECUTION, f"{START} is the state at the beginning: expected another name")
         if not (name.strip() and name.isprintable() and len(name) <= LONGEST_NAME):
             raise Refused(EXECUTION, f"expected a name of up to {LONGEST_NAME} characters that print")
-        self._kept[name] = [_kept(each) for each in self._controllers]
+        self.kept[name] = [_kept(each) for each in self._controllers]
 
     def restore(self, name: str) -> None:
         """Restore a state; robots are then in no mode and have no error.
 
         Raises `Refused` while a robot moves, and if there is no such state.
         """
-        if name not in self._kept:
-            there_are = ", ".join(map(repr, self._kept))
+        if name not in self.kept:
+            there_are = ", ".join(map(repr, self.kept))
             raise Refused(EXECUTION, harmless(f"no state {name!r}: there are {there_are}"))
         self._check_rest()
-        for restore in self._kept[name]:
+        for restore in self.kept[name]:
             restore()
 
     def _check_rest(self) -> None:

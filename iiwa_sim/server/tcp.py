@@ -28,8 +28,8 @@ UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 
 _TLS = b"\x16\x03"
-_BROWSER = re.compile(rb"[A-Z]{3,7} +[/*]|%b" % _TLS)
-_UNDECIDED = re.compile(rb"[A-Z]{1,7} *|\x16")  # may still become that of a browser
+_BROWSER = re.compile(rb"[A-Z]{3,7} [/*]|%b" % _TLS)
+_UNDECIDED = re.compile(rb"[A-Z]{1,7} ?|\x16")  # may still become that of a browser
 
 logger = logging.getLogger(__name__)
 
