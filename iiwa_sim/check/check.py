@@ -84,5 +84,5 @@ def _play(transcript: Transcript, link: Link) -> Finding | str:
     for each in sorted(transcript.commands & HARMLESS):
         if COMMANDS[each].extension and not link.knows(each):
             return Finding(Verdict.UNTRIED, f"the server does not know the extension '{each}'")
-    played = replay(transcript, link.host, [link.port], link.timeout_s)
+    played = replay(transcript, link.host, link.port, link.timeout_s)
     return "; ".join(f"line {each.line}: {each}" for each in played) or SAME

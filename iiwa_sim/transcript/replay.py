@@ -54,7 +54,7 @@ def connected(host: str, port: int, timeout_s: float) -> Connection:
 def replay(
     transcript: Transcript,
     host: str,
-    ports: Sequence[int],
+    port: int | Sequence[int],
     timeout_s: float = TIMEOUT_S,
     clock: Time = Time(),  # noqa: B008 - it does not change
 ) -> Iterator[Deviation]:
@@ -68,6 +68,7 @@ def replay(
     """
     if not any(step.kind is Kind.SAID for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
+    ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.protocols):
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
         wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
