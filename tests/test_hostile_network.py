@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import socket
 from pathlib import Path
 
@@ -12,7 +11,6 @@ import pytest
 from benchmarks.floods import OPENING
 from iiwa_sim import Simulator
 from iiwa_sim.client import Iiwa
-from tests.processes import running
 from tests.talking import DEADLINE_S
 
 FROM_A_PAGE = (
@@ -73,15 +71,17 @@ def test_a_line_of_many_megabytes_is_refused_and_the_next_one_answered() -> None
         assert client.makefile().read() == "error\nbye\n"
 
 
-def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(tmp_path: Path) -> None:
+def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     path = tmp_path / "fifo"
     os.mkfifo(path)
-    with running("--transcript", str(path)) as simulator:
-        with Iiwa("127.0.0.1", simulator.port) as robot:
-            for _ in range(1500):  # so that all buffers are full
-                assert robot.get_mode() == "unknown"
-            robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
-            robot.wait_until_stopped(DEADLINE_S)
-        code, said = simulator.ends(signal.SIGTERM)
-    assert code == 0
-    assert f"{path}: the last lines are lost: nobody read them" in said
+    with (
+        Simulator(transcript=path, clock="fast") as simulator,
+        Iiwa("127.0.0.1", simulator.port) as robot,
+    ):
+        for _ in range(1500):  # so that all buffers are full
+            assert robot.get_mode() == "unknown"
+        robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
+        robot.wait_until_stopped(DEADLINE_S)
+    assert f"{path}: the last lines are lost: nobody read them" in caplog.text

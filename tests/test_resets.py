@@ -1,4 +1,4 @@
-"""Clients that close or reset their connection on any port of a simulator, at any stage of what they say."""
+"""Clients that close or reset their connection on any port of a robot, at any stage of what they say."""
 
 from __future__ import annotations
 
@@ -36,7 +36,6 @@ SAID = {
         OPENING + frame(SUBSCRIBED) + frame(b"\x03\xe8", CLOSE),
         OPENING + frame(b"\xff\xff"),
     ],
-    "page": [request("GET", "/"), OPENING + frame(b"nonsense", 2)],
 }
 """What a client says on a port before it resets the connection."""
 
@@ -63,8 +62,8 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
 
 
 STAGES = ("closes", "resets, answered")
-PORTS = ("krc4", "status", "rosbridge", "backdoor", "page")
-OPTIONS = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0 --view-port 0"
+PORTS = ("krc4", "status", "rosbridge", "backdoor")
+OPTIONS = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0"
 
 
 def test_clients_that_go_at_any_moment_are_no_fault() -> None:

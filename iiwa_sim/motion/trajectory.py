@@ -182,7 +182,12 @@ class Trajectory:
 
     def x(self, time_s: float) -> float:
         """Return the place on its path at a time (s)."""
-        return float(self._places(np.array([max(time_s, 0.0)]))[0])
+        time_s = max(time_s, 0.0)
+        k = max(int(self.times[:-1].searchsorted(time_s, side="right")) - 1, 0)
+        u = min((time_s - self.times.item(k)) / self._lengths.item(k), 1.0)
+        p0, p1, p2, p3, p4, p5 = self._quintics[:, k].tolist()
+        x = p0 + u * (p1 + u * (p2 + u * (p3 + u * (p4 + u * p5))))
+        return float(min(max(x, self.path.first_x), self.path.end_x))
 
     def move_at(self, time_s: float) -> Move:
         """Return the move under way at a time (s); in a blend it is the second one from its target on."""

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
-from iiwa_sim.plot.motion import motion_in
+from iiwa_sim.plot.motion import Motion, motion_in
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, contents
@@ -42,8 +44,14 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[in
     return code, out, err
 
 
-def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
-    motion = motion_in(Recorded(run))
+def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By what draws a file of commands, too."""
+    drawn: list[Motion] = []
+    stand_in = SimpleNamespace(picture=lambda motion, kind: drawn.append(motion) or kind.encode())
+    monkeypatch.setitem(sys.modules, "iiwa_sim.plot.draw", stand_in)
+    assert main(["plot", str(run), "-o", str(tmp_path / "run.png")]) == 0
+    assert (tmp_path / "run.png").read_bytes() == b"png"
+    (motion,) = drawn
     states = contents(run, "/state")
     assert motion.joints.tolist() == [state["joint_position"] for state in states]
     assert motion.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
@@ -52,9 +60,6 @@ def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path) -> None:
     ends = [event["time_s"] for event in contents(run, "/events") if event["kind"] == "move ends"]
     assert [move.end_s for move in motion.moves] == pytest.approx(ends)
     assert motion.moves[1].goal_mm == pytest.approx(tuple(motion.tcp_mm[-1]), abs=1e-3)
-    picture = tmp_path / "run.png"
-    assert main(["plot", str(run), "-o", str(picture)]) == 0
-    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
