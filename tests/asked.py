@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.springs import CartesianImpedance
 
@@ -25,7 +25,7 @@ def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
 
 
 def _relative(kind: Kind, way: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:
-    return MoveRequest(kind, speed=speed, blending=blending, shift=RelativeTarget(way, in_tool))
+    return MoveRequest(kind, speed=speed, blending=blending, shift=way, in_tool=in_tool)
 
 
 def _stiff(kind: Kind, target: Frame, speed: float, n_per_m: float, balanced: Sequence[float]) -> MoveRequest:

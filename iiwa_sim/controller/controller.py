@@ -375,9 +375,8 @@ class Controller:
         if request.kind is not Kind.HOLD and request.compliance is None:
             self.check_hold()
         if request.shift is not None:
-            way, in_tool = request.shift
-            target = shifted(self.tcp(self.end_of_queue), way, in_tool=in_tool)
-            request = request._replace(target=target)
+            start = self.tcp(self.end_of_queue)
+            request = request._replace(target=shifted(start, request.shift, in_tool=request.in_tool))
         if request.kind.is_servo:
             number = self._head_for(request, Mode[request.kind.name])
         elif request.kind is Kind.HOLD:

@@ -7,7 +7,7 @@ import numpy as np
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, Transform, compose, inverse
 from iiwa_sim.motion.blend import Move, joint_ball, sphere
 from iiwa_sim.motion.joints import Joints
@@ -89,16 +89,17 @@ class Planner:
             zone = joint_ball(request.blending, start, path.end)
         else:
             zone = sphere(request.blending / 1000.0, path.end, tcp)
-        limits = self.limits._replace(velocity=np.multiply(self.limits.velocity, speed_rel))
+        limits = _capped(self.limits, request)
+        limits = limits._replace(velocity=np.multiply(limits.velocity, speed_rel))
         length_s, farthest = least_time_s(path, limits.velocity)
         if not length_s <= LONGEST_MOVE_S:
             longest = f"more than {LONGEST_MOVE_S:g} s"
             raise Refused(EXECUTION, f"at this speed the move would take {longest}: expected a faster one")
         if farthest < STANDSTILL_RAD:
             length_s = 0.0
-        if request.acceleration is not None:
+        if request.tcp_acceleration_m_s2 is not None:
             full = float(limits.velocity[0])
-            limits = capped(limits, request.acceleration, path)
+            limits = _capped_line(limits, path, request.tcp_acceleration_m_s2)
             length_s *= full / float(limits.velocity[0])
         return Move(number, path, limits, length_s, zone, again)
 
@@ -159,9 +160,7 @@ class Planner:
                 f"goes {reach} rad at most, a smart move anywhere",
             )
         self.check_approach(limits, distances, moving)
-        if request.acceleration is not None:
-            limits = capped(limits, request.acceleration)
-        return joints, limits
+        return joints, _capped(limits, request)
 
     def check_approach(self, limits: JointLimits, distances: Array | float, moving: bool) -> None:
         """Raise `Refused` if joints may take too long for distances (rad); those that move brake first."""
@@ -297,16 +296,13 @@ def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:
     return Refused(JOINT_LIMIT, f"{joint} at {at} rad is outside {limits}")
 
 
-def capped(limits: JointLimits, cap: AccelerationCap, path: Polynomial | None = None) -> JointLimits:
-    """Return limits (n,) with accelerations no higher than a cap, which only lowers; jerk limits stay."""
-    if cap.unit is AccelerationUnit.TCP_M_S2 and path is not None:
-        return _capped_line(limits, path, cap.values[0])
-    values = np.array(cap.values)
-    acceleration = limits.acceleration * values if cap.unit is AccelerationUnit.RELATIVE else values
-    if (acceleration < LOWEST_SHARE * limits.acceleration).any():
-        reason = f"acceleration: expected at least {LOWEST_SHARE:g} of the robot's limits"
-        raise Refused(EXECUTION, reason)
-    return limits._replace(acceleration=np.minimum(limits.acceleration, acceleration))
+def _capped(limits: JointLimits, request: MoveRequest) -> JointLimits:
+    """Return limits (n,) with the accelerations of joints that a request allows; jerk limits stay."""
+    if not request.accelerations:
+        return limits
+    if min(request.accelerations) < LOWEST_SHARE:
+        raise Refused(EXECUTION, f"acceleration: expected at least {LOWEST_SHARE:g} of the robot's limits")
+    return limits._replace(acceleration=limits.acceleration * np.array(request.accelerations))
 
 
 def _capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> JointLimits:

@@ -47,34 +47,6 @@ class Kind(Enum):
         return self in (Kind.SMART, Kind.DIRECT)
 
 
-class RelativeTarget(NamedTuple):
-    """A target by how far the TCP goes from where it will be when the moves that wait are done."""
-
-    way: Frame
-    """mm, rad."""
-    in_tool: bool
-    """True for the axes of the tool, False for those of the base."""
-
-
-class AccelerationUnit(Enum):
-    """Unit of the values of an acceleration cap."""
-
-    RELATIVE = "relative"
-    """Shares of the robot's joint acceleration limits, above 0 and up to 1."""
-    RAD_S2 = "rad/s^2"
-    """Acceleration of joints, in every kind of move."""
-    TCP_M_S2 = "m/s^2"
-    """Acceleration of the TCP along the line of a LIN."""
-
-
-class AccelerationCap(NamedTuple):
-    """The greatest acceleration of one move, where it is below the robot's own."""
-
-    values: tuple[float, ...]
-    """One, or one for each joint; all are above 0."""
-    unit: AccelerationUnit
-
-
 class MoveRequest(NamedTuple):
     """A move that is asked for. Protocols check the ranges of numbers, the planner what the robot reaches."""
 
@@ -90,8 +62,10 @@ class MoveRequest(NamedTuple):
     speeds: Sequence[float] = ()
     """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions. A joint within
     0.001 rad of its target accepts 0, too."""
-    shift: RelativeTarget | None = None
-    """Instead of a target."""
+    shift: Frame | None = None
+    """Instead of a target: how far the TCP goes from where it will be when the moves that wait are done."""
+    in_tool: bool = False
+    """True for a shift along the axes of the tool, False for those of the base."""
     redundancy: float | None = None
     """The position (rad) of A3 at the target; without one it stays, if the target can then be reached."""
     thresholds: Thresholds | None = None
@@ -103,7 +77,10 @@ class MoveRequest(NamedTuple):
     tcp_speed_m_s: float | None = None
     """Speed of the TCP of LIN to a frame, instead of a relative one: the TCP is nowhere faster, and comes to
     this speed where the joints have the least to do."""
-    acceleration: AccelerationCap | None = None
+    accelerations: Sequence[float] = ()
+    """Parts of the joints' acceleration limits, above 0 and up to 1: one, or one for each joint."""
+    tcp_acceleration_m_s2: float | None = None
+    """Greatest acceleration of the TCP along the line of a LIN, instead of these."""
 
 
 def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:

@@ -10,7 +10,7 @@ from functools import lru_cache
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, from_quaternion
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, from_quaternion
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.protocols.decimals import format_decimals
@@ -53,9 +53,7 @@ def _to_turned(kind: Kind) -> Callable[[Values], MoveRequest]:
 
 
 def _by_shift(kind: Kind, *, in_tool: bool) -> Callable[[Values], MoveRequest]:
-    return lambda v: MoveRequest(
-        kind, speed=v[6], blending=v[7], shift=RelativeTarget(Frame(*v[:6]), in_tool)
-    )
+    return lambda v: MoveRequest(kind, speed=v[6], blending=v[7], shift=Frame(*v[:6]), in_tool=in_tool)
 
 
 def _until_force(kind: Kind) -> Callable[[Values], MoveRequest]:

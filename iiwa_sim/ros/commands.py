@@ -11,8 +11,9 @@ from msgspec.structs import astuple
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest, from_quaternion
+from iiwa_sim.controller.requests import Kind, MoveRequest, from_quaternion
 from iiwa_sim.frames import Frame, compose, transform_from_euler
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.wording import harmless, shortened
 
 JOINTS, EULER, QUATERNION = "JOINTS", "EULER_INTRINSIC_ZYX", "QUATERNION"
@@ -23,7 +24,6 @@ _TYPES = {kind.value: (kind, False) for kind in Kind if kind is not Kind.HOLD} |
     "PTPFORCE": (Kind.PTP, True),
 }
 _SHARES = {"%": 1.0, "PERCENT": 0.01}
-_ACCELERATION_UNITS = {"M/S^2": AccelerationUnit.TCP_M_S2, "RAD/S^2": AccelerationUnit.RAD_S2}
 
 
 def read_command(command: Any, robot: Controller, *, apply_reference: bool = True) -> tuple[MoveRequest, str]:
@@ -45,9 +45,9 @@ def read_command(command: Any, robot: Controller, *, apply_reference: bool = Tru
     if feels_forces and on_joints:
         raise _bad(f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
     move = _with_speed(MoveRequest(kind, target), command, robot)
-    cap = _acceleration(command, kind, count if on_joints and kind is not Kind.LIN else 1)
+    move = move._replace(**_acceleration(command, move, robot.description))
     thresholds, blending = _thresholds(command, feels_forces), _blending(command, move, robot)
-    return move._replace(blending=blending, thresholds=thresholds, acceleration=cap), remark
+    return move._replace(blending=blending, thresholds=thresholds), remark
 
 
 def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Sequence[float] | Frame, str]:
@@ -99,22 +99,26 @@ def _with_speed(move: MoveRequest, command: Any, robot: Controller) -> MoveReque
     return move._replace(speed=shares[0])
 
 
-def _acceleration(command: Any, kind: Kind, joint_count: int) -> AccelerationCap | None:
-    """The acceleration cap; None if the command has no values, or full ones in % or PERCENT."""
+def _acceleration(command: Any, move: MoveRequest, robot: RobotDescription) -> dict[str, Any]:
+    """The fields of a `MoveRequest` for the acceleration; none if the command has no values."""
     word, values = command.acceleration_type, command.acceleration
     if not values:
-        return None
-    _one_or_each("acceleration", values, joint_count)
+        return {}
+    on_each_joint = not isinstance(move.target, Frame) and move.kind is not Kind.LIN
+    _one_or_each("acceleration", values, len(robot.joints) if on_each_joint else 1)
     if word in _SHARES:
-        shares = _shares("acceleration", word, values)
-        return AccelerationCap(shares, AccelerationUnit.RELATIVE) if min(shares) < 1.0 else None
-    if word not in _ACCELERATION_UNITS:
-        raise _unknown("acceleration_type", word, (*_ACCELERATION_UNITS, *_SHARES))
+        return {"accelerations": _shares("acceleration", word, values)}
+    if word not in ("M/S^2", "RAD/S^2"):
+        raise _unknown("acceleration_type", word, ("M/S^2", "RAD/S^2", *_SHARES))
     if not all(value > 0.0 for value in values):
         raise _bad(f"acceleration in {word}: expected above 0")
-    if word == "M/S^2" and kind is not Kind.LIN:
+    if word == "RAD/S^2":
+        limits = robot.direct_acceleration if move.kind is Kind.DIRECT else robot.acceleration
+        each = zip(values * (len(limits) // len(values)), limits, strict=True)
+        return {"accelerations": tuple(min(value / limit, 1.0) for value, limit in each)}
+    if move.kind is not Kind.LIN:
         raise _bad("acceleration_type M/S^2: only for LIN and LINFORCE")
-    return AccelerationCap(tuple(values), _ACCELERATION_UNITS[word])
+    return {"tcp_acceleration_m_s2": values[0]}
 
 
 def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:

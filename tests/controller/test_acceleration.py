@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
@@ -16,14 +17,6 @@ from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 Array = NDArray[np.float64]
 NEAR = 0.9
 """Of a cap: what a long move comes to, so that a cap is not kept by mere slowness."""
-
-
-def relative(*values: float) -> AccelerationCap:
-    return AccelerationCap(values, AccelerationUnit.RELATIVE)
-
-
-def m_s2(value: float) -> AccelerationCap:
-    return AccelerationCap((value,), AccelerationUnit.TCP_M_S2)
 
 
 class Robot(SteppedRobot):
@@ -36,18 +29,18 @@ class Robot(SteppedRobot):
         self.aside = Frame(x, y + 150.0, z - 40.0, *angles)
         self.farther = Frame(x - 80.0, y + 150.0, z - 60.0, *angles)
 
-    def moves(self, kind: str, cap: AccelerationCap | None, speed_rel: float = 1.0) -> None:
+    def moves(self, kind: str, speed_rel: float = 1.0, **caps: Any) -> None:
         controller = self.controller
         if kind == "joint":
             joints = [q + 0.4 for q in self.home]
-            controller.move(joint_move(joints, [speed_rel] * len(joints), 0.0, acceleration=cap))
+            controller.move(joint_move(joints, [speed_rel] * len(joints), 0.0, **caps))
         elif kind == "ptp":
-            controller.move(ptp_move(self.aside, speed_rel, 0.0, acceleration=cap))
+            controller.move(ptp_move(self.aside, speed_rel, 0.0, **caps))
         elif kind == "smart":
             joints = [q + 0.4 for q in self.home]
-            controller.move(smart_joint_move(joints, [speed_rel] * len(joints), acceleration=cap))
+            controller.move(smart_joint_move(joints, [speed_rel] * len(joints), **caps))
         else:
-            controller.move(lin_move(self.aside, speed_rel, 0.0, acceleration=cap))
+            controller.move(lin_move(self.aside, speed_rel, 0.0, **caps))
         self.runs_until_stopped()
 
     def accelerations(self) -> Array:
@@ -68,7 +61,7 @@ class Robot(SteppedRobot):
 @given(share=st.floats(0.05, 1.0))
 def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: float) -> None:
     robot = Robot(arm)
-    robot.moves(kind, relative(share))
+    robot.moves(kind, accelerations=(share,))
     used = (robot.accelerations() / robot.description.acceleration).max()
     assert used <= TOLERANCE * share
     assert used > NEAR * share if kind != "lin" else used > 0.5 * share
@@ -79,7 +72,7 @@ def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: floa
 @given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
 def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
     robot = Robot(arm)
-    robot.moves("lin", m_s2(limit), speed_rel)
+    robot.moves("lin", speed_rel, tcp_acceleration_m_s2=limit)
     assert robot.tcp_accelerations().max() <= TOLERANCE * limit
     assert_within_limits(robot)
 

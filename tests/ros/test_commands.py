@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.requests import AccelerationCap, AccelerationUnit, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.ros.commands import read_command
 from iiwa_sim.ros.messages import checked
@@ -30,6 +30,7 @@ ON_JOINTS = {"command_type": "PTP", "pose_type": "JOINTS", "pose": JOINTS}
 FORCES = {"effort_type": "N", "effort": [5.0, 6.0, 7.0]}
 WAY_MM = dist(ROBOT.tool_frame()[:3], (400.0, 100.0, 500.0))
 LARGEST_RAD = max(abs(a - b) for a, b in zip(ROBOT.joints, JOINTS, strict=True))
+LIMITS = ROBOT.description.acceleration
 NAMES = ("x", "y", "z", "alpha", "beta", "gamma")
 numbers = st.floats(-3.0, 3.0)
 
@@ -104,18 +105,18 @@ def test_a_pose_in_a_reference_frame(frame: tuple[float, ...], pose: tuple[float
         ({**ON_JOINTS, "blending_type": "%", "blending": [0.2]}, {"blending": 0.2}),
         ({"command_type": "LINFORCE", **FORCES}, {"kind": Kind.LIN, "thresholds": (5.0, 6.0, 7.0)}),
         ({"command_type": "PTPFORCE", **FORCES}, {"kind": Kind.PTP, "thresholds": (5.0, 6.0, 7.0)}),
-        ({"acceleration_type": "%", "acceleration": [1.0]}, {"acceleration": None}),
+        ({"acceleration_type": "%", "acceleration": [1.0]}, {"accelerations": (1.0,)}),
         (
             {"acceleration_type": "PERCENT", "acceleration": [50]},
-            {"acceleration": AccelerationCap((0.5,), AccelerationUnit.RELATIVE)},
+            {"accelerations": (0.5,)},
         ),
         (
             {**ON_JOINTS, "acceleration_type": "RAD/S^2", "acceleration": [0.25] * 7},
-            {"acceleration": AccelerationCap((0.25,) * 7, AccelerationUnit.RAD_S2)},
+            {"accelerations": pytest.approx([0.25 / limit for limit in LIMITS])},
         ),
         (
             {"acceleration_type": "M/S^2", "acceleration": [0.5]},
-            {"acceleration": AccelerationCap((0.5,), AccelerationUnit.TCP_M_S2)},
+            {"tcp_acceleration_m_s2": 0.5},
         ),
     ],
 )
