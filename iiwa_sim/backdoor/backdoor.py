@@ -71,10 +71,7 @@ def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(method)
     def called(self: "Backdoor", /, *args: Any, **kwargs: Any) -> Any:
         call = partial(method, self, *args, **kwargs)
-        if not acts:
-            return self.call(call)
-        given = ", ".join([*map(repr, args), *(f"{key}={value!r}" for key, value in kwargs.items())])
-        return self.call(lambda: self._act(method.__name__, given, call))
+        return self.call(partial(self._act, call) if acts else call)
 
     return called
 
@@ -115,14 +112,12 @@ class Backdoor:
         self._states = states or States(controller)
         self._dragged = Throttle(1)
 
-    def _act(self, name: str, given: str, act: Callable[[], None]) -> None:
-        """Change something, for the dialogue and listeners to know."""
+    def _act(self, call: "partial[None]") -> None:
+        """Change something, and tell the dialogue and listeners."""
+        call()
+        name, keywords = call.func.__name__, [f"{key}={value!r}" for key, value in call.keywords.items()]
+        given = ", ".join([*map(repr, call.args[1:]), *keywords])
         text = harmless(shortened(f"{name}({given})", LONGEST_TEXT))
-        try:
-            act()
-        except Refused as refused:
-            self._dialogue.event(CLIENT.get(), text, reason=f"{refused.code} {refused.reason}")
-            raise
         for listener in self.listeners:
             listener(text)
         if name not in DRAGGED or self._dragged.count(name, time.monotonic_ns()):
