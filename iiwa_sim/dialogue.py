@@ -134,10 +134,10 @@ class Dialogue:
             answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
             self._keep([said, answer], command or line)
 
-    def event(self, session: str, text: str, protocol: str = "", reason: str = "") -> None:
+    def event(self, session: str, text: str, protocol: str = "") -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""
         if self.is_heard:
-            self._keep([self._tell(session, Direction.EVENT, text, reason, protocol)])
+            self._keep([self._tell(session, Direction.EVENT, text, protocol=protocol)])
 
     def on_wire(self, session: str, text: str) -> None:
         """Add what goes over the wire instead of the reply before."""
