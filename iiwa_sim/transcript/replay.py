@@ -20,7 +20,6 @@ from iiwa_sim.transcript.texts import TranscriptFault, ask_status, deviation, fi
 TIMEOUT_S = 5.0
 STOPPED_WITHIN_S = 60.0
 """Seconds for which `wait stopped` waits."""
-
 POLL_PERIOD_S = 0.01
 
 
