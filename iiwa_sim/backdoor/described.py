@@ -53,7 +53,7 @@ def described_cell(controller: Controller) -> dict[str, Any]:
         "jaw_mm": _mm(gripper.jaw_m) if isinstance(gripper, Jaws) else (),
         "tool_capsules": [
             {"start_mm": _mm(each.start), "end_mm": _mm(each.end), "radius_mm": 1e3 * each.radius_m}
-            for each in (() if tool is None else tool.capsules)
+            for each in tool.capsules
         ],
     }
 

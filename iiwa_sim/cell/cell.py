@@ -22,7 +22,7 @@ from iiwa_sim.cell.settings import (
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
-from iiwa_sim.controller.carrying import Tool
+from iiwa_sim.controller.carrying import NO_TOOL, Tool
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.handling import NO_HANDLING, HandlingSetup
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
@@ -63,7 +63,7 @@ class Cell:
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
     safety: Safety = NOTHING_MORE
     """Limits that the robot watches besides the torques on its joints."""
-    tool: Tool | None = None
+    tool: Tool = NO_TOOL
     """The tool at the flange, with its mass."""
     handled: HandlingSetup = NO_HANDLING
     """The gripper, what it is wired to, and the parts, which are in the world."""
@@ -120,8 +120,7 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
 
     arms = []
     for cell in cells:
-        tool = () if cell.tool is None else cell.tool.capsules
-        shape = ArmShape(cell.description, cell.tool_in_flange, tool, cell.contact_radius_m)
+        shape = ArmShape(cell.description, cell.tool_in_flange, cell.tool.capsules, cell.contact_radius_m)
         gripper = None if cell.handled.gripper is None else Gripper(cell.handled.gripper)
         arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
     scene = None if handled.scene is None else handled.scene.spec
@@ -188,7 +187,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
             start=_start(its, robot.start_deg, description),
             tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
             contact_radius_m=1e-3 * robot.contact_radius_mm,
-            tool=None if robot.tool is None else robot.tool.tool(),
+            tool=NO_TOOL if robot.tool is None else robot.tool.tool(),
             handled=_handled(its, robot, parts, scene),
             surfaces=surfaces,
             noise_levels=None if noise is None else NoiseLevels(noise.seed + number, *astuple(noise)[1:]),

@@ -5,6 +5,7 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from iiwa_sim.cell.cell import CLOSE_M, Cell, shared_world
+from iiwa_sim.controller.carrying import NO_TOOL
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
@@ -30,7 +31,7 @@ def _lines(cell: Cell, world: "World | None") -> Iterator[str]:
     yield f"TCP in the flange: {_frame(Frame.from_transform(cell.tool_in_flange))}"
     yield f"TCP at the start: {_frame(Frame.from_transform(tcp))}"
     yield f"contact radius: {_numbers(radius_mm)} mm"
-    if cell.tool is not None:
+    if cell.tool != NO_TOOL:
         place = _numbers(*(1e3 * each for each in cell.tool.load.centre))
         yield f"tool: {_numbers(cell.tool.load.mass_kg)} kg, its centre at {place} mm in the flange"
     kind, wiring, parts, scene, inputs, outputs = cell.handled

@@ -69,7 +69,7 @@ class Controller:
         noise: Noise | None = None,
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
-        tool: Tool | None = None,
+        tool: Tool = NO_TOOL,
         handled: HandlingSetup = NO_HANDLING,
         arm: Any = None,
         servo_timeout_s: float | None = None,
@@ -96,7 +96,7 @@ class Controller:
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         self.description = description
         self.tool = tool
-        self.tool_load = (tool or NO_TOOL).load
+        self.tool_load = tool.load
         """The load at the flange that the controller assumes."""
         self.tick_s = tick_s
         self.tick = 0
@@ -111,8 +111,7 @@ class Controller:
         self.model = Model(description)
         self.base = IDENTITY if arm is None or arm.base is None else arm.base
         """The pose of the base in the world."""
-        capsules = () if tool is None else tool.capsules
-        self.load = ExternalWrench(self.model, tcp, start, world, noise, capsules, self.base)
+        self.load = ExternalWrench(self.model, tcp, start, world, noise, tool.capsules, self.base)
         """The contacts and other forces from outside."""
         self.handling = None
         """The gripper and the bodies of the cell; None without any."""
@@ -295,9 +294,8 @@ class Controller:
 
         Raises `Refused` for numbers out of range.
         """
-        unknown = unknown_load(self.tool or NO_TOOL, load)
+        self.load.carry(unknown_load(self.tool, load), self.joints)
         self.tool_load = load
-        self.load.carry(unknown, self.joints)
 
     # State
 
@@ -335,19 +333,13 @@ class Controller:
         """Return the flange in the base."""
         return Frame.from_transform(self.model.flange(self.joints))
 
-    @property
-    def goal_joints(self) -> Joints:
-        """Joint positions (rad) at the end of the move under way, of a servo's target or of a stop; at rest
-        the present ones."""
-        return self.motions.goal
-
     def goal_frame(self) -> Frame:
-        """Return the TCP in the base at `goal_joints`."""
-        return self.tool_frame(self.goal_joints)
+        """Return the TCP in the base at the end of the move under way, of a servo's target or of a stop."""
+        return self.tool_frame(self.motions.goal)
 
     def distance_to_goal_mm(self) -> float:
         """Return how far the TCP is from its goal, in a straight line (mm)."""
-        return 1e3 * dist(self.tcp().translation, self.tcp(self.goal_joints).translation)
+        return 1e3 * dist(self.tcp().translation, self.tcp(self.motions.goal).translation)
 
     def cartesian_force(self) -> Wrench:
         """Return the wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""

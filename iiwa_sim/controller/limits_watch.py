@@ -74,8 +74,8 @@ class Protection:
     @property
     def collision_detection(self) -> tuple[float, float]:
         """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
-        force_n, torque_nm = self.safety[:2]
-        return 0.0 if force_n == inf else force_n, 0.0 if torque_nm == inf else torque_nm
+        force_n, torque_nm = (0.0 if limit == inf else limit for limit in self.safety[:2])
+        return force_n, torque_nm
 
     def tolerates(self) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""

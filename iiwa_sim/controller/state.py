@@ -108,7 +108,7 @@ def snapshot(controller: Controller) -> Snapshot:
         tool_frame=controller.tool_frame(),
         cartesian_force=controller.cartesian_force(),
         joint_torque=controller.joint_torque(),
-        goal_joint_position=controller.goal_joints,
+        goal_joint_position=controller.motions.goal,
         goal_frame=controller.goal_frame(),
         override=controller.override,
         tool_load=controller.tool_load.told(),

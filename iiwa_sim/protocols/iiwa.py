@@ -178,7 +178,7 @@ COMMANDS: dict[str, Handler] = {
     "get joint torque": _gives(lambda robot: robot.joint_torque()),
     "get cartesian force": _gives(lambda robot: robot.cartesian_force()),
     "get goal frame": _gives(lambda robot: robot.goal_frame()),
-    "get goal joint position": _gives(lambda robot: robot.goal_joints),
+    "get goal joint position": _gives(lambda robot: robot.motions.goal),
     "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
     "get queue": _counts(lambda robot, _: [robot.queue]),
     "get status": lambda session, _: _MOVING if session.controller.moving else _STOPPED,

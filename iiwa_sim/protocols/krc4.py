@@ -111,7 +111,7 @@ COMMANDS: dict[str, Handler] = {
     "GIO": _get_io,
     "DIS": _asks(lambda robot: ((), (robot.distance_to_goal_mm(),))),
     "GOP": _asks(_goal_pose),
-    "GOA": _asks(lambda robot: ((), tuple(map(degrees, robot.goal_joints)))),
+    "GOA": _asks(lambda robot: ((), tuple(map(degrees, robot.motions.goal)))),
 }
 """The function for each message, by the name in its tag."""
 

@@ -12,6 +12,7 @@ from iiwa_sim.cell.cell import load_cells, robot_alone, shared_world
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.controller.carrying import NO_TOOL
 from iiwa_sim.controller.handling import NO_HANDLING
 from iiwa_sim.controller.limits_watch import NOTHING_MORE
 from iiwa_sim.frames import Frame, apply, inverse
@@ -101,7 +102,7 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, text)
     assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0), ())
     assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary([cell])
-    assert cell_from(tmp_path, "").tool is None
+    assert cell_from(tmp_path, "").tool == NO_TOOL
     touching = cell_from(tmp_path, text + "capsules_mm = [[0, 0, 0, 0, 10, 80, 20]]\n").tool
     assert touching is not None
     assert touching.capsules == (("tool", 0, (0.0, 0.0, 0.0), (0.0, 0.01, 0.08), 0.02, 1.0),)
@@ -237,8 +238,8 @@ stiffness_n_per_m = 1e5
 def test_each_robot_sees_the_cell_from_its_base(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(TWO + "friction = 0.2\n[noise]\nseed = 7\nforce_n = 1")
     left, right = load_cells(tmp_path / "cell.toml")
-    assert (left.name, left.ports, left.tool is None) == ("left", {"iiwa": 0}, False)
-    assert (right.name, right.ports, right.tool) == ("right", {"iiwa": 30000, "krc4": 30005}, None)
+    assert (left.name, left.ports, left.tool == NO_TOOL) == ("left", {"iiwa": 0}, False)
+    assert (right.name, right.ports, right.tool) == ("right", {"iiwa": 30000, "krc4": 30005}, NO_TOOL)
     assert right.description.name == "LBR iiwa 14 R820"
     for cell in (left, right):
         depth = [surface.nearest(*apply(inverse(cell.base), (0.3, 0.2, -0.05)))[0] for surface in cell.seen()]

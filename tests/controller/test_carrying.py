@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 
 from iiwa_sim.cell.cell import Cell, shared_world
-from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
+from iiwa_sim.controller.carrying import NO_LOAD, NO_TOOL, Inertia, Tool, ToolLoad
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose, rotate
@@ -22,7 +22,7 @@ TOOL = Tool(ToolLoad(2.0, (0.02, -0.03, 0.09)), INERTIA)
 TICK_S = 0.002
 
 
-def carrying(name: str = ARMS[0], tool: Tool | None = TOOL, **safety: float) -> SteppedRobot:
+def carrying(name: str = ARMS[0], tool: Tool = TOOL, **safety: float) -> SteppedRobot:
     """At home with a tool, on joints that no force stops."""
     description = strong(name)
     cell = Cell(description, description.home, description.tool_in_flange, tool=tool, safety=Safety(**safety))
@@ -100,7 +100,7 @@ def test_weight_acts_down_in_the_world_also_on_a_robot_on_a_wall() -> None:
 @pytest.mark.parametrize("name", ARMS)
 def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None:
     """Not even with the least thresholds; and the motion is bit for bit that of an arm without a tool."""
-    robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, None)
+    robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, NO_TOOL)
     rng, d = np.random.default_rng(9), robot.description
     for _ in range(2):
         target = rng.uniform(d.position_min, d.position_max).tolist()

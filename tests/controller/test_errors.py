@@ -206,7 +206,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(go: Callable[..., object]) -
     controller.move(go(BACK, FULL))
     robot.runs_until_stopped()
     controller.place(AWAY)
-    assert controller.joints == controller.goal_joints == tuple(AWAY)
+    assert controller.joints == controller.motions.goal == tuple(AWAY)
     assert controller.joint_velocity() == (0.0,) * 7
     assert controller.mode is Mode.UNKNOWN
     controller.step()

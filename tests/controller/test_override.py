@@ -73,7 +73,7 @@ def test_a_pause_takes_100_ms_and_the_way_back_300_ms(command: Any) -> None:
     assert controller.moving
     assert not controller.under_way
     assert controller.status().in_motion == 0
-    assert controller.goal_joints == tuple(target)
+    assert controller.motions.goal == tuple(target)
     controller.set_override(1.0)
     robot.step(150)
     assert speed_of(robot) == pytest.approx(speed, rel=1e-3)

@@ -24,7 +24,7 @@ NO_FORCE = [0.0] * 6
 def told(robot: SteppedRobot) -> tuple[float, ...]:
     """The goal, told in three ways that have to agree."""
     controller = robot.controller
-    goal = controller.goal_joints
+    goal = controller.motions.goal
     assert controller.goal_frame() == robot.tcp_frame(goal)
     way_mm = dist(controller.tool_frame()[:3], controller.goal_frame()[:3])
     assert controller.distance_to_goal_mm() == pytest.approx(way_mm, abs=1e-9)

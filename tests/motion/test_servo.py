@@ -138,7 +138,7 @@ def test_no_limit_is_passed_wherever_it_is_sent_and_a_stop_stays_on_the_course(
     if stops:
         before = len(robot.joints) - 1
         robot.stop()
-        rest = robot.controller.goal_joints
+        rest = robot.controller.motions.goal
         assert robot.runs_until_stopped() * robot.tick_s <= 0.1 + 1e-9
         assert robot.controller.joints == rest
         # The other one passes each place as well, less than half a tick's way from one of its ticks.

@@ -66,7 +66,7 @@ def test_moves_sent_during_a_stop_start_where_it_ends_and_a_second_stop_changes_
         each.step(10)
     twice.controller.stop()
     twice.runs_until_stopped()
-    assert robot.controller.goal_joints == twice.controller.joints
+    assert robot.controller.motions.goal == twice.controller.joints
     target = [0.0] * len(robot.controller.joints)
     robot.controller.move(joint_move(target, [0.5] * len(target)))
     robot.runs_until_stopped()

@@ -1,6 +1,7 @@
 """A robot that only remembers what it was told, and a conversation with it."""
 
 from collections.abc import Iterable
+from types import SimpleNamespace
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import WhenEnded
@@ -21,7 +22,7 @@ class FakeRobot:
     tool_frame = staticmethod(lambda: Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5))
     flange_frame = staticmethod(lambda: Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6))
     goal_frame = staticmethod(lambda: Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0))
-    goal_joints = (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
+    motions = SimpleNamespace(goal=(1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5))
     distance_to_goal_mm = staticmethod(lambda: 100.25)
     cartesian_force = staticmethod(lambda: (1.5, -2.5, 3.0, 0.0, 0.0, -0.125))
     joint_torque = staticmethod(lambda: (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0))
