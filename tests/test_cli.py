@@ -80,8 +80,8 @@ def test_a_command_has_examples_that_are_taken(
         original(parser, words)
         raise Parsed
 
-    original = Parser.given
-    monkeypatch.setattr(Parser, "given", parsed)
+    original = Parser.parsed
+    monkeypatch.setattr(Parser, "parsed", parsed)
     for command, found in lines.items():
         assert found, command
         for line in found:

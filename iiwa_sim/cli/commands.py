@@ -36,12 +36,13 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PICTURE", help=".png or .svg")
     parser.add_argument("--cell", metavar="CELL.toml", help="robot, start pose, tool, surfaces and parts")
     parser.add_options(("robot", "rate_hz"))
-    own, settings = parser.parsed(words)
+    own, given = parser.parsed(words)
+    settings = Settings(**given)
     suffix = own.output.suffix.lower()
     if suffix not in PICTURES:
         raise SettingError(f"-o/--output: {own.output} does not end in {' or '.join(PICTURES)}")
     is_recorded = own.commands.suffix.lower().partition(":")[0] == ".mcap"
-    if is_recorded and settings != Settings():
+    if is_recorded and given:
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cells_of, single
     from iiwa_sim.recordings.recordings import check_mcap

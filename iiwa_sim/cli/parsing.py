@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
-from iiwa_sim.options.model import COMMON, SettingError, Settings
+from iiwa_sim.options.model import COMMON, SettingError
 from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
             kind["help"] = _help(option) if option.keyword in shown else argparse.SUPPRESS
             groups[option.group].add_argument(flag, **kind)
 
-    def given(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
+    def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
         """Return the arguments of the command's own, and the options of the model. Raises SettingError."""
         found, surplus = self.parse_known_args(words)
         for word in surplus:
@@ -69,11 +69,6 @@ class Parser(argparse.ArgumentParser):
             raise unknown(word.partition("=")[0], flags)
         texts = {field: vars(found).pop(field) for field in OPTIONS if field in found}
         return found, {field: read(OPTIONS[field], text, COMMAND_LINE) for field, text in texts.items()}
-
-    def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Settings]:
-        """Return the arguments of the command's own, and the settings. Raises SettingError."""
-        own, given = self.given(words)
-        return own, Settings(**given)
 
     def error(self, message: str) -> NoReturn:
         raise SettingError(shortened(harmless(message.removeprefix("argument ")), LONGEST_MESSAGE))
@@ -94,7 +89,7 @@ def from_command_line(words: Sequence[str]) -> Given:
     cell = words[0] if words and not words[0].startswith("-") else ""
     if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
         raise unknown(cell, COMMANDS, "no file and no command")
-    return server_parser(everything="--help-all" in words).given(words)[1]
+    return server_parser(everything="--help-all" in words).parsed(words)[1]
 
 
 def server(text: str) -> tuple[str, list[int]]:

@@ -54,7 +54,7 @@ def test_a_refused_command_leaves_no_picture(
         (["none.txt", "-o", "p.png"], "none.txt: cannot be read: No such file or directory"),
         (["m.txt", "-o", "p.png", "--robot", "r2"], "expected a folder, or one of"),
         (["m.txt", "-o", "p.png", "--robot", "r2", "--cell", "c.toml"], "expected no CELL.toml with it"),
-        (["run.mcap", "-o", "p.png", "--rate", "250"], "--rate: expected none with a recording"),
+        (["run.mcap", "-o", "p.png", "--rate", "500"], "--rate: expected none with a recording"),
     ],
 )
 def test_wrong_arguments(arguments: list[str | Path], told: str, capsys: pytest.CaptureFixture[str]) -> None:
