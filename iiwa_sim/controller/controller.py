@@ -221,14 +221,12 @@ class Controller:
         A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
         motion, in which the velocity becomes 0.
         """
-        return not (
-            self.joints_before != self.motions.joints
-            or self.endings.pending
-            or (self._servo_timeout_s < inf and self.mode in SERVO_MODES)
-            or not self.protection.settled
-        ) and (
-            self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
-        )
+        if self.joints_before != self.motions.joints or self.endings.pending:
+            return False
+        if self._servo_timeout_s < inf and self.mode in SERVO_MODES:
+            return False
+        parts = (self.protection, self.motions, self.load, self.handling)
+        return all(part is None or part.settled for part in parts)
 
     def skip(self, ticks: int) -> None:
         """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""
