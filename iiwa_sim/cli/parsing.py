@@ -9,14 +9,13 @@ from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
 from iiwa_sim.options.model import COMMON, SettingError
-from iiwa_sim.options.sources import OPTIONS, Given, Option, Place, read, unknown
+from iiwa_sim.options.sources import COMMAND_LINE, OPTIONS, Given, Option, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_MESSAGE = 400
 """Most characters of a message about wrong arguments, which quotes them."""
 WIDTH = 100
-COMMAND_LINE = Place("flag", " ", is_text=True)
 TITLE = """A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, and the messages
 of a KUKA KRC4. To talk to it: telnet HOST PORT, then help"""
 EXAMPLES = """examples:
@@ -74,22 +73,17 @@ class Parser(argparse.ArgumentParser):
         raise SettingError(shortened(harmless(message.removeprefix("argument ")), LONGEST_MESSAGE))
 
 
-def server_parser(*, everything: bool) -> Parser:
-    """Return the parser of `iiwa-sim` without a command; --help tells common options, or everything."""
-    commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
-    closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
-    parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
-    parser.add_argument("--help-all", action="help", help="tell all options and exit")
-    parser.add_options(OPTIONS, OPTIONS if everything else COMMON)
-    return parser
-
-
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
     cell = words[0] if words and not words[0].startswith("-") else ""
     if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
         raise unknown(cell, COMMANDS, "no file and no command")
-    return server_parser(everything="--help-all" in words).parsed(words)[1]
+    commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
+    closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
+    parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
+    parser.add_argument("--help-all", action="help", help="tell all options and exit")
+    parser.add_options(OPTIONS, OPTIONS if "--help-all" in words else COMMON)
+    return parser.parsed(words)[1]
 
 
 def server(text: str) -> tuple[str, list[int]]:

@@ -54,10 +54,8 @@ StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
 RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
 CellFile = Annotated[str, _text("CELL.toml")]
 Robot = Annotated[str, _text("NAME|FOLDER")]
-FleetFile = Annotated[str, _text("FLEET.toml")]
 File = Annotated[str, _text("FILE")]
 Recording = Annotated[str, _text("FILE.mcap")]
-Program = Annotated[str, _text("PATH")]
 Host = Annotated[str, _text("HOST")]
 Word = Annotated[str, _text("TOKEN", _TOKEN, Token)]
 TokenFile = Annotated[
@@ -85,7 +83,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     cell: Annotated[CellFile | None, "robot, start pose, tool, surfaces and parts"] = None
     robot: Annotated[Robot | None, "built-in robot, or a folder"] = None
     count: Annotated[Count | None, "run equal robots, robot-0, robot-1 and so on; ports count up"] = None
-    fleet: Annotated[FleetFile | None, "run the robots that this file names"] = None
+    fleet: Annotated[File | None, "run the robots that this file names"] = None
 
     protocol: Annotated[tuple[Protocol, ...], "protocols, each on its own port"] = ("iiwa",)
     host: Annotated[Host, "address to listen on; 0.0.0.0 for all"] = LOOPBACK
@@ -139,7 +137,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = "apply"
     ros_stamps: Annotated[Literal["real", "simulated"], "time in message headers"] = "real"
     ros2: Annotated[bool, "run a ROS 2 node in a process of its own"] = False
-    ros2_python: Annotated[Program | None, "interpreter with rclpy"] = None
+    ros2_python: Annotated[File | None, "interpreter with rclpy"] = None
     ros_namespace: Annotated[Name, "namespace of the ROS 2 node and its topics"] = ""
 
     version: Annotated[bool, "print the version and exit"] = False

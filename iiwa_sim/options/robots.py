@@ -8,9 +8,9 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.options import model
-from iiwa_sim.options.model import SettingError, Settings, flag_of
-from iiwa_sim.options.sources import Given, Place, from_names, merged
-from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, MAX_PORT
+from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.options.sources import COMMAND_LINE, OPTIONS, Given, Place, from_names, merged, read
+from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
 
 Robots = dict[str, Settings]
 """Settings by the name of each robot of a process; a single robot has an empty name."""
@@ -85,19 +85,13 @@ def _numbered(robot: Settings, index: int, name: str, own: Given | None = None) 
     changed: dict[str, Any] = {}
     for key in model.PORTS:
         if key not in own and (port := getattr(robot, key)):
-            changed[key] = _moved(key, port, index)
+            changed[key] = port + index
     if "port" not in own and not robots_in(robot):
-        changed["port"] = tuple(_moved("port", port, index) for port in robot.ports.values())
+        changed["port"] = tuple(port and port + index for port in robot.ports.values())
+    changed = {key: read(OPTIONS[key], value, COMMAND_LINE) for key, value in changed.items()}
     if robot.view_port is not None:  # the page is a client of the backdoor
         changed.setdefault("backdoor_port", robot.backdoor_port or 0)
     for key in model.WRITTEN:
         if name and key not in own and (file := getattr(robot, key)):
             changed[key] = str(Path(file).with_stem(f"{Path(file).stem}-{name}"))
     return msgspec.structs.replace(robot, **changed)
-
-
-def _moved(key: str, port: int, index: int) -> int:
-    moved = port and port + index
-    if moved > MAX_PORT:
-        raise SettingError(f"{flag_of(key)}: robot {index} has port {moved}, expected up to {MAX_PORT}")
-    return moved

@@ -74,6 +74,7 @@ _group = ""
 for _field in msgspec.structs.fields(Settings):
     _group = model.GROUPS.get(_field.name, _group)
     OPTIONS[_field.name] = Option(_field, _group)
+COMMAND_LINE = Place("flag", " ", is_text=True)
 ENVIRONMENT = Place("variable", "=", is_text=True)
 KEYWORDS = Place("keyword", "=")
 
