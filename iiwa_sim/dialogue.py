@@ -8,7 +8,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import NamedTuple
 
 import msgspec
@@ -23,7 +23,7 @@ SHOWN = 12
 """Commands that the message of an assertion names, the most frequent ones."""
 
 
-class Direction(Enum):
+class Direction(StrEnum):
     """The direction of a line. The values are the marks of `protocol/transcripts`."""
 
     FROM_CLIENT = ">"
@@ -34,22 +34,24 @@ class Direction(Enum):
     """The result of a wire fault for the reply before it."""
 
 
-class DialogueLine(NamedTuple):
-    """One line of a dialogue."""
+class DialogueLine(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A line of the dialogue, or an event."""
 
+    time_s: float
+    """Simulated time (s)."""
     session: str
     """HOST:PORT of the client, or another name for what the line is about."""
-    direction: Direction
+    mark: Direction
     text: str
     """The line without its end, escaped to printable ASCII; KRC4 messages in short form (`krc4_xml`)."""
-    tick: int
-    """The robot's tick, of which there are 1 / tick_s in a simulated second."""
-    instant_ns: int
-    """Real time by `time.monotonic_ns`."""
     reason: str = ""
-    """The reason of a rejection, with the reply; empty for all others."""
+    """The reason of a rejection, with the reply."""
     protocol: str = ""
     """The protocol of a client that has just connected, one of `iiwa_sim.protocols.ports`."""
+    tick: int = 0
+    """The robot's tick."""
+    instant_ns: int = 0
+    """Real time by `time.monotonic_ns`."""
 
 
 class Exchange(NamedTuple):
@@ -65,26 +67,12 @@ class Exchange(NamedTuple):
     """The robot's reply, before any wire fault."""
 
 
-class RecentLine(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A line of the dialogue, or an event."""
-
-    time_s: float
-    """Simulated time (s)."""
-    session: str
-    """HOST:PORT of the client, or the name of what else speaks."""
-    mark: str
-    """`>` from a client, `<` to it, `#` an event, `~` the result of a wire fault for the reply before."""
-    text: str
-    reason: str = ""
-    """The reason of a rejection, with the reply."""
-
-
 class RecentLines(msgspec.Struct, frozen=True):
     """Some of the lines, oldest first."""
 
     next: int
     """The number to ask for next."""
-    lines: list[RecentLine]
+    lines: list[DialogueLine]
 
 
 @dataclass
@@ -101,7 +89,11 @@ class _Entry:
 
     def repeats(self, lines: list[DialogueLine]) -> bool:
         """Return True for the same lines at another time."""
-        return [line[:3] for line in self.lines] == [line[:3] for line in lines]
+        pairs = zip(self.lines, lines, strict=False)
+        same = all(
+            (old.session, old.mark, old.text) == (new.session, new.mark, new.text) for old, new in pairs
+        )
+        return same and len(self.lines) == len(lines)
 
 
 class Dialogue:
@@ -203,11 +195,7 @@ class Dialogue:
         """Return the newest lines from entry `number` on, with the number to ask for next."""
         newest = list(self._entries or ())[-TOLD_AT_ONCE:]
         lines = [line for entry in newest if entry.number >= number for line in entry.lines]
-        recent = [
-            RecentLine(line.tick * self._tick_s, line.session, line.direction.value, line.text, line.reason)
-            for line in lines
-        ]
-        return RecentLines(self._count, recent)
+        return RecentLines(self._count, lines)
 
     def report(self) -> str:
         """Return the newest entries as text, with simulated and real seconds."""
@@ -219,9 +207,9 @@ class Dialogue:
             lines.append("(earlier lines are left out)")
         for entry in entries[-REPORTED:]:
             said, *answers = entry.lines
-            when = f"{said.tick * self._tick_s:9.3f} {(said.instant_ns - self._began_ns) * 1e-9:9.3f}"
-            lines.append(f"{when}  {said.session} {said.direction.value} {said.text}")
-            lines += [f"{'':{21 + len(said.session)}} {line.direction.value} {line.text}" for line in answers]
+            when = f"{said.time_s:9.3f} {(said.instant_ns - self._began_ns) * 1e-9:9.3f}"
+            lines.append(f"{when}  {said.session} {said.mark} {said.text}")
+            lines += [f"{'':{21 + len(said.session)}} {line.mark} {line.text}" for line in answers]
             if entry.times > 1:
                 lines[-1] += f"  ({entry.times} times)"
         return "\n".join(lines)
@@ -229,7 +217,10 @@ class Dialogue:
     def _tell(
         self, session: str, direction: Direction, text: str, reason: str = "", protocol: str = ""
     ) -> DialogueLine:
-        said = DialogueLine(session, direction, text, self._tick(), time.monotonic_ns(), reason, protocol)
+        tick = self._tick()
+        said = DialogueLine(
+            tick * self._tick_s, session, direction, text, reason, protocol, tick, time.monotonic_ns()
+        )
         for listener in self.listeners:
             listener(said)
         return said

@@ -127,7 +127,7 @@ def _history(recorded: Recorded, start_s: float) -> tuple[list[Move], list[tuple
     accepted, names, moves, faults = list[Event](), dict[int, tuple[str, float]](), dict[int, Move](), []
     for each in recorded.contents(DIALOGUE, EVENTS):
         if isinstance(each, Spoken):
-            if each.mark == Direction.FROM_CLIENT.value:
+            if each.mark == Direction.FROM_CLIENT:
                 name = named(each.text)
                 names |= {event.move: name for event in accepted if event.tick == each.tick}
                 accepted.clear()

@@ -205,7 +205,7 @@ class Recorder:
         self._look()  # the line has been carried out
         real_ns = said.instant_ns + self._clocks_apart_ns
         when = self._when(said.tick, real_ns)
-        spoken = Spoken(*when, said.session, said.direction.value, said.text, said.reason, said.protocol)
+        spoken = Spoken(*when, said.session, said.mark, said.text, said.reason, said.protocol)
         self._block.append(Item(DIALOGUE, spoken, said.tick, real_ns))
 
     def _when(self, tick: int, real_ns: int) -> tuple[float, int, float]:

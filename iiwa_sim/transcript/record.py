@@ -47,12 +47,12 @@ class Lines:
     def line(self, told: DialogueLine, simulated_s: float) -> str:
         """One of them, without its end."""
         times = f"[{simulated_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
-        if told.direction is Direction.EVENT:
+        if told.mark is Direction.EVENT:
             return self._event(told, times)
         name = self._name(told.session)
-        if told.direction is Direction.ON_WIRE:
+        if told.mark is Direction.ON_WIRE:
             return f"# {times} {name}: on the wire: {told.text}"
-        if told.direction is Direction.FROM_CLIENT:
+        if told.mark is Direction.FROM_CLIENT:
             mark, self._last_said = ">", told.text  # its reply comes next
         else:
             mark = "<~" if _REALS.fullmatch(told.text) else "<"

@@ -15,7 +15,7 @@ from iiwa_sim.backdoor.client import BackdoorClient
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.dialogue import RecentLine, RecentLines
+from iiwa_sim.dialogue import DialogueLine, RecentLines
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.server.listening import host_and_port, why
 
@@ -56,7 +56,7 @@ class Station:
         self.state = msgspec.convert(backdoor.state(), Snapshot)
         """The newest state."""
         self.cell, self.clock, self.moves = backdoor.cell(), "", 0
-        self.said: deque[RecentLine] = deque(maxlen=MOST_SAID)
+        self.said: deque[DialogueLine] = deque(maxlen=MOST_SAID)
         """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""

@@ -10,7 +10,7 @@ from math import degrees, dist
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.dialogue import RecentLine
+from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.recordings.schemas import Spoken
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.view.connection import Station
@@ -227,7 +227,7 @@ def lamps(states: Iterable[tuple[str, bool]]) -> str:
     )
 
 
-def dialogue(lines: Iterable[RecentLine | Spoken]) -> str:
+def dialogue(lines: Iterable[DialogueLine | Spoken]) -> str:
     """Return lines, the newest one first, as HTML with the newest one at the bottom."""
     rows = []
     for line in lines:
