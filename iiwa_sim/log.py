@@ -84,10 +84,6 @@ class SessionLog:
                 text += f" (further ones with code {code} in this second are not logged)"
         _say(logging.WARNING, text, session=session, line=line, code=code, reason=reason)
 
-    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
-        text = f"{session} sends {beyond} more than '{command}' takes ({takes}): ignored; this is logged once"
-        _say(logging.WARNING, text, session=session, command=command, beyond=beyond)
-
     def odd(self, session: str, command: str, remark: str) -> None:
         text = f"{session} '{command}' is carried out, but {remark}; this is logged once"
         _say(logging.WARNING, text, session=session, command=command, remark=remark)

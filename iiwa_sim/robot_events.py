@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable
-from typing import Any
 
 from iiwa_sim import log
 from iiwa_sim.controller.endings import Contact, Discarded, RobotEvent
@@ -28,17 +27,14 @@ class RobotEvents:
         """Tell of an event of the controller."""
         match event:
             case ErrorRecord(code=code, reason=reason):
-                self._tell("fault", reason, {"code": code, "reason": reason}, code=code)
-            case Contact():
-                fields = event._asdict() | {"tcp": event.tcp._asdict()}
-                self._tell("contact", str(event), fields, move=event.move)
+                self._tell("fault", reason, code=code)
+            case Contact(move=move):
+                self._tell("contact", str(event), move=move)
             case Discarded(moves, reason):
                 first, last = moves[0], moves[-1]
                 which = f"move {first}" if len(moves) == 1 else f"{len(moves)} moves, {first} to {last}"
                 with log.named(self._name):
-                    fields = {"moves": list(moves), "reason": reason}
-                    text = "%s not carried out to the end: %s"
-                    logger.info(text, which, reason, extra={"fields": fields})
+                    logger.info("%s not carried out to the end: %s", which, reason)
             case str():
                 self._tell("touch", event)
 
@@ -48,17 +44,10 @@ class RobotEvents:
         self._tell("part slips" if slips else "part", told, level=level)
 
     def _tell(
-        self,
-        kind: str,
-        text: str,
-        fields: dict[str, Any] | None = None,
-        *,
-        move: int = 0,
-        code: int = 0,
-        level: int = logging.WARNING,
+        self, kind: str, text: str, *, move: int = 0, code: int = 0, level: int = logging.WARNING
     ) -> None:
         with log.named(self._name):
-            logger.log(level, "%s", text, extra=fields and {"fields": fields})
+            logger.log(level, "%s", text, extra={"fields": {"kind": kind, "move": move, "code": code}})
         for listener in self.listeners:
             listener(kind, text, move, code)
         self._dialogue.event(ROBOT, f"{code} {text}" if code else text)

@@ -11,7 +11,6 @@ class Journal:
         self._commands = commands
         self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
-        self.extras: list[tuple[str, str, int]] = []
         self.remarks: list[tuple[str, str, str]] = []
         self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
@@ -25,10 +24,6 @@ class Journal:
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.refusals.append((session, line, code, reason))
-
-    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
-        assert takes.endswith(("value", "values"))
-        self.extras.append((session, command, beyond))
 
     def odd(self, session: str, command: str, remark: str) -> None:
         self.remarks.append((session, command, remark))

@@ -163,7 +163,8 @@ class LineSession(Session):
             if self._strict:
                 return self._refuse(line, request.too_much())
             if self._is_first(name, "beyond"):
-                self.log.ignored(self.name, name, request.command.takes(), request.beyond)
+                remark = f"ignores {request.beyond} more than it takes ({request.command.takes()})"
+                self.log.odd(self.name, name, remark)
         if self._canned.replies and (text := self._canned.take(name)) is not None:
             self.dialogue.event(self.name, CANNED)
             return written(text)

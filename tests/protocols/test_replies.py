@@ -64,10 +64,12 @@ def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, cou
     talk = Conversation(Controller(load_robot(), 0.002))
     wanted = "reachable" if line.startswith("is") else "done"
     assert [talk.ask(line) for _ in range(3)] == [wanted] * 3
-    assert talk.journal.extras == [("client", line.partition(" :")[0], count)]
+    ((client, command, remark),) = talk.journal.remarks
+    assert (client, command) == ("client", line.partition(" :")[0])
+    assert remark.startswith(f"ignores {count} more than it takes (")
     other = Conversation(talk.robot, talk.journal, "another")
     other.ask(line)
-    assert len(talk.journal.extras) == 2, "once for each client"
+    assert len(talk.journal.remarks) == 2, "once for each client"
     assert not talk.journal.refusals
 
 
@@ -77,4 +79,4 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
     assert talk.ask("get error") == "3040 joint move takes j0..j6 v0..v6: 14 values, got 15"
     assert talk.ask("get status") == "stopped"
     assert talk.ask(f"joint move : {SEVEN} {ONES}") == "done"
-    assert talk.journal.extras == []
+    assert talk.journal.remarks == []
