@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -120,14 +121,14 @@ def check(parser: Parser, words: Sequence[str]) -> int:
         "also send moves, from where the robot is and back: up to 40 mm upwards, 0.1 rad of A7, 0.03 rad "
         "of A3 with the TCP held, at up to a fifth of the speed"
     )
-    parser.add_argument("server", type=server, metavar="HOST:PORT", help="where the server listens")
+    parser.add_argument("server", type=partial(server, most=1), metavar="HOST:PORT", help="where it listens")
     parser.add_argument("--allow-motion", action="store_true", default=False, help=motion)
     own, _ = parser.parsed(words)
     from iiwa_sim.check import check as report
     from iiwa_sim.check.link import Finding, Link, Verdict
 
-    host, ports = own.server
-    link = Link(host, ports[0], own.allow_motion)
+    host, (port,) = own.server
+    link = Link(host, port, own.allow_motion)
     findings: list[Finding] = []
     for probe, finding in report.check(link):
         if not findings:

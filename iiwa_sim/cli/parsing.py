@@ -86,11 +86,11 @@ def from_command_line(words: Sequence[str]) -> Given:
     return parser.parsed(words)[1]
 
 
-def server(text: str) -> tuple[str, list[int]]:
-    """Return host and ports of HOST:PORT[,PORT], or of a URL. Raises ArgumentTypeError."""
+def server(text: str, most: int = 2) -> tuple[str, list[int]]:
+    """Return host and up to `most` ports of HOST:PORT[,PORT], or of a URL. Raises ArgumentTypeError."""
     found = re.fullmatch(r"(?:\w+://)?\[?(.+?)\]?:([0-9]{1,5}(?:,[0-9]{1,5})*)/?", text)
     ports = [int(port) for port in found[2].split(",")] if found else []
-    if found is None or not 1 <= min(ports) <= max(ports) <= MAX_PORT:
+    if found is None or len(ports) > most or not 1 <= min(ports) <= max(ports) <= MAX_PORT:
         raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
     return found[1], ports
 
