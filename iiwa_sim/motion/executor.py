@@ -251,7 +251,7 @@ class Executor:
             if not self._ahead:
                 times = time.ticks(AHEAD)
                 joints = trajectory.sample(times[times < trajectory.end_s])
-                self._ahead = list(map(tuple, joints[::-1].tolist()))
+                self._ahead = list(zip(*joints[::-1].T.tolist(), strict=True))
                 if self._queued is None:
                     self._quiet_until_s = trajectory.end_s
             self.joints = self._ahead.pop()

@@ -213,13 +213,13 @@ class Trajectory:
         """Coefficients (6, m) of the quintics at times (m,), their lengths (s), and the parts done."""
         k = np.maximum(self.times[:-1].searchsorted(times, side="right") - 1, 0)
         lengths = self._lengths[k]
-        return self._quintics[:, k], lengths, np.minimum((times - self.times[k]) / lengths, 1.0)
+        return self._quintics.take(k, axis=1), lengths, np.minimum((times - self.times[k]) / lengths, 1.0)
 
     def _places(self, times: Array) -> Array:
         """x (m,) at times (m,), not before 0."""
         p, _, u = self._parts(times)
         x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))))
-        within: Array = np.minimum(np.maximum(x, self.path.first_x), self.path.end_x)
+        within: Array = np.clip(x, self.path.first_x, self.path.end_x)
         return within
 
     def _rates(self, times: Array) -> tuple[Array, Array, Array]:
