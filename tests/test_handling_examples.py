@@ -36,10 +36,17 @@ def waiting(simulator: Simulator, clock: str) -> Callable[[float], None]:
     return simulator.advance if clock == "stepped" else lambda _: None
 
 
-def packed(program: ModuleType, clock: str, count: int) -> tuple[list[float], Snapshot]:
-    """Some of the boxes, packed: heights at which they were felt, and the state then."""
+def packed(
+    program: ModuleType, clock: str, count: int, recording: Path | None = None
+) -> tuple[list[float], Snapshot]:
+    """Some of the boxes, packed: heights at which they were felt, and the state then.
+
+    A recording sees every tick, so none of them are made at once.
+    """
     with Simulator(cell=program.CELL, clock=clock) as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
         wait, heights = waiting(simulator, clock), []
+        if recording is not None:
+            simulator.record(recording, rate_hz=1)
         for start, end in islice(zip(program.FROM, program.TO, strict=True), count):
             program.pick(robot, *start, wait=wait)
             heights.append(program.put(robot, *end, wait=wait))
@@ -50,9 +57,9 @@ def places(state: Snapshot) -> list[object]:
     return [(part.name, part.frame, part.state) for part in state.parts]
 
 
-def test_boxes_are_the_same_to_the_last_bit_on_both_clocks(program: ModuleType) -> None:
+def test_boxes_are_the_same_to_the_last_bit_on_both_clocks(program: ModuleType, tmp_path: Path) -> None:
     heights, state = packed(program, "fast", 1)
-    again, stepped = packed(program, "stepped", 1)
+    again, stepped = packed(program, "stepped", 1, tmp_path / "ticks.mcap")
     assert heights == again
     assert places(state) == places(stepped)
     assert state.joint_position == stepped.joint_position

@@ -61,7 +61,9 @@ class _Errand:
     """True if the robot has stopped."""
     made: int = 0
 
-    def go_on(self, robot: Stepped, step: Callable[[], None], now_ns: Callable[[], int], end_ns: int) -> bool:
+    def go_on(
+        self, robot: Stepped, step: Callable[[int], int], now_ns: Callable[[], int], end_ns: int
+    ) -> bool:
         """Make ticks of the robot by `step`, until that time; returns True if the errand is over."""
         while not self.done.done():  # or whoever asked has been cancelled
             if not self.until_stopped and robot.resting:
@@ -70,8 +72,7 @@ class _Errand:
             if self.made >= self.ticks or (self.until_stopped and not robot.moving):
                 self.done.set_result(not robot.moving)
                 break
-            step()
-            self.made += 1
+            self.made += step(self.ticks - self.made)
             if now_ns() >= end_ns:
                 return False
         return True
@@ -297,7 +298,7 @@ class Clock:
         step, robot = self._step, self._robot
         end_ns = now_ns + SLICE_NS
         while robot.under_way and self._now_ns() < end_ns:
-            step()
+            step(self.rate_hz)
 
     def _make_up_for_rest(self) -> None:
         """The ticks that no timer has made, since the robot was at rest."""
@@ -320,11 +321,13 @@ class Clock:
             dropped_ms = dropped * self._period_ns * 1e-6
             logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", dropped, dropped_ms)
 
-    def _step(self) -> None:
+    def _step(self, at_most: int = 1) -> int:
+        """Make ticks of the robot, at most so many; return how many."""
         try:
-            self._robot.step()
+            return self._robot.step(at_most)
         except Exception as fault:
             where = traceback.extract_tb(fault.__traceback__)[-1]
             place = f"{type(fault).__name__} in {where.filename}, line {where.lineno}"
             if self._faults.count(place, self._now_ns()) is not None:
                 logger.exception("internal error in a tick")
+            return 1

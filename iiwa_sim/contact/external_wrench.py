@@ -12,10 +12,12 @@ from math import isfinite
 from operator import add as add_numbers
 from typing import Any
 
+import numpy as np
+
 from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
-from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
+from iiwa_sim.contact.tcp_contact_kernel import Gaps, Reached, TcpContact
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.capsules import Capsule, capsules_of
@@ -216,6 +218,24 @@ class ExternalWrench:
         if self._motion is not None and not self._motion.still:
             return False
         return not self.world.is_known if self.world.empty else self._settled == self.world.changes
+
+    @property
+    def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
+        """What `leave_out` has to know of coming ticks; None where more acts than what is carried."""
+        world, bodies = self.world, self.bodies
+        known = not world.is_known if world.empty else self._surrounded == world.changes
+        if not known or self.torques or self.noise is not None or any(self._wrench):
+            return None
+        carried = [] if self._motion is None else [self._at_tcp]
+        carried += [] if bodies is None or bodies.moments is None else [bodies.moments]
+        return self._coming_tcp, world, self._gaps, np.reshape(carried, (-1, 4, 4))
+
+    def leave_out(self, joints: Sequence[float], before: Transform, tcp: Transform, tick_s: float) -> None:
+        """Be where ticks have brought the arm that were left out, the last of them from `before`."""
+        self._joints = joints
+        if self._motion is not None:
+            self._motion.step(before, tick_s)
+            self._motion.step(tcp, tick_s)
 
     def step(
         self,

@@ -38,10 +38,10 @@ class ControllerGroup:
         self._calls += [] if world is None else [world.step]
         self._calls += [controller.feel for controller in self.controllers]
 
-    def step(self) -> None:
+    def step(self, at_most: int = 1) -> int:  # noqa: ARG002 a single robot may make several at once
         """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
 
-        A fault in one of them is raised at the end of the tick, which observers see nevertheless.
+        A fault in one of them is raised at the end of the tick, which observers see nevertheless. Return 1.
         """
         faults = []
         for call in self._calls:
@@ -53,6 +53,7 @@ class ControllerGroup:
             observer.tick()
         if faults:
             raise faults[0]
+        return 1
 
     def skip(self, ticks: int) -> None:
         """Make up for `ticks` ticks of all robots, while they rest."""

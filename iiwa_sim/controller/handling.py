@@ -160,6 +160,14 @@ class Handling:
         joints, compliance = motions.joints, motions.compliance if coming is None else STIFF
         self.arm.go(joints, coming, load.tcp(joints), self.coming_tcp, self._driven, compliance)
 
+    @property
+    def skips(self) -> bool:
+        """True if inputs, jaws and bodies stay as they are in coming ticks in which the arm meets nothing."""
+        world, gripper = self.world, self.gripper
+        if gripper is None or self._driven != gripper.driven or self._driven_by is not self._io.outputs:
+            return False
+        return self._rested and world.quiet and world.behind and self.arm.base is None
+
     def feel(self) -> None:
         """End a tick: take what bodies do to the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm

@@ -94,6 +94,13 @@ class Protection:
         return force * self._part_per_n + torque / self._least_limit < NEARLY
 
     @property
+    def harmless(self) -> tuple[float, float]:
+        """Force (N) and torque (Nm) at the TCP that surely stop no robot."""
+        least, safety = 0.4 * self._least_limit, self.safety
+        most_n = NEARLY * min(least / max(self._load.levers_m), safety.force_n)
+        return most_n, NEARLY * min(least, safety.torque_nm)
+
+    @property
     def settled(self) -> bool:
         """True if another look at the present load would change nothing."""
         load = self._load

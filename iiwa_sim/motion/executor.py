@@ -206,6 +206,13 @@ class Executor:
         self.joints = self._ahead.pop()
         return True
 
+    def ahead(self, ticks: int) -> Sequence[Joints]:
+        """Return the joint positions to which a last move will `step_quietly`, at most so many."""
+        time, queued = self.time, self._queued
+        if queued is None or queued.waiting(time.time_s):
+            return ()
+        return self._ahead[: -1 - min(ticks, time.ticks_until(self._quiet_until_s)) : -1]
+
     def step(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""

@@ -19,6 +19,8 @@ cdef class Tcp:
     cdef object find_torques(self, object joints, object wrench)
     cdef void find_columns(self) noexcept
 
+cpdef object carried_wrench(object now, tuple motion, double tick_s, double[:, :] moments)
+
 cdef class Kinematics:
     cdef readonly Tcp arm                 # the TCP by itself
     cdef readonly Py_ssize_t joint_count

@@ -549,7 +549,7 @@ class Kinematics:
 def carried_wrench(
     now: Transform,
     motion: tuple[Transform, Transform, Transform] | None,
-    tick_s: float,
+    tick_s: cython.double,
     moments: cython.double[:, :],
 ) -> Wrench:
     """Return the wrench of weight and inertia of a body that is fixed to the TCP, along the axes of the TCP.
@@ -586,14 +586,13 @@ def carried_wrench(
     for k in range(3):
         a, b, c = first[k], middle[k], last[k]
         d[4 * k + 3] = (c - b) - (b - a)
-    dt: cython.double = tick_s
     for i in range(3):
         for j in range(4):
             a = 0.0
             for k in range(4):
                 b = m[i] * d[k] + m[3 + i] * d[4 + k] + m[6 + i] * d[8 + k]
                 a += b * moments[k, j]
-            p[4 * i + j] = a / (dt * dt)
+            p[4 * i + j] = a / (tick_s * tick_s)
     return (
         fx - p[3], fy - p[7], fz - p[11], tx - (p[9] - p[6]), ty - (p[2] - p[8]), tz - (p[4] - p[1])
     )  # fmt: skip

@@ -10,6 +10,7 @@ import mujoco as mj
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.links import LinkContact
 from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.frames import IDENTITY, Transform, apply, compose, inverse, rotate, transpose
@@ -22,7 +23,7 @@ from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
 from iiwa_sim.world.details import ARMS, PARTS, arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_imposed
-from iiwa_sim.world.tick_kernel import BASE, advance
+from iiwa_sim.world.tick_kernel import BASE, advance, leave_out
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 if TYPE_CHECKING:
@@ -201,6 +202,24 @@ class Arm:
         far_m: float
         far_m, self.is_away = advance(joints, tcp, self._at, self._levers, self.room, jaw_m)
         return far_m
+
+    def leave_out(
+        self, ahead: list[Joints], tick: int, load: ExternalWrench, most: tuple[float, float]
+    ) -> int:
+        """Make the ticks behind this one in which it only moves as is known; return how many."""
+        tick_s, known, (most_n, most_nm) = self.world.tick_s, load.foreseen, most
+        if known is None:
+            return 0
+        most_n = most_n if self.moments is None else min(most_n, self._most_n)
+        made = leave_out(ahead, tick, tick_s, *known, most_n, most_nm, self._at, self._levers, self.room)
+        if made:
+            self.joints, self.tcp_before, self.tcp = ahead[made], *map(load.tcp, ahead[made - 1 : made + 1])
+            load.leave_out(self.joints, self.tcp_before, self.tcp, tick_s)
+            if self.moments is not None:
+                self.motion.step(self.tcp_before, tick_s)
+                self.motion.step(self.tcp, tick_s)
+                self.world.changes += made
+        return made
 
     def skip(self) -> None:
         """End a tick in which it meets nothing."""

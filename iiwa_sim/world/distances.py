@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
-from typing import Any, Self
+from typing import Any
 
 import mujoco as mj
 import numpy as np
@@ -27,7 +26,6 @@ class Distances:
 
         All other geoms stand still until a new object is made.
         """
-        self._model, self._of = model, (arms, model.geom_contype.copy(), model.geom_conaffinity.copy())
         groups = [geoms for links, tool, _ in arms for geoms in (links, tool)]
         self._movers = movers = np.array([geom for geoms in groups for geom in geoms], np.intp)
         radius = model.geom_rbound.copy()
@@ -53,25 +51,8 @@ class Distances:
             off = np.linalg.norm(data.geom_xpos[tool] - data.xpos[body], axis=1)
             self.reach_m.append(float((off + radius[tool]).max(initial=0.0)))
         self._moved = np.zeros(count + 1)
-        self._begin(data)
-
-    def _begin(self, data: Any) -> None:
         self._bounds = np.full(len(self._pairs), -1e9)
         self._was = np.hstack([data.geom_xpos[self._movers], data.geom_xmat[self._movers]])
-
-    def anew(self, model: Any, data: Any, arms: Sequence[tuple[list[int], list[int], int]]) -> Self | None:
-        """Return new bounds of the same pairs; None where others may meet, or in another model."""
-        was, bit, takes = self._of
-        if (
-            model is not self._model
-            or was != arms
-            or (model.geom_contype != bit).any()
-            or (model.geom_conaffinity != takes).any()
-        ):
-            return None
-        new = copy.copy(self)
-        new._begin(data)
-        return new
 
     def least(self, model: Any, data: Any, group: int) -> float:
         """Return how far (m) a group is from all that it may meet."""

@@ -4,7 +4,12 @@
 
 from __future__ import annotations
 
+from math import hypot
+from typing import Any
+
 import cython
+from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import Contact, Gaps, TcpContact
+from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp, carried_wrench
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.payload import GRAVITY_M_S2
@@ -106,12 +111,13 @@ def advance(
     levers: cython.double[::1],
     room: cython.double[::1],
     jaw_m: cython.double,
+    if_away: cython.bint = False,
 ) -> tuple[float, bool]:
     """Lower the bounds of distances of an arm by how far it goes in a tick; `was` becomes where it is now.
 
     `room` has bounds (m) of links, of what moves with the gripper, and of both from other arms; then how far
     links (m), TCP and jaws (m), and TCP (rad) go, and the reach (m) of what moves with it. Returns how far
-    (m) links or jaws go, and True if all bounds leave room.
+    (m) links or jaws go, and True if all bounds leave room; `if_away`, nothing changes where they do not.
     """
     n: cython.Py_ssize_t = levers.shape[0]
     far: cython.double = 0.0
@@ -121,24 +127,77 @@ def advance(
     for k in range(n):
         now = joints[k]
         far += fabs(now - was[k]) * levers[k]
-        was[k] = now
+    rotation: tuple[float, ...] = tcp[0]
+    place: tuple[float, ...] = tcp[1]
     if far > 0.0:
-        rotation: tuple[float, ...] = tcp[0]
-        place: tuple[float, ...] = tcp[1]
         for k in range(9):
             now = rotation[k]
             turned += (now - was[n + k]) * (now - was[n + k])
-            was[n + k] = now
         for k in range(3):
             now = place[k]
             moved += (now - was[n + 9 + k]) * (now - was[n + 9 + k])
-            was[n + 9 + k] = now
-    room[3], room[4], room[5] = far, sqrt(moved) + jaw_m, sqrt(0.5 * turned)
-    tool: cython.double = room[4] + room[6] * room[5]
+    tcp_m: cython.double = sqrt(moved) + jaw_m
+    turned = sqrt(0.5 * turned)
+    tool: cython.double = tcp_m + room[6] * turned
+    if if_away and min(room[0] - far, room[1] - tool, room[2] - max(far, tool)) < _ROOM:
+        return far + jaw_m, False
+    room[3], room[4], room[5] = far, tcp_m, turned
+    if far > 0.0:
+        for k in range(n):
+            was[k] = joints[k]
+        for k in range(9):
+            was[n + k] = rotation[k]
+        for k in range(3):
+            was[n + 9 + k] = place[k]
     room[0] -= far
     room[1] -= tool
     room[2] -= max(far, tool)
     return far + jaw_m, min(room[0], room[1], room[2]) >= _ROOM
+
+
+def leave_out(
+    ahead: list[Joints],
+    tick: cython.long,
+    tick_s: cython.double,
+    tcp: Tcp,
+    surfaces: TcpContact,
+    gaps: Gaps,
+    carried: cython.double[:, :, ::1],
+    most_n: cython.double,
+    most_nm: cython.double,
+    was: cython.double[::1],
+    levers: cython.double[::1],
+    room: cython.double[::1],
+) -> int:
+    """Return how many ticks behind that of number `tick` need not be made: nothing is near the arm in these
+    and the next one, and what is carried does no more to the TCP than `most_n` and `most_nm`.
+
+    Joint positions `ahead` are those of now and of coming ticks, `carried` are moments in the TCP. Bounds of
+    distances are lowered, as by `advance`.
+    """
+    made: cython.Py_ssize_t = 0
+    contact: Contact
+    before: Any = None
+    at: Any = tcp.pose(ahead[0])
+    after: Any = at if len(ahead) < 2 else tcp.pose(ahead[1])
+    for k in range(1, len(ahead) - 1):
+        free: cython.bint = tick + k < gaps.next or gaps.is_free(ahead[k], tick + k, tick_s)
+        before, at, after = at, after, tcp.pose(ahead[k + 1])
+        for contact in surfaces._contacts.values():
+            for place in (at[1], after[1]):
+                free = free and contact.is_free(place[0], place[1], place[2])
+        force: cython.double = 0.0
+        torque: cython.double = 0.0
+        for each in range(carried.shape[0]):
+            wrench = carried_wrench(at, (before, at, after), tick_s, carried[each])
+            force += hypot(*wrench[:3])
+            torque += hypot(*wrench[3:])
+        if not free or force > most_n or torque > most_nm:
+            break
+        if not advance(ahead[k], at, was, levers, room, 0.0, True)[1]:
+            break
+        made = k
+    return int(made)
 
 
 def brake(v: cython.double[:, ::1], push: cython.double[:, ::1], tick_s: cython.double) -> float:

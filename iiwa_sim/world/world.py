@@ -32,8 +32,6 @@ FARTHEST_M = 10.0
 """A part that falls or rolls farther from the origin along an axis is gone."""
 STILL_TICKS, SLOW_M_S, STILL_M = 50, 5e-5, 1e-4
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
-NEAR_M = 2e-4
-"""Arms that are near something go so far before that is measured again."""
 LEAST_ACT_PER_S = 1e-6
 """An actuator of a scene whose activation changes by more may begin to move something."""
 
@@ -78,11 +76,9 @@ class World:
         self._gone: set[int] = set()
         self.behind = False
         """True if the model is not where the arms are, since ticks were not computed."""
-        self._quiet = self._frozen = False
-        self._still, self._slow = 0, False
+        self.quiet = self._frozen = self._slow = False
+        self._still = 0
         self._distances: Distances | None = None
-        self._measured: Distances | None = None  # the last ones, whose pairs may still be right
-        self._stays_m = 0.0  # how far arms go before distances are measured
         self._touched: set[int] | None = None
         self._built: Built
         self.q_was: Vector
@@ -100,7 +96,7 @@ class World:
     @property
     def settled(self) -> bool:
         """True if ticks change nothing as long as the arms stay where they are, and outputs as they are."""
-        return (self._frozen or self._quiet) and all(arm.stands for arm in self.arms)
+        return (self._frozen or self.quiet) and all(arm.stands for arm in self.arms)
 
     @property
     def conveys(self) -> bool:
@@ -110,7 +106,7 @@ class World:
     @property
     def is_calm(self) -> bool:
         """True if nothing moves by itself, whatever the arms do."""
-        return self._frozen or self._quiet or self._slow
+        return self._frozen or self.quiet or self._slow
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
@@ -159,12 +155,12 @@ class World:
         for arm in arms:
             far += arm.begin()
             away = away and arm.is_away
-            self._quiet = self._quiet and arm.bears
+            self.quiet = self.quiet and arm.bears
         if self._frozen and far == 0.0:
             return
         if self.holders:
             self.changes += 1
-        if self._quiet and (away or self._is_away(far)):
+        if self.quiet and (away or self._is_away()):
             for arm in arms:
                 if not self.behind:
                     arm.rest()
@@ -175,20 +171,12 @@ class World:
         for arm in arms:
             arm.sum_up()
 
-    def _is_away(self, way_m: float) -> bool:
-        """Measure where bounds do not tell; returns True if the arms meet nothing in this tick.
-
-        Once they were near something, that is measured again after they have gone on.
-        """
-        self._stays_m -= way_m
-        if self._stays_m > 0.0:
-            return False
+    def _is_away(self) -> bool:
+        """Measure where bounds do not tell; returns True if the arms meet nothing in this tick."""
         far, arms, anew = self._distances, self.arms, self._distances is None
         self.catch_up(now=False)
         if far is None:
-            movers = self._movers()
-            far = None if self._measured is None else self._measured.anew(self.model, self.data, movers)
-            far = self._measured = self._distances = far or Distances(self.model, self.data, movers)
+            far = self._distances = Distances(self.model, self.data, self._movers())
         rooms = [arm.room.tolist() for arm in arms]
         for number, room in enumerate(rooms):
             if anew:
@@ -202,9 +190,7 @@ class World:
                 room[2] = half_m - ways_m(room)[2]
         for arm, room in zip(arms, rooms, strict=True):
             arm.room[:] = room
-        is_away = all(min(room[:3]) >= ROOM_M for room in rooms)
-        self._stays_m = 0.0 if is_away else NEAR_M
-        return is_away
+        return all(min(room[:3]) >= ROOM_M for room in rooms)
 
     def _movers(self) -> list[tuple[list[int], list[int], int]]:
         """For each arm: geoms of its links, geoms of what moves with its gripper, and the gripper's body."""
@@ -237,9 +223,9 @@ class World:
         self.changes += 1
         # A scene's sensors may see what an arm does anywhere.
         quiet = not model.nsensor and details.is_quiet(data, 2 * len(arms) + len(self.holders))
-        if not (quiet and self._quiet):
+        if not (quiet and self.quiet):
             self._distances = None
-        self._quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
+        self.quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
         stands = far == 0.0 and not any(arm.compliance or arm.carries_on for arm in arms)
         if len(self._scene_v):  # also what moves slowly by a servo
             speed = max(speed, float(np.abs(self._scene_v).max()))
@@ -362,12 +348,12 @@ class World:
     def wake_up(self) -> None:
         """Compute the next ticks, after a change of what may move."""
         self.changes += 1
-        self._distances, self._stays_m = None, 0.0
+        self._distances = None
         self.stir()
 
     def stir(self) -> None:
         """Compute the next tick."""
-        self._quiet = self._frozen = False
+        self.quiet = self._frozen = False
         self._still = 0
 
     def catch_up(self, *, now: bool) -> None:

@@ -41,11 +41,13 @@ class CountedRobot:
         self._time = time
         self._tick_takes_ns = tick_takes_ns
 
-    def step(self) -> None:
+    def step(self, at_most: int = 1) -> int:
+        assert at_most > 0
         self.at_ns.append(self._time.now_ns)
         self._time.now_ns += self._tick_takes_ns
         if self.left and not self.waits:
             self.left -= 1
+        return 1
 
     @property
     def ticks(self) -> int:
@@ -336,8 +338,8 @@ def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     class FailingRobot(CountedRobot):
-        def step(self) -> None:
-            super().step()
+        def step(self, at_most: int = 1) -> int:
+            super().step(at_most)
             if self.ticks % 2:
                 raise ZeroDivisionError("odd")
             raise KeyError("even")

@@ -27,12 +27,13 @@ class ProgrammedRobot:
         self._at_tick = 0
         self.answers: list[bool] = []
 
-    def step(self) -> None:
+    def step(self, at_most: int = 1) -> int:  # noqa: ARG002
         while self._program and self.robot.controller.tick == self._at_tick:
             item = self._program.pop(0)
             self.answers.append(send(self.robot, item))
             self._at_tick += max(item.wait, 0)
         self.robot.step()
+        return 1
 
     @property
     def accepted(self) -> int:

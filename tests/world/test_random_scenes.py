@@ -105,7 +105,7 @@ class RandomScene:
         scene = self.scene
         for _ in range(ticks):
             scene.step()
-            if scene.world._quiet or scene.world._frozen:
+            if scene.world.quiet or scene.world._frozen:
                 continue
             world = scene.world
             assert np.isfinite(world.data.qpos).all()
