@@ -233,39 +233,3 @@ def lie(
             far = max(far, fabs(q[i, k]))
             speed = max(speed, fabs(v[i, k]), fabs(v[i, 3 + k]))
     return off <= near_m, speed, far
-
-
-def lower(
-    bounds: cython.double[::1],
-    pairs: cython.Py_ssize_t[:, ::1],
-    reaches: cython.double[::1],
-    movers: cython.Py_ssize_t[::1],
-    radius: cython.double[::1],
-    was: cython.double[:, ::1],
-    places: cython.double[:, ::1],
-    turns: cython.double[:, ::1],
-    moved: cython.double[::1],
-) -> None:
-    """Lower bounds of distances by how far their movers have gone since `was` (places and rotations).
-
-    A pair is two geoms, and their numbers as movers: the second may be that of no mover, where `moved` is 0.
-    It is no nearer than the balls round both.
-    """
-    for k in range(movers.shape[0]):
-        geom: cython.Py_ssize_t = movers[k]
-        square: cython.double = 0.0
-        turned: cython.double = 0.0
-        for i in range(3):
-            square += (places[geom, i] - was[k, i]) * (places[geom, i] - was[k, i])
-            was[k, i] = places[geom, i]
-        for i in range(9):
-            turned += (turns[geom, i] - was[k, 3 + i]) * (turns[geom, i] - was[k, 3 + i])
-            was[k, 3 + i] = turns[geom, i]
-        moved[k] = sqrt(square) + radius[k] * sqrt(0.5 * turned)
-    for p in range(bounds.shape[0]):
-        square = 0.0
-        for i in range(3):
-            apart: cython.double = places[pairs[p, 0], i] - places[pairs[p, 1], i]
-            square += apart * apart
-        gone: cython.double = moved[pairs[p, 2]] + moved[pairs[p, 3]]
-        bounds[p] = max(bounds[p] - gone, sqrt(square) - reaches[p])
