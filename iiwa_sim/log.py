@@ -8,6 +8,9 @@ forces that end a move; `info` for clients that connect and disconnect; `debug` 
 
 import json
 import logging
+import os
+import queue
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator
@@ -16,12 +19,16 @@ from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import partial
 
-from iiwa_sim.line_writer import LineWriter
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
 """Refusals logged per second for one session and one code."""
 SECOND_NS = 1_000_000_000
+MOST_LINES = 4096
+"""Most lines that wait to be written; further ones are dropped."""
+PATIENCE_S = 1.0
+"""Seconds for which `flush` and `close`, and so the end of the program, wait for a file that blocks."""
+LOOKS_S = 0.002
 
 logger = logging.getLogger(__name__)
 
@@ -114,6 +121,52 @@ def configure(level: str, as_json: bool, descriptor: int) -> None:
     logging.basicConfig(level=max(ours.level, logging.WARNING), handlers=[handler], force=True)
 
 
+class LineWriter:
+    """Writes lines in a daemon thread, the only one that waits for the file.
+
+    Lines for which there is no room are dropped; a line tells their number when writing goes on.
+    """
+
+    def __init__(self, descriptor: int, tell_lost: Callable[[int], bytes]) -> None:
+        """`tell_lost` formats the line that tells how many were dropped."""
+        self.fault: OSError | None = None
+        """The last error of the file."""
+        self._descriptor, self._tell_lost = descriptor, tell_lost
+        self._lines: queue.Queue[bytes] = queue.Queue(MOST_LINES)
+        self._lost = 0
+        threading.Thread(target=self._write, name="iiwa-sim-writer", daemon=True).start()
+
+    def put(self, line: bytes) -> None:
+        """Queue a line with its end."""
+        try:
+            self._lines.put_nowait(line)
+        except queue.Full:
+            self._lost += 1
+
+    def flush(self) -> bool:
+        """Wait until all is written, up to PATIENCE_S; return True if it is."""
+        until_s = time.monotonic() + PATIENCE_S
+        while self._lines.unfinished_tasks and time.monotonic() < until_s:
+            time.sleep(LOOKS_S)
+        return not self._lines.unfinished_tasks
+
+    def close(self) -> bool:
+        """`flush`, and end the thread; return False if the file blocks. The file stays open."""
+        done = self.flush()
+        if done:
+            self._lines.put_nowait(b"")
+        return done
+
+    def _write(self) -> None:
+        while line := self._lines.get():
+            lost, self._lost = self._lost, 0
+            try:
+                os.write(self._descriptor, line + (self._tell_lost(lost) if lost else b""))
+            except OSError as fault:
+                self.fault = fault
+            self._lines.task_done()
+
+
 class _Handler(logging.Handler):
     """A handler that drops lines rather than block the robot in mid-motion, if nobody reads stderr."""
 
@@ -140,10 +193,10 @@ class _PlainFormatter(logging.Formatter):
     """`12:34:56.789 warning 127.0.0.1:40000 refused 'lin move : 1': ...`, tracebacks indented below."""
 
     def format(self, record: logging.LogRecord) -> str:
-        time = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
+        when = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
         name = robot.get()
         about = f"{name} " if name else ""
-        text = f"{time} {record.levelname.lower()} {about}{harmless(record.getMessage())}"
+        text = f"{when} {record.levelname.lower()} {about}{harmless(record.getMessage())}"
         if record.exc_info:
             below = self.formatException(record.exc_info).splitlines()
             text += "".join(f"\n    {harmless(line)}" for line in below)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from iiwa_sim.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.line_writer import LineWriter
+from iiwa_sim.log import LineWriter
 from iiwa_sim.protocols.krc4_xml import NO_MESSAGE
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
 from iiwa_sim.transcript.texts import TranscriptFault
