@@ -132,7 +132,7 @@ ROBOT = RosRobot()
 
 
 @settings(max_examples=some(30))
-@given(st.lists(st.tuples(_operations | st.text(max_size=5), _fields), max_size=5))
+@given(st.lists(st.tuples(_operations | st.text("a/ {\x00\u00e9", max_size=5), _fields), max_size=5))
 def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
     client = Client(ROBOT)  # its log raises what is a fault of ours
     for operation, fields in messages:
