@@ -64,15 +64,15 @@ class Connection:
 
     def read_line(self, timeout_s: float | None = None) -> bytes:
         r"""Return the next line without its end, which is `\n`, `\r`, `\r\n` or `\n\r`."""
-        line, end = self._read(_LINE_END, timeout_s)
+        line, end = self._next(_LINE_END, timeout_s)
         self._partner = _PARTNER[end]
         return line
 
     def read_until(self, end: re.Pattern[bytes], timeout_s: float | None = None) -> bytes:
         """Return the bytes up to the first match of `end`, with it."""
-        return b"".join(self._read(end, timeout_s))
+        return b"".join(self._next(end, timeout_s))
 
-    def _read(self, end: re.Pattern[bytes], timeout_s: float | None) -> tuple[bytes, bytes]:
+    def _next(self, end: re.Pattern[bytes], timeout_s: float | None) -> tuple[bytes, bytes]:
         """Return what comes before the first match of `end`, and the match."""
         patience_s = self.timeout_s if timeout_s is None else timeout_s
         deadline = time.monotonic() + patience_s
@@ -103,26 +103,14 @@ class Connection:
         return self._socket
 
 
-class Client(ABC):
+class Client(Connection, ABC):
     """A robot on the other end of a connection."""
-
-    def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
-        """Connect; `timeout_s` bounds that and the wait for each reply."""
-        self._connection = Connection(host, port, timeout_s)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def reconnect(self) -> None:
-        """Open a new connection in place of the present one, closed or not. Raises OSError."""
-        self._connection.reconnect()
-
-    def close(self) -> None:
-        """End the connection. A robot that still carries out a move of this client stops."""
-        self._connection.close()
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Return when the robot is at rest. After `timeout_s` raise TimeoutError and keep the connection."""
@@ -142,11 +130,11 @@ class Client(ABC):
         Any failure closes the connection: a late reply would be taken for the next one.
         """
         try:
-            self._connection.send(data)
+            self.send(data)
             return read()
         except TimeoutError:
             self.close()
-            raise TimeoutError(f"no answer to {name!r} within {self._connection.timeout_s} s") from None
+            raise TimeoutError(f"no answer to {name!r} within {self.timeout_s} s") from None
         except ConnectionAbortedError:
             self.close()
             raise ConnectionResetError(f"the connection ended before the answer to {name!r}") from None

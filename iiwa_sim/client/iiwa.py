@@ -199,7 +199,7 @@ class Iiwa(Client):
             raise ReplyError(f"{name!r} was answered {reply!r}") from None
 
     def _ask(self, line: str) -> str:
-        reply = self._exchange(line, line.encode() + b"\r\n", self._connection.read_line)
+        reply = self._exchange(line, line.encode() + b"\r\n", self.read_line)
         return reply.decode("ascii", "replace").strip()
 
     def _is_stopped(self) -> bool:

@@ -84,7 +84,7 @@ class Krc4(Client):
             (f"R{place}", repr(value)) for place, value in enumerate([*reals, *[0.0] * (10 - len(reals))])
         ]
         message = f"<Cmd>{''.join(f'<{key}>{value}</{key}>' for key, value in values)}</Cmd>"
-        reply = self._exchange(name, message.encode(), lambda: self._connection.read_until(END_OF_REPLY))
+        reply = self._exchange(name, message.encode(), lambda: self.read_until(END_OF_REPLY))
         try:
             root = ElementTree.fromstring(reply)
             found = dict(root.attrib) | {child.tag: child.text or "" for child in root}
