@@ -163,8 +163,7 @@ class LineSession(Session):
             if self._strict:
                 return self._refuse(line, request.too_much())
             if self._is_first(name, "beyond"):
-                remark = f"ignores {request.beyond} more than it takes ({request.command.takes()})"
-                self.log.odd(self.name, name, remark)
+                self.log.odd(self.name, name, f"ignores {request.beyond} more than {request.command.takes()}")
         if self._canned.replies and (text := self._canned.take(name)) is not None:
             self.dialogue.event(self.name, CANNED)
             return written(text)

@@ -66,7 +66,7 @@ def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, cou
     assert [talk.ask(line) for _ in range(3)] == [wanted] * 3
     ((client, command, remark),) = talk.journal.remarks
     assert (client, command) == ("client", line.partition(" :")[0])
-    assert remark.startswith(f"ignores {count} more than it takes (")
+    assert remark.startswith(f"ignores {count} more than ")
     other = Conversation(talk.robot, talk.journal, "another")
     other.ask(line)
     assert len(talk.journal.remarks) == 2, "once for each client"
