@@ -221,7 +221,7 @@ class ExternalWrench:
 
     @property
     def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
-        """What `leave_out` has to know of coming ticks; None where more acts than what is carried."""
+        """Data of coming ticks for `leave_out`; None where more acts than what is carried."""
         world, bodies = self.world, self.bodies
         known = not world.is_known if world.empty else self._surrounded == world.changes
         if not known or self.torques or self.noise is not None or any(self._wrench):
