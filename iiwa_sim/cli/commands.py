@@ -159,12 +159,12 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     with asyncio.run(listen(LOOPBACK, own.page_port)) as listening:
         from iiwa_sim.view.playback import run_playback
 
-        over, stdout, line = threading.Event(), sys.stdout, f"page on {page_url(listening)}"
+        over = threading.Event()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: over.set())
         log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
-        # viser's own words go nowhere
-        run_playback(listening, timeline, over, None, lambda: print(line, file=stdout, flush=True))
+        print(f"page on {page_url(listening)}", flush=True)
+        run_playback(listening, timeline, over)
     return 0
 
 

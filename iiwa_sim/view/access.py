@@ -13,6 +13,7 @@ import io
 import logging
 import secrets
 import socket
+import threading
 import time
 import warnings
 from collections.abc import Iterator
@@ -35,7 +36,7 @@ from iiwa_sim.wording import harmless, shortened
 MOST_BYTES = 65_536
 """Longest message from a browser."""
 ALLOWED = frozenset(
-    {
+    [
         "GuiButtonHoldMessage",
         "GuiFormDirtyMessage",
         "GuiFormSubmitMessage",
@@ -43,11 +44,11 @@ ALLOWED = frozenset(
         "SceneNodeClickMessage",
         "SceneNodeDragMessage",
         "ViewerCameraMessage",
-    }
+    ]
 )
 """Kinds of messages that reach viser. ShareUrlRequest would open the page to the internet."""
 READY_S = 0.02
-"""Period of the check whether viser has started."""
+"""Period of the check whether the page is built."""
 HEADERS = {
     "Content-Security-Policy": "frame-ancestors 'self'",
     "X-Content-Type-Options": "nosniff",
@@ -61,8 +62,10 @@ logger = logging.getLogger(__name__)
 
 
 @contextlib.contextmanager
-def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[viser.ViserServer]:
-    """Serve a page at a socket that listens, until the context ends.
+def open_page(
+    listening: socket.socket, token: Token | None = None
+) -> Iterator[tuple[viser.ViserServer, threading.Event]]:
+    """Serve a page at a socket that listens, until the context ends. Browsers wait for the event.
 
     viser asks the module websockets for its server; a replacement there, meanwhile, gets between the two.
     """
@@ -94,7 +97,6 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
             server = viser.ViserServer(host="127.0.0.1", port=0, label="iiwa-sim", verbose=False)
         finally:
             websockets.asyncio.server.serve = real  # type: ignore[misc]
-        gate.is_ready = True
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         # Without shadows and reflections a frame takes a seventh of the time on a machine without a GPU.
         server.scene.configure_default_lights(cast_shadow=False)
@@ -102,7 +104,7 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
         colours: dict[str, Any] = {"sky_color": (255, 255, 255), "ground_color": (150, 150, 155)}
         server.scene.add_light_hemisphere("/light", intensity=1.5, **colours)
         try:
-            yield server
+            yield server, gate.ready
         finally:
             server.stop()
 
@@ -118,8 +120,8 @@ class _Gate:
         self._token = token
         self._cookie = f"iiwa-sim-{port}={secrets.token_urlsafe(32)}"  # cookies are one machine's
         self._access, self._throttle = WebAccess(), Throttle(1)
-        self.is_ready = False
-        """True when viser has started; it listens before, and fails at connections then."""
+        self.ready = threading.Event()
+        """Set when the page is built; viser listens before."""
 
     def refusal(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the reply to a request that is not admitted, or that sends the token."""
@@ -156,7 +158,7 @@ class _Gate:
                 return raw
 
             connection.recv = recv  # type: ignore[assignment,method-assign]
-            while not self.is_ready:  # noqa: ASYNC110 - set in another thread
+            while not self.ready.is_set():  # noqa: ASYNC110 - set in another thread
                 await asyncio.sleep(READY_S)
             try:
                 await inner(connection)

@@ -34,7 +34,7 @@ MOST_STATES_HZ = 120.0
 APART_M, NAME_M = 2.5, 1.4
 """Distance between cells, and height of names of robots."""
 PANEL_PX = 320.0
-MARGIN, LEAST_RADIUS_M, TCP_RADIUS_M = 1.15, 0.55, 0.25
+MARGIN, LEAST_RADIUS_M = 1.15, 0.55
 BESIDE_M = 0.12
 """Thickness of links beside the points that a picture is fitted to."""
 VIEWS = {
@@ -42,7 +42,6 @@ VIEWS = {
     "Front": (1.0, 0.0, 0.15),
     "Side": (0.0, -1.0, 0.15),
     "Top": (0.001, 0.0, 1.0),
-    "TCP": (1.0, -1.0, 0.5),
 }
 """Directions from the robot to the camera."""
 
@@ -50,29 +49,24 @@ logger = logging.getLogger(__name__)
 
 
 def run_page(
-    listening: socket.socket,
-    places: Sequence[Place],
-    over: threading.Event,
-    token: Token | None = None,
-    opened: Callable[[], None] = lambda: None,
+    listening: socket.socket, places: Sequence[Place], over: threading.Event, token: Token | None = None
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set.
 
-    Browsers have to send the token, if there is one. `opened` is called when the page serves. Raises OSError
-    if nobody answers at an address, and RobotFault for a robot that cannot be drawn.
+    Browsers have to send the token, if there is one. Raises OSError if nobody answers at an address, and
+    RobotFault for a robot that cannot be drawn.
     """
     if len(places) > MOST_ROBOTS:
         logger.warning("the page shows the first %d of %d robots", MOST_ROBOTS, len(places))
     shown = places[:MOST_ROBOTS]
     stations = [Station(place, max(FRAME_S, len(shown) / MOST_STATES_HZ)) for place in shown]
     with ExitStack() as running:
-        server = running.enter_context(open_page(listening, token))
+        server, ready = running.enter_context(open_page(listening, token))
         page = _Page(server, stations)
         for station, panel in zip(stations, page.panels, strict=True):
-            station.start()
             running.callback(station.stop)
             running.callback(panel.close)
-        opened()
+        ready.set()
         run_frames(server, over, page.show)
 
 
@@ -103,29 +97,17 @@ def add_surroundings(
         fade_distance=3.0 * size_m, fade_from="origin", **colours,
     )  # fmt: skip
     group: Any = server.gui.add_button_group("Camera", tuple(VIEWS))
-
-    def turn(event: Any) -> None:
-        if group.value == "TCP":
-            look_at(event.client, chosen().tcp()[None], "TCP", TCP_RADIUS_M)
-        else:
-            look_at(event.client, chosen().points(), group.value)
-
-    group.on_click(acting(turn))
+    group.on_click(acting(lambda event: look_at(event.client, chosen().points(), group.value)))
     server.on_client_connect(
         lambda client: look_at(client, np.concatenate([each.points() for each in scenes]))
     )
 
 
-def look_at(
-    client: Any, points: NDArray[np.float64], view: str = "Fit", least_m: float = LEAST_RADIUS_M
-) -> None:
-    """Put the camera of a client so that points (n, 3; m) fill the picture beside the panel.
-
-    `view` is one of `VIEWS`, `least_m` the least radius around the points.
-    """
+def look_at(client: Any, points: NDArray[np.float64], view: str = "Fit") -> None:
+    """Put the camera of a client so that points (n, 3; m) fill the picture beside the panel."""
     camera = client.camera
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    radius = max(float(np.linalg.norm(points - middle, axis=1).max()) + BESIDE_M, least_m)
+    radius = max(float(np.linalg.norm(points - middle, axis=1).max()) + BESIDE_M, LEAST_RADIUS_M)
     free = max(1.0 - PANEL_PX / max(float(camera.image_width), 1.0), 0.3)
     distance = MARGIN * radius / sin(0.5 * min(camera.fov, camera.fov * camera.aspect * free))
     back = np.array(VIEWS[view]) / np.linalg.norm(VIEWS[view])
@@ -165,7 +147,7 @@ class _Page:
                 server.scene.add_label(f"{scene.root}/name", station.name, position=(0.0, 0.0, NAME_M))
                 for _, handle in scene.handles:
                     handle.on_click(acting(partial(self._enter, number)))
-            self._boxes.append(server.gui.add_folder(None, visible=number == 0) if several else ExitStack())
+            self._boxes.append(server.gui.add_folder(None, visible=number == 0))
             with self._boxes[-1]:
                 self.panels.append(Panel(server, station, scene))
         size_m = 4.0 + 2.0 * APART_M * (row - 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections import deque
@@ -17,14 +16,12 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import DialogueLine, RecentLines
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.server.listening import host_and_port, why
+from iiwa_sim.server.listening import why
 
 LOOKS_S = 0.5
 """Period of questions for cell, clock, moves and dialogue."""
 TIMEOUT_S, REPLY_S, AGAIN_S = 3.0, 5.0, 0.5
-MOST_SAID = 200
-
-logger = logging.getLogger(__name__)
+MOST_SAID, NOTE_S = 200, 8.0
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
@@ -43,8 +40,13 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     """Pose of its base there: mm, rad."""
 
 
+def tell(client: Any, text: str) -> None:
+    """Show a client a text for some seconds."""
+    client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)
+
+
 class Station:
-    """A robot that a thread follows from `start` to `stop`, while a browser has the page open."""
+    """A robot that a thread follows up to `stop`, while a browser has the page open."""
 
     def __init__(self, place: Place, period_s: float) -> None:
         """Raises OSError if nobody answers."""
@@ -68,9 +70,6 @@ class Station:
         self._looks_s = 0.0  # when the next look is due
         self._wanted, self._over = threading.Event(), False
         self._thread = threading.Thread(target=self._follow, name="iiwa-sim-page", daemon=True)
-
-    def start(self) -> None:
-        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
@@ -114,10 +113,7 @@ class Station:
                     each()
             except (OSError, Refused) as found:
                 fault = why(found)
-            if fault != self.fault and not self._over:
-                self.fault = fault
-                level, address = logging.WARNING if fault else logging.INFO, self.place.backdoor
-                logger.log(level, "the backdoor at %s: %s", host_and_port(*address), fault or "connected")
+            self.fault = fault
             time.sleep(max(began_s + (AGAIN_S if fault else self._period_s) - time.monotonic(), 0.0))
 
     def _look(self) -> None:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.view.connection import Station
+from iiwa_sim.view.connection import Station, tell
 
 if TYPE_CHECKING:
     import viser
@@ -34,9 +33,6 @@ CARTESIAN = ("X", "Y", "Z", "Rx", "Ry", "Rz")
 COMMANDS = {"Joints": "", "Base": "lin relative move", "Tool": "lin tool relative move"}
 """Commands that move along an axis of a frame."""
 
-Tell = Callable[[Any, str], None]
-"""Shows a client a text."""
-
 
 @dataclass(eq=False)
 class Press:
@@ -48,10 +44,13 @@ class Press:
 
 
 class Jog:
-    """One robot, moved by one viewer at a time, in a thread that ends with `stop`."""
+    """One robot, moved by one viewer at a time, in a thread that ends with `stop`.
 
-    def __init__(self, gui: viser.GuiApi, station: Station, tell: Tell) -> None:
-        self._robot, self._ask, self._tell = station.robot, station.command, tell
+    Callbacks are coroutines: viser runs these in the order of a browser's messages.
+    """
+
+    def __init__(self, gui: viser.GuiApi, station: Station) -> None:
+        self._robot, self._ask = station.robot, station.command
         self._user: Any = None
         """Client that has ticked Enable."""
         self._number = 0  # of the axis
@@ -67,9 +66,8 @@ class Jog:
         self._speed: Any = gui.add_slider("Speed (%)", min=1, max=100, step=1, initial_value=10)
         self._buttons = [self._button(gui, sign) for sign in (-1, 1)]
         self._enable.on_update(self._switched)
-        self._frame.on_click(lambda _: self._choose(0))
-        self._axis.on_click(lambda _: self._choose(self._axis.options.index(self._axis.value)))
-        self._step.on_click(lambda _: self._choose(self._number))
+        for group in (self._frame, self._axis, self._step):
+            group.on_click(self._chosen)
         self._choose(0)
         self._thread = threading.Thread(target=self._run, name="iiwa-sim-jog", daemon=True)
         self._thread.start()
@@ -85,6 +83,10 @@ class Jog:
         if self._user is not None and self._user.client_id == client.client_id:
             self._disable()
 
+    async def _chosen(self, event: Any) -> None:
+        axis = self._axis.options.index(self._axis.value)
+        self._choose({"Frame": 0, "Axis": axis}.get(event.target.label, self._number))
+
     def _choose(self, number: int) -> None:
         """Have the buttons move an axis, counted from 0."""
         self._number = number
@@ -99,7 +101,7 @@ class Jog:
         return bool(COMMANDS[self._frame.value]) and self._number < 3
 
     def _button(self, gui: viser.GuiApi, sign: int) -> Any:
-        async def held(event: Any) -> None:  # in viser's loop, in order
+        async def held(event: Any) -> None:
             if self._user is None or event.client_id != self._user.client_id:
                 return
             self._heard_s = time.monotonic()
@@ -112,9 +114,9 @@ class Jog:
 
         async def released(event: Any) -> None:
             if self._user is None:
-                self._tell(event.client, "tick Enable first")
+                tell(event.client, "tick Enable first")
             elif event.client_id != self._user.client_id:
-                self._tell(event.client, "another viewer has ticked Enable")
+                tell(event.client, "another viewer has ticked Enable")
             else:
                 if self._held is not None and self._held.is_tap:
                     self._presses.put(self._held)
@@ -125,7 +127,7 @@ class Jog:
         button.on_click(released)
         return button
 
-    def _switched(self, event: Any) -> None:
+    async def _switched(self, event: Any) -> None:
         if event.client is not None:
             self._user = event.client if self._enable.value else None
             self._let_go()
@@ -146,7 +148,7 @@ class Jog:
                     self._serve(press)
             except Exception as fault:  # noqa: BLE001 - of the robot, or of the connection
                 self._disable()
-                self._tell(user, str(fault))
+                tell(user, str(fault))
 
     def _serve(self, press: Press) -> None:
         """Make a step, or jog until the release; return when the robot has stopped."""

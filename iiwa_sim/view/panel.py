@@ -13,7 +13,7 @@ from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.recordings.schemas import Spoken
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.view.connection import Station
+from iiwa_sim.view.connection import NOTE_S, Station, tell
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
 from iiwa_sim.view.scene import LEAST_N, Scene
@@ -26,7 +26,7 @@ PERIOD_S = 0.1
 MOST_INPUTS = 64
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
-LONGEST_STEP_S, NOTE_S = 10.0, 8.0
+LONGEST_STEP_S = 10.0
 NEAR_DEG = 5.0
 """Distance from a limit at which the bar of a joint is yellow."""
 STOP, STOPPED = "Emergency stop", "Emergency stop is PRESSED"
@@ -40,18 +40,13 @@ SAFETY: Calls = {
 }
 DRIVES: Calls = {"On": ("switch_drives", True), "Off": ("switch_drives", False)}
 CLOCKS: Calls = {name: ("set_clock", name) for name in ("real", "10x", "fast", "stepped")}
-TIME: Calls = {"Pause": ("pause",), "Resume": ("pause", False)}
+CLOCKS |= {"pause": ("pause",), "resume": ("pause", False)}
 
 _RED, _GREEN, _GREY = "#c92a2a", "#2f9e44", "#8888"
 _COLOURS = {">": "#1971c2", "#": "#868e96", "~": "#e8590c"}
 _PAD = "padding:0 0.9em 0.4em;font-size:0.78em;line-height:1.3"
 _LIST = "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace"
 _LAMP = "display:inline-block;margin:0.1em;padding:0 0.5em;border-radius:0.6em"
-
-
-def tell(client: Any, text: str) -> None:
-    """Show a client a text for some seconds."""
-    client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)
 
 
 def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
@@ -126,7 +121,7 @@ class Panel:
         self._jog = None
         if has_driver:
             with tabs.add_tab("Jog"):
-                self._jog = Jog(gui, station, tell)
+                self._jog = Jog(gui, station)
         with tabs.add_tab("Program"):
             self._add_program(has_driver)
         with tabs.add_tab("I/O"):
@@ -135,7 +130,7 @@ class Panel:
             self._inputs = [self._add_input(number, name) for number, name in enumerate(names, 1)]
         with tabs.add_tab("Force"):
             self._force: Any = gui.add_html("")
-            self._push = Push(server, station, scene, tell)
+            self._push = Push(server, station, scene)
         with tabs.add_tab("Dialogue"):
             if has_driver:
                 self._add_command()
@@ -183,7 +178,6 @@ class Panel:
         self._group("Drives", DRIVES)
         self._moves: Any = gui.add_html("")
         self._group("Clock", CLOCKS)
-        self._group("Time", TIME)
         step_s: Any = gui.add_number("Advance (s)", 0.1, min=0.001, max=LONGEST_STEP_S, step=0.001)
         step = self._does("advance", lambda: float(step_s.value))
         gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
-from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.app import add_surroundings, run_frames
 from iiwa_sim.view.connection import MOST_SAID
@@ -30,17 +28,11 @@ SPEEDS = ("0.1x", "0.25x", "0.5x", "1x", "2x", "5x", "10x")
 """Times of the robot in a second of the viewer."""
 
 
-def run_playback(
-    listening: socket.socket,
-    timeline: Timeline,
-    over: threading.Event,
-    token: Token | None = None,
-    opened: Callable[[], None] = lambda: None,
-) -> None:
+def run_playback(listening: socket.socket, timeline: Timeline, over: threading.Event) -> None:
     """Show a recording on a page, as `iiwa_sim.view.app.run_page` shows robots. Raises RobotFault."""
-    with open_page(listening, token) as server:
+    with open_page(listening) as (server, ready):
         playback = Playback(server, timeline)
-        opened()
+        ready.set()
         run_frames(server, over, lambda is_open: playback.show() if is_open else None)
 
 
@@ -58,7 +50,9 @@ class Playback:
         self._slider: Any = gui.add_slider(
             "Time (s)", timeline.start_s, end_s, SLIDER_STEP_S, initial_value=timeline.start_s
         )
+        self._slider.on_update(acting(lambda _: self._go_to(float(self._slider.value))))
         self._button: Any = gui.add_button("Play")
+        self._button.on_click(acting(lambda _: self._turn()))
         self._speed: Any = gui.add_dropdown("Speed", SPEEDS, initial_value="1x")
         self._readout = Readout(gui, robot)
         tabs = gui.add_tab_group()
@@ -69,8 +63,6 @@ class Playback:
         self._scene = Scene(server.scene, robot)
         self._draw()
         add_surroundings(server, [self._scene], lambda: self._scene)
-        self._slider.on_update(acting(lambda _: self._go_to(float(self._slider.value))))
-        self._button.on_click(acting(lambda _: self._turn()))
 
     def show(self) -> None:
         """Show the recording at the time that the player has reached."""

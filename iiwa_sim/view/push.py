@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Transform, Vector, apply, inverse
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.view.connection import Station
-from iiwa_sim.view.jog import Tell
+from iiwa_sim.view.connection import Station, tell
 from iiwa_sim.view.scene import FORCE, Scene, line
 
 if TYPE_CHECKING:
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 
 STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
 """N/m"""
-MOST_N, LEAST_M = 150.0, 1e-6
+MOST_N, LEAST_M, STEP_RAD = 150.0, 1e-6, 1e-6
 HELP = """\
 Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold, such as
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
@@ -46,8 +45,8 @@ class Grabbed(NamedTuple):
 class Push:
     """Forces on one robot, by the thread that follows it."""
 
-    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene, tell: Tell) -> None:
-        self._station, self._scene, self._tell = station, scene, tell
+    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
+        self._station, self._scene = station, scene
         self._stiffness: Any = server.gui.add_slider(
             "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
         )
@@ -107,8 +106,7 @@ class Push:
                     self._pushes = False
                 return
             state, arm, link = station.state, self._scene.arm, grabbed.link
-            poses = arm.poses(state.joint_position)
-            point = apply(poses[link], grabbed.point)
+            point = apply(arm.poses(state.joint_position)[link], grabbed.point)
             stretch = np.subtract(grabbed.target, point)
             most = MOST_N / max(float(np.linalg.norm(stretch)), LEAST_M)
             force = np.asarray(min(float(self._stiffness.value), most) * stretch)
@@ -117,10 +115,11 @@ class Push:
                 if arm.links[link].moved_by == len(state.joint_position):
                     station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
                 else:
-                    station.act("push_joints", joint_torques(arm, poses, link, point, force))
+                    torques = joint_torques(arm, state.joint_position, link, grabbed.point, force)
+                    station.act("push_joints", torques)
             except Refused as fault:
                 self._grabbed = None
-                self._tell(grabbed.client, f"no push: {fault}")
+                tell(grabbed.client, f"no push: {fault}")
 
 
 def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:
@@ -130,17 +129,14 @@ def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:
     return [*(back @ force).tolist(), *(back @ torque).tolist()]
 
 
-def joint_torques(
-    arm: Arm, poses: Sequence[Transform], link: int, point: Vector, force: Array
-) -> list[float]:
-    """Return the torques on the joints (Nm) of a force (N) at a point (m) of a link, both in the base."""
-    torques = [0.0] * sum(each.joint is not None for each in arm.links)
-    place: int | None = link
-    while place is not None:
-        each = arm.links[place]
-        if each.joint is not None:
-            axis = np.array(poses[place].rotation).reshape(3, 3) @ each.axis
-            lever = np.cross(np.subtract(point, poses[place].translation), force)
-            torques[each.joint] = float(axis @ lever)
-        place = each.parent
+def joint_torques(arm: Arm, joints: Sequence[float], link: int, point: Vector, force: Array) -> list[float]:
+    """Return the torques on the joints (Nm) of a force (N in the base) at a point (m) in a link's frame.
+
+    A torque is the force times the way of the point per angle of the joint, found by a small step.
+    """
+    start, torques = apply(arm.poses(joints)[link], point), []
+    for joint in range(len(joints)):
+        moved = [*joints[:joint], joints[joint] + STEP_RAD, *joints[joint + 1 :]]
+        distance = np.subtract(apply(arm.poses(moved)[link], point), start)
+        torques.append(float(force @ distance) / STEP_RAD)
     return torques

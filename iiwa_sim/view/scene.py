@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.frames import (
     IDENTITY,
-    Rotation,
     Transform,
     Vector,
     apply,
@@ -158,10 +157,6 @@ class Scene:
         near = [each for each in points if np.linalg.norm(each) < FAR_M]
         return np.array([apply(self.place, each) for each in near], float)
 
-    def tcp(self) -> NDArray[np.float64]:
-        """Return the position of the TCP in the scene (m)."""
-        return np.array(apply(self.place, tuple(self._tcp.position)))
-
     def _frame(self, path: str, pose: Transform) -> Any:
         return self._scene.add_frame(path, show_axes=False, **_at(pose))
 
@@ -211,12 +206,6 @@ class Scene:
             self._trail.points = np.stack([points[:-1], points[1:]], axis=1)
 
 
-def wxyz(rotation: Rotation) -> tuple[float, float, float, float]:
-    """Return a rotation in the form that viser takes."""
-    x, y, z, w = quaternion_from_rotation(rotation)
-    return (w, x, y, z)
-
-
 def line(scene: viser.SceneApi, path: str, colour: tuple[int, int, int], pixels: float) -> Any:
     """Add a line of one segment, to be moved later."""
     nothing = np.zeros((1, 2, 3), np.float32)
@@ -224,11 +213,13 @@ def line(scene: viser.SceneApi, path: str, colour: tuple[int, int, int], pixels:
 
 
 def _at(pose: Transform) -> dict[str, Any]:
-    return {"position": pose.translation, "wxyz": wxyz(pose.rotation)}
+    x, y, z, w = quaternion_from_rotation(pose.rotation)
+    return {"position": pose.translation, "wxyz": (w, x, y, z)}
 
 
 def _place(node: Any, pose: Transform) -> None:
-    node.position, node.wxyz = pose.translation, wxyz(pose.rotation)
+    for name, value in _at(pose).items():
+        setattr(node, name, value)
 
 
 def _rgb(colour: Sequence[float]) -> tuple[int, int, int]:

@@ -24,7 +24,8 @@ Page = tuple[viser.ViserServer, int]
 
 @pytest.fixture
 def page() -> Iterator[Page]:
-    with socket.create_server(("127.0.0.1", 0)) as listening, open_page(listening) as server:
+    with socket.create_server(("127.0.0.1", 0)) as listening, open_page(listening) as (server, ready):
+        ready.set()
         yield server, listening.getsockname()[1]
 
 
@@ -54,7 +55,14 @@ def test_pages_of_others_open_nothing(page: Page, origin: str, host: str) -> Non
 def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listening, open_page(listening, Token("swordfish")):
+    with (
+        socket.create_server(("127.0.0.1", 0)) as listening,
+        open_page(listening, Token("swordfish")) as (
+            _,
+            ready,
+        ),
+    ):
+        ready.set()
         port = listening.getsockname()[1]
         for path in ("/", "/?token=sword"):
             status, body, headers = get(port, path)

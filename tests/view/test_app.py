@@ -155,7 +155,8 @@ def test_the_tabs_switch_and_show(simulator: Simulator, viewer: Viewer, robot: I
     robot.set_output(2, True)
     viewer.shows(f"#2f9e44;color:#fff'>{simulator.backdoor.cell()['outputs'][1]}<")
     viewer.clicks("Clock", "10x")
-    viewer.clicks("Time", "Pause")
+    viewer.shows("Clock: 10x")
+    viewer.clicks("Clock", "pause")
     viewer.shows("Clock: 10x paused")
     tick = simulator.state().tick
     viewer.clicks("Advance (s)", 0.2)
