@@ -27,7 +27,7 @@ SHORTEST_SLEEP_NS = 1_000_000
 REST_SLEEP_NS = 20_000_000
 """Time between two wake-ups in haste while the robot rests: a robot in a test costs next to nothing then."""
 
-SLICE_NS = 2_000_000
+SLICE_NS = 5_000_000
 """Time for which ticks are made in haste before the loop, and other threads, get their turn."""
 
 HOLD_NS = 2_000_000
@@ -84,7 +84,7 @@ class Clock:
     - At a multiple of real time there are absolute deadlines: a late tick does not delay the following ones.
       After a stall ticks are made up for up to a bound, and the rest is dropped, so simulated time then lags
       behind for good.
-    - `FAST` makes ticks as fast as it can while the robot is under way, in slices of 2 ms with the
+    - `FAST` makes ticks as fast as it can while the robot is under way, in slices of 5 ms with the
       loop's turn in between, and in real time while it rests: so whatever a driver waits for with a sleep has
       happened when it wakes. For `HOLD_NS` after a move was accepted time stands still.
     - `STEPPED`, or a clock that is paused, makes none by itself.
