@@ -14,6 +14,7 @@ import pytest
 from websockets.sync.client import connect
 
 from iiwa_sim import Refused, Simulator, camera
+from iiwa_sim.backdoor.client import BackdoorClient
 
 CELL = Path(__file__).parent.parent / "examples" / "conveyor.toml"
 BELT = 2
@@ -77,6 +78,10 @@ def test_a_picture_shows_what_has_moved_and_changes_nothing(rendering: Simulator
             status, kind, png = asked(rendering, "/camera/overview?width=160&height=120")
             assert (status, kind) == (200, "image/png")
             pictures.append(png)
+            assert (
+                BackdoorClient(rendering.host, rendering.backdoor_port or 0).camera("overview", 160, 120)
+                == png
+            )
             for each in (rendering, alone):
                 each.call(lambda each=each: each.controller.io.set_output(BELT, on=True))
                 each.advance(0.5)

@@ -17,9 +17,9 @@ ANSWERED_S = 60.0
 class BackdoorClient:
     """Has the methods of `Backdoor`, and calls them over HTTP.
 
-    Arguments are those of `Backdoor`; results are values of JSON. A method raises `Refused` where the
-    backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each call has a connection
-    of its own, so threads may share a client. `robot` names one of several.
+    Arguments are those of `Backdoor`; results are values of JSON, or the bytes of a picture. A method raises
+    `Refused` where the backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each
+    call has its own connection, so threads may share a client. `robot` names one of several.
     """
 
     def __init__(
@@ -58,7 +58,8 @@ class BackdoorClient:
             try:
                 connection.request(method, path, body, self._headers)
                 answer = connection.getresponse()
-                value = json.loads(answer.read())
+                is_picture = answer.headers.get_content_type() == "image/png"
+                value = answer.read() if is_picture else json.loads(answer.read())
                 error = value["error"] if answer.status != http.client.OK else None
             except (http.client.HTTPException, ValueError, KeyError, TypeError) as fault:
                 raise ConnectionError(f"no answer of a backdoor to {path}: {fault}") from None
