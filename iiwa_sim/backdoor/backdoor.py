@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 import msgspec
 
-from iiwa_sim.backdoor.described import described_cell, described_moves, parts_of
+from iiwa_sim.backdoor.described import described_cell, parts_of
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH, Camera
 from iiwa_sim.cell.bodies import AnySurface, surface_of
@@ -25,9 +25,8 @@ from iiwa_sim.clock.pace import pace
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
-from iiwa_sim.controller.modes import SERVO_MODES
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue, RecentLines
 from iiwa_sim.frames import Frame, Vector, compose, inverse
@@ -231,7 +230,7 @@ class Backdoor:
         (self._controller.emergency_stop if pressed else self._controller.errors.release_emergency_stop)()
 
     def fail(self, code: int, reason: str = ON_PURPOSE) -> None:
-        """Stop the robot with an error such as 3060, protective stop, or 3000, following error."""
+        """Stop the robot with an error: 3060 for a protective stop, 3040 for a servo timeout."""
         self._controller.fail(_checked(code), harmless(shortened(reason, LONGEST_TEXT)))
 
     def switch_drives(self, on: bool) -> None:
@@ -261,9 +260,9 @@ class Backdoor:
         """Return the state of the robot with inputs, outputs and override, as on the status port."""
         return snapshot(self._controller)
 
-    def moves(self) -> dict[str, Any]:
-        """Return how many moves run and wait, and the targets of the first 50."""
-        return described_moves(self._controller)
+    def moves(self) -> int:
+        """Return how many moves run and wait. The target of a servo is one, too."""
+        return len(self._controller.motions.planned)
 
     async def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
         """Return what a camera of the scene sees, as PNG of so many pixels."""
@@ -306,13 +305,6 @@ class Backdoor:
         """Refuse the next move with this code. It is no error state."""
         self._controller.errors.next_refusal = ErrorRecord(_checked(code), ON_PURPOSE)
 
-    def time_out_servo(self) -> None:
-        """End smart or direct mode as a servo timeout does, with error 3040."""
-        mode = self._controller.mode
-        if mode not in SERVO_MODES:
-            raise Refused(EXECUTION, f"the mode is {mode.value}: expected smart or direct")
-        self._controller.fail(COMMUNICATION_FAILURE, f"no {mode.value} command in time: the robot stops")
-
     # The gripper
 
     def stick_jaws(self, stuck: bool) -> None:
@@ -354,12 +346,9 @@ class Backdoor:
 
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, after faults set before."""
-        if not isinstance(fault, Fault):
-            shown = harmless(shortened(repr(fault), 40))
-            raise Refused(EXECUTION, f"fault {shown}: expected one such as Drop() or Delay(0.2)")
         if replies < 0:
             raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
-        with _refusing(msgspec.ValidationError):
+        with _refusing(msgspec.ValidationError, TypeError):
             msgspec.convert(msgspec.to_builtins(fault), Fault)  # checks the ranges
         self._wire.set(fault, connection, replies)
 

@@ -59,7 +59,7 @@ class BackdoorClient:
                 connection.request(method, path, body, self._headers)
                 answer = connection.getresponse()
                 is_picture = answer.headers.get_content_type() == "image/png"
-                value = answer.read() if is_picture else json.loads(answer.read())
+                value: Any = answer.read() if is_picture else json.loads(answer.read())
                 error = value["error"] if answer.status != http.client.OK else None
             except (http.client.HTTPException, ValueError, KeyError, TypeError) as fault:
                 raise ConnectionError(f"no answer of a backdoor to {path}: {fault}") from None

@@ -1,4 +1,4 @@
-"""Moves and cell as values of JSON, for viewers and recordings."""
+"""The cell as values of JSON, for viewers and recordings."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -11,27 +11,6 @@ from iiwa_sim.world.part import Mesh, Part
 
 if TYPE_CHECKING:
     from iiwa_sim.world.scene import SceneBody
-
-MOST_MOVES = 50
-"""Moves that are described at most."""
-
-
-def described_moves(controller: Controller) -> dict[str, Any]:
-    """Return the count of moves that run and wait, and the first of them with their targets.
-
-    Moves are numbered in the order in which they were accepted; the target of a servo is one, too.
-    """
-    planned = controller.motions.planned
-    moves = [
-        {
-            "number": each.number,
-            "goal_joint_position": each.joints,
-            "goal_frame": controller.tool_frame(each.joints),
-            "blending_mm": 1e3 * each.blending_m,
-        }
-        for each in planned[:MOST_MOVES]
-    ]
-    return {"count": len(planned), "moves": moves}
 
 
 def described_cell(controller: Controller) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from math import inf
 from random import Random
 from typing import Annotated, Protocol
 
@@ -109,8 +110,8 @@ class Rule:
 
     fault: Fault
     connection: int
-    left: int | None
-    """Replies left; None for any number."""
+    left: float
+    """Replies left; infinite for any number."""
 
 
 class CannedReplies:
@@ -123,8 +124,8 @@ class CannedReplies:
     def __init__(self) -> None:
         self.heard = True
         """True if the robot speaks the iiwa's protocol."""
-        self.replies: dict[str, list[tuple[str, int | None]]] = {}
-        """By command: each text with its number of lines, None for any number."""
+        self.replies: dict[str, list[tuple[str, float]]] = {}
+        """By command: each text with its number of lines, infinite for any."""
 
     def set(self, command: str, reply: str, times: int = 1) -> None:
         """Answer the next `times` lines of a command by `reply`, 0 for all, without executing them.
@@ -142,7 +143,7 @@ class CannedReplies:
             raise ValueError(f"reply '{text}': expected one line of printable ASCII")
         if times < 0:
             raise ValueError(f"times={times}: expected 0 or more")
-        self.replies.setdefault(known.name, []).append((reply, times or None))
+        self.replies.setdefault(known.name, []).append((reply, times or inf))
 
     def take(self, command: str) -> str | None:
         """Return the reply to the next line of a command, by its name; None if the robot answers."""
@@ -150,7 +151,7 @@ class CannedReplies:
         if not waiting:
             return None
         text, left = waiting[0]
-        waiting[:1] = [] if left == 1 else [(text, left and left - 1)]
+        waiting[:1] = [] if left == 1 else [(text, left - 1)]
         return text
 
 
@@ -194,7 +195,7 @@ class WireFaults:
         """
         if connection != NEXT:
             self._peers_of(connection)
-        self.rules.append(Rule(fault, connection, replies or None))
+        self.rules.append(Rule(fault, connection, replies or inf))
 
     def end(self, how: End, connection: int = EVERY) -> None:
         """End a connection, or all. Raises `Refused` if there is no such connection."""
@@ -215,10 +216,9 @@ class WireFaults:
 
     def steps(self, connection: int, rule: Rule, reply: bytes) -> list[Step]:
         """Return the steps that replace sending a reply."""
-        if rule.left is not None:
-            rule.left -= 1
-            if rule.left == 0:
-                self.rules.remove(rule)
+        rule.left -= 1
+        if rule.left == 0:
+            self.rules.remove(rule)
         steps = _steps(rule.fault, reply, self._random)
         if steps != [reply]:
             text = ", ".join(_text_of(step, reply) for step in steps) or "nothing"

@@ -122,7 +122,6 @@ class LineSession(Session):
         self._splitter = LineSplitter()
         self._line, self._times = b"", 0  # the last one, and how many times in a row it came
         self._command = self._reason = ""  # of the last line, for the dialogue
-        self._logs_commands = False
         self._told: set[tuple[str, str]] = set()  # remarks that are logged once for each command
 
     def receive(self, data: bytes) -> None:
@@ -138,7 +137,6 @@ class LineSession(Session):
     def answer(self, most: int = AT_ONCE) -> bytes:
         lines, dialogue = self.waiting, self.dialogue
         self.ends_batch = False
-        self._logs_commands = self.log.wants_commands()  # asked for once, since it is asked for often
         replies: list[bytes] = []
         for _ in range(min(len(lines), most)):
             line = lines.popleft()
@@ -184,7 +182,7 @@ class LineSession(Session):
             return written(ERROR)
         if request.in_degrees and self._is_first(name, "degrees"):
             self.log.odd(self.name, name, request.in_degrees)
-        if self._logs_commands:
+        if self.log.wants_commands():
             self.log.command(self.name, shown(line), reply[:-2].decode())
         return reply
 

@@ -119,7 +119,7 @@ class Station:
     def _look(self) -> None:
         backdoor = self.backdoor
         self.cell, self.clock = backdoor.cell(), backdoor.get_clock()
-        self.moves = backdoor.moves()["count"]
+        self.moves = backdoor.moves()
         said = msgspec.convert(backdoor.dialogue(self._said_next), RecentLines)
         self._said_next = said.next
         self.said.extendleft(said.lines)

@@ -77,7 +77,7 @@ SAID: list[tuple[str, dict[str, Any]]] = [
     ("fail", {"code": 3060, "reason": "protective stop"}),
     ("restore_state", {"name": "Würfel"}),
 ]
-NEED_A_MOVE = {"time_out_servo", "lose_part"}
+NEED_A_MOVE = {"lose_part"}
 TAKE_TIME = {"advance", "run_until_stopped"}
 
 
@@ -139,8 +139,8 @@ def test_each_call_does_over_http_what_its_method_does() -> None:
         assert bench.advance(0.5) is None
         assert near.state().tick + 250 == far.state().tick
         assert bench.run_until_stopped(1) == 0.0
-        with pytest.raises(Refused, match="expected smart or direct"):
-            bench.time_out_servo()
+        with pytest.raises(Refused, match="holds no part"):
+            bench.lose_part()
 
 
 def test_what_reads_is_got_by_a_browser_bar_and_lists_itself(shared: Simulator) -> None:
