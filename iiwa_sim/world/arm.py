@@ -371,7 +371,7 @@ class Arm:
     def _set_tip(self) -> None:
         """Have the contact sphere meet parts only between jaws that are closer than it is thick."""
         tip, gripper, model = self._numbers.tip, self.gripper, self._built.model
-        if tip < 0 or gripper is None or isinstance(gripper.kind, Cup):
+        if tip is None or gripper is None or isinstance(gripper.kind, Cup):
             return
         bit = self.bit if gripper.opening_m < 2.0 * self.setup.shape.radius_m else 0
         if model.geom_contype[tip] != bit:

@@ -44,8 +44,8 @@ MARGIN_M = 1e-4
 ROLLING, SPINNING = 0.002, 0.05
 """Rolling and torsional friction of balls and cylinders, over their radius: they come to rest, also a disc
 that wobbles."""
-TIP, CUP, JAWS = "tip", "cup", ("jaw 1", "jaw 2")
-"""Names of what the gripper touches with, beside its tool."""
+TIP, CUP = "tip", "cup"
+"""Names of what the gripper touches with, beside jaws and tool."""
 
 
 class ArmShape(NamedTuple):
@@ -68,14 +68,25 @@ class ArmSetup(NamedTuple):
 
 
 class BuiltArm(NamedTuple):
-    """Numbers of an arm in a compiled model."""
+    """Elements of an arm, by their numbers once the model is compiled."""
 
-    hinge: int  # joint of the first link; those of the others follow, then gripper and jaws
-    gripper: int  # body
-    touching: dict[int, str]  # geoms, with the name of the link, jaw or tool
-    tip: int  # geom of the contact sphere; -1 for none
-    pads: tuple[int, ...]  # geoms of the pads, which collide with nothing, or of the cup
-    fingers: tuple[int, ...]  # geoms of the jaws, or of the cup
+    hinge: Any  # joint of the first link; those of the others follow, then gripper and jaws
+    gripper: Any  # body
+    touching: dict[Any, str]  # geoms, with the name of the link, jaw or tool
+    tip: Any = None  # geom of the contact sphere, if there is one
+    pads: Sequence[Any] = ()  # geoms of the pads, which collide with nothing, or of the cup
+    fingers: Sequence[Any] = ()  # geoms of the jaws, or of the cup
+
+    def compiled(self) -> BuiltArm:
+        """Return the numbers of the elements."""
+        return BuiltArm(
+            self.hinge.id,
+            self.gripper.id,
+            {geom.id: name for geom, name in self.touching.items()},
+            self.tip and self.tip.id,
+            [geom.id for geom in self.pads],
+            [geom.id for geom in self.fingers],
+        )
 
 
 class Built(NamedTuple):
@@ -109,9 +120,7 @@ def build(
     option, foreign = spec.option, len(spec.geoms)
     option.timestep, option.gravity = tick_s, [0.0, 0.0, -GRAVITY_M_S2]
     option.cone, option.impratio, option.tolerance = mj.mjtCone.mjCONE_ELLIPTIC, 100.0, 1e-12
-    # Servos of a scene may be stiffer than an explicit step integrates.
-    kinds = mj.mjtIntegrator
-    option.integrator = kinds.mjINT_IMPLICITFAST if len(spec.actuators) else kinds.mjINT_EULER
+    option.integrator = mj.mjtIntegrator.mjINT_IMPLICIT
     if not any(each.type == mj.mjtSensor.mjSENS_TOUCH for each in spec.sensors):
         option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)  # bodies that sleep have no contacts to feel
     common = {"solref": law.solref, "solimp": law.solimp, "margin": MARGIN_M}
@@ -137,7 +146,7 @@ def build(
     told[foreign:] = OF_ARM
     told[geoms] = OF_PART
     told[model.body_weldid[model.geom_bodyid] == 0] = STANDS
-    built = tuple(_numbers(each) for each in of_arms)
+    built = tuple(each.compiled() for each in of_arms)
     for geom in (each for arm in built for each in arm.touching):
         soften(model, model.geom_bodyid[geom], RIGID_N_PER_M, law)
     first = int(model.body_dofadr[model.geom_bodyid[geoms[0]]]) if parts else model.nv
@@ -225,29 +234,7 @@ def _make_light(body: Any) -> None:
     body.gravcomp = 1.0
 
 
-class _Added(NamedTuple):
-    """Elements of an arm in a model that is not compiled yet."""
-
-    hinge: Any
-    gripper: Any
-    touching: list[tuple[Any, str]]
-    tip: Any
-    pads: list[Any]
-    fingers: list[Any]
-
-
-def _numbers(added: _Added) -> BuiltArm:
-    return BuiltArm(
-        added.hinge.id,
-        added.gripper.id,
-        {geom.id: name for geom, name in added.touching},
-        -1 if added.tip is None else added.tip.id,
-        tuple(geom.id for geom in added.pads),
-        tuple(geom.id for geom in added.fingers),
-    )
-
-
-def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> _Added:
+def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> BuiltArm:
     """Add an arm: the moving links as capsules on a chain of hinges, then its gripper."""
     description, bit, on = arm.shape.description, arm_bit(number), law_of_arms(law)
     rigid = {"solref": on.solref, "solimp": on.solimp, "margin": MARGIN_M, "condim": 1, "priority": YIELDS}
@@ -272,7 +259,7 @@ def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> _Added:
     added = _add_gripper(spec, arm, hinges[0], rigid)
     for capsule in capsules_of(description):
         if capsule.joints > 0:
-            added.touching.append((_add_capsule(*links[capsule.joints], capsule, rigid), capsule.link))
+            added.touching[_add_capsule(*links[capsule.joints], capsule, rigid)] = capsule.link
     return added
 
 
@@ -285,7 +272,7 @@ def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, 
     return body.add_geom(type=kinds.mjGEOM_CAPSULE, size=size, fromto=[*start, *end], **rigid)
 
 
-def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) -> _Added:
+def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) -> BuiltArm:
     """Add the gripper as a free body at the TCP, with jaws, or a cup, the contact sphere and the tool.
 
     It is no link of the chain: MuJoCo leaves out of contacts what turning links add to accelerations (the
@@ -296,32 +283,30 @@ def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) ->
     body = spec.worldbody.add_body()
     _make_light(body)
     body.add_joint(type=mj.mjtJoint.mjJNT_FREE, armature=HEAVY)
-    added = _Added(hinge, body, [], None, [], [])
+    touching: dict[Any, str] = {}
+    tip, pads, fingers = None, [], []
     if shape.radius_m > 0.0:
-        added = added._replace(tip=_add_shape(body, Sphere(shape.radius_m), **rigid))
-        added.touching.append((added.tip, TIP))
+        tip = _add_shape(body, Sphere(shape.radius_m), **rigid)
+        touching[tip] = TIP
     for capsule in shape.tool:
-        geom = _add_capsule(body, inverse(shape.tool_in_flange), capsule, rigid)
-        added.touching.append((geom, capsule.link))
+        touching[_add_capsule(body, inverse(shape.tool_in_flange), capsule, rigid)] = capsule.link
     if isinstance(kind, Cup):
         half = 0.5 * kind.length_m
         cup = _add_shape(body, Cylinder(kind.radius_m, half), pos=[0.0, 0.0, -half], **rigid)
-        added.touching.append((cup, CUP))
-        added.pads.append(cup)
-        added.fingers.append(cup)
-    if not isinstance(kind, Jaws):
-        return added
-    for name, side in zip(JAWS, (1.0, -1.0), strict=True):
+        touching[cup] = CUP
+        pads, fingers = [cup], [cup]
+    if isinstance(kind, Jaws):
         wide, thick, long = kind.jaw_m
-        jaw = body.add_body()
-        _make_light(jaw)
-        jaw.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, side, 0.0], armature=HEAVY)
-        middle = [0.0, 0.5 * side * thick, -0.5 * long]
-        geom = _add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), pos=middle, **rigid)
-        added.touching.append((geom, name))
-        added.fingers.append(geom)
-        # The pad, against which it is measured whether a part is between the jaws.
-        pad = Box(0.5 * kind.pad_wide_m, 0.25 * thick, 0.5 * kind.pad_long_m)
-        middle = [0.0, 0.25 * side * thick, -0.5 * kind.pad_long_m]
-        added.pads.append(_add_shape(jaw, pad, pos=middle, contype=0, conaffinity=0, mass=0.0))
-    return added
+        for name, side in (("jaw 1", 1.0), ("jaw 2", -1.0)):
+            jaw = body.add_body()
+            _make_light(jaw)
+            jaw.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, side, 0.0], armature=HEAVY)
+            middle = [0.0, 0.5 * side * thick, -0.5 * long]
+            geom = _add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), pos=middle, **rigid)
+            touching[geom] = name
+            fingers.append(geom)
+            # The pad, against which it is measured whether a part is between the jaws.
+            pad = Box(0.5 * kind.pad_wide_m, 0.25 * thick, 0.5 * kind.pad_long_m)
+            middle = [0.0, 0.25 * side * thick, -0.5 * kind.pad_long_m]
+            pads.append(_add_shape(jaw, pad, pos=middle, contype=0, conaffinity=0, mass=0.0))
+    return BuiltArm(hinge, body, touching, tip, pads, fingers)

@@ -17,8 +17,6 @@ PARTS, SURFACES, HELD, LOST = 1, 2, 4, 8
 held part does not meet the arm that holds it, nor does one that a gripper has lost, until it is out of it."""
 ALL = 0x7FFFFFFF
 ARMS = ALL - PARTS - SURFACES - HELD - LOST
-SPINS_RAD_S = 2.0
-"""Bodies that turn more slowly need no correction."""
 _SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
 
 
@@ -60,24 +58,6 @@ def find_forces(
         mj.mj_sensorVel(model, data)
         mj.mj_rnePostConstraint(model, data)  # `force` sensors read what nothing else asks for
         mj.mj_sensorAcc(model, data)
-
-
-def gyroscopic(inertia: Vector, velocity: Vector, tick_s: float) -> Vector:
-    """Return the forces on free bodies that keep the energy of those that spin.
-
-    MuJoCo integrates the gyroscopic torque explicitly, which makes a body that tumbles faster and faster.
-    With this torque that is a step of Newton's method to the implicit solution.
-    """
-    spin = np.abs(velocity[:, 3:])
-    fast = spin.max(axis=1) > SPINS_RAD_S
-    forces, v, mass = np.zeros_like(velocity), velocity[fast, 3:], inertia[fast, 3:]
-    momentum = mass * v
-    torque = np.cross(v, momentum)
-    axes = np.eye(3)
-    turning = np.cross(v[:, None], axes[None]) * mass[:, :, None] - np.cross(momentum[:, None], axes[None])
-    matrix = mass[:, :, None] * axes + tick_s * turning.transpose(0, 2, 1)
-    forces[fast, 3:] = torque - mass * np.linalg.solve(matrix, torque[:, :, None])[:, :, 0]
-    return forces
 
 
 def set_law(model: Any, geom: int, law: Law, priority: int) -> None:

@@ -200,11 +200,8 @@ def leave_out(
     return int(made)
 
 
-def brake(v: cython.double[:, ::1], push: cython.double[:, ::1], tick_s: cython.double) -> float:
-    """Brake free bodies that creep, which rolling friction hardly does, and have nothing push on any.
-
-    Returns how fast (rad/s) one turns at most.
-    """
+def brake(v: cython.double[:, ::1], tick_s: cython.double) -> float:
+    """Brake free bodies that creep, which rolling friction hardly does; returns their greatest rad/s."""
     fastest: cython.double = 0.0
     for i in range(v.shape[0]):
         turns: cython.double = max(fabs(v[i, 3]), fabs(v[i, 4]), fabs(v[i, 5]))
@@ -213,7 +210,6 @@ def brake(v: cython.double[:, ::1], push: cython.double[:, ::1], tick_s: cython.
         kept: cython.double = max(0.0, 1.0 - tick_s * (1.0 + 1.0 / pace)) if pace < 1.0 else 1.0
         fastest = max(fastest, turns)
         for k in range(6):
-            push[i, k] = 0.0
             v[i, k] *= kept
     return float(fastest)
 
