@@ -21,10 +21,7 @@ def test_a_port_that_is_taken_is_told_in_one_line() -> None:
     ("options", "told"),
     [
         (["--view-host", "::1"], "--view-host: expected --view-port with it"),
-        (
-            ["--view-port", "0", "--view-host", "0.0.0.0"],
-            "expected --view-token or --view-token-file with it",
-        ),
+        (["--view-port", "0", "--view-host", "0.0.0.0"], "--view-token or --view-token-file with it"),
         (["show", "run.mcap", "--host", "0.0.0.0"], "--host: no such option"),
     ],
 )

@@ -86,8 +86,5 @@ def test_bodies_of_a_scene_are_frames_and_bodies(tmp_path: Path) -> None:
     assert panel["color"] == pytest.approx({"r": 0.9, "g": 0.5, "b": 0.2, "a": 0.8})
     for found in (found_in(path, CELLS)[0], found_in(path, STATE)[-1]):
         Draft7Validator(json.loads(found.schema)).validate(found.content)
-    assert [body["name"] for body in found_in(path, CELLS)[0].content["bodies"]] == [
-        "scene",
-        "machine",
-        "door",
-    ]
+    names = [body["name"] for body in found_in(path, CELLS)[0].content["bodies"]]
+    assert names == ["scene", "machine", "door"]

@@ -57,12 +57,9 @@ def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it(
 ) -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listening,
-        open_page(listening, Token("swordfish")) as (
-            _,
-            ready,
-        ),
+        open_page(listening, Token("swordfish")) as page,
     ):
-        ready.set()
+        page[1].set()
         port = listening.getsockname()[1]
         for path in ("/", "/?token=sword"):
             status, body, headers = get(port, path)
