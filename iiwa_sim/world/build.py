@@ -26,7 +26,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Link, arm_model
-from iiwa_sim.world.details import ALL, ARMS, HELD, LOST, PARTS, SURFACES, arm_bit, soften
+from iiwa_sim.world.details import ALL, ARMS, PARTS, PASSING, SURFACES, arm_bit, soften
 from iiwa_sim.world.gripper import Cup, Gripper, Jaws
 from iiwa_sim.world.material import RIGID_N_PER_M, Law, law_of_arms
 from iiwa_sim.world.part import Mesh, Part
@@ -127,7 +127,7 @@ def build(
     of_arms = [_add_arm(spec, arm, number, law) for number, arm in enumerate(arms)]
     of_surfaces = []
     for surface in surfaces:
-        laid = {"contype": SURFACES, "conaffinity": PARTS + HELD + LOST, **common}
+        laid = {"contype": SURFACES, "conaffinity": PARTS + PASSING, **common}
         body = _add_body(spec.worldbody, surface.pose)
         geom = _add_shape(body, surface.shape, friction=[surface.friction, 0.0, 0.0], **laid)
         if any(surface.surface_velocity):

@@ -12,19 +12,19 @@ from iiwa_sim.world.material import Law
 from iiwa_sim.world.tick_kernel import BASE, correct
 
 Vector = NDArray[np.float64]
-PARTS, SURFACES, HELD, LOST = 1, 2, 4, 8
+PARTS, SURFACES, PASSING = 1, 2, 4
 """Collision bits, beside one of each arm: parts meet everything, surfaces parts, arms parts and other arms. A
-held part does not meet the arm that holds it, nor does one that a gripper has lost, until it is out of it."""
+part that passes meets neither the arm that holds it nor, until it is out of it, one that has let it go."""
 ALL = 0x7FFFFFFF
-ARMS = ALL - PARTS - SURFACES - HELD - LOST
+ARMS = ALL - PARTS - SURFACES - PASSING
 _SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
 
 
 def arm_bit(number: int) -> int:
     """Return the collision bit of an arm."""
-    bit = 2 * LOST << number
+    bit = 2 * PASSING << number
     if not bit & ARMS:
-        raise ValueError(f"{number + 1} arms in a world: MuJoCo has collision bits for 27")
+        raise ValueError(f"{number + 1} arms in a world: MuJoCo has collision bits for 28")
     return bit
 
 
@@ -85,9 +85,9 @@ def set_free(model: Any, data: Any, body: int, inertia: Vector) -> None:
     data.qfrc_applied[first : first + 6] = 0.0
 
 
-def set_bits(model: Any, geom: int, bit: int, passes: int) -> None:
-    """Have a part meet all but the bits that it `passes`; its own is `PARTS`, `HELD` or `LOST`."""
-    model.geom_contype[geom], model.geom_conaffinity[geom] = bit, ALL - passes
+def set_passed(model: Any, geom: int, arms: int) -> None:
+    """Have a part meet all but the arms of these bits."""
+    model.geom_contype[geom], model.geom_conaffinity[geom] = PASSING if arms else PARTS, ALL - arms
 
 
 def set_gone(model: Any, data: Any, body: int, geom: int) -> None:

@@ -20,8 +20,7 @@ from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.arm import NOWHERE, Arm, Vector, ways_m
 from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, priority, wxyz
-from iiwa_sim.world.details import HELD as IS_HELD
-from iiwa_sim.world.details import LOST, PARTS, find_forces
+from iiwa_sim.world.details import find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
@@ -136,8 +135,8 @@ class World:
         """Return the names of the surfaces, parts and bodies of the scene that are no farther from a part."""
         self.catch_up(now=True)
         geom = self.geoms[number]
-        others = [other for other in self._names if other != geom]
-        return [self._names[other] for other in others if self.apart(geom, other) <= within_m]
+        others = ((other, name) for other, name in self._names.items() if other != geom)
+        return [name for other, name in others if self.apart(geom, other) <= within_m]
 
     def apart(self, one: int, two: int) -> float:
         """Return the distance (m) of two geoms."""
@@ -287,10 +286,8 @@ class World:
     def set_bits(self, number: int) -> None:
         """Set what a part meets: not the arm that leads it, nor one that has lost it."""
         leader = self._leader(number)
-        passes = {arm.bit for arm in self.arms if arm.lost == number}
-        bit = IS_HELD if leader is not None else LOST if passes else PARTS
-        passes |= {leader.bit} if leader is not None else {LOST} if passes else set()
-        details.set_bits(self.model, self.geoms[number], bit, sum(passes))
+        passed = {arm.bit for arm in self.arms if arm is leader or arm.lost == number}
+        details.set_passed(self.model, self.geoms[number], sum(passed))
 
     def remove(self, number: int) -> None:
         """Take a part away."""

@@ -27,7 +27,7 @@ class Scene:
         spec.option.enableflags |= SLEEP if sleep else 0
         law = {"solref": LAW.solref, "solimp": LAW.solimp, "margin": 1e-4, "friction": [0.5, 0.0, 0.0]}
         kinds, floor = mj.mjtGeom, spec.worldbody.add_body(name="floor", gravcomp=1.0)
-        bits = {"contype": details.SURFACES, "conaffinity": details.PARTS + details.HELD}
+        bits = {"contype": details.SURFACES, "conaffinity": details.PARTS + details.PASSING}
         floor.add_geom(type=kinds.mjGEOM_BOX, size=[1.0, 1.0, 0.1], pos=[0.0, 0.0, -0.1], **law, **bits)
         for number, z in enumerate((0.05, 0.05, 5.0)):
             body = spec.worldbody.add_body(name=f"{number}", pos=[0.3 * number, 0.0, z])
