@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from typing import NamedTuple, Self
 
-from tests.talking import DEADLINE_S, wait_until
+from tests.talking import DEADLINE_S
 
 IDS = {
     "STO": 1,
@@ -119,6 +119,3 @@ class Krc4Client:
         while came := self._socket.recv(4096):
             wire += came
         return wire
-
-    def until_idle(self) -> None:
-        wait_until(lambda: self.ask("FIN").integers[2] == 1)

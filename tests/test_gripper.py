@@ -39,10 +39,12 @@ def test_a_driver_closes_and_opens_it_and_a_bench_breaks_it(tmp_path: Path) -> N
         simulator.backdoor.restore_state("closed")
         assert (robot.get_input(2), robot.get_output(3)) == (True, True)
         simulator.backdoor.stick_jaws(stuck=True)
+        simulator.backdoor.wrong_sensor("open", True)
         robot.set_output(3, False)
         simulator.advance(2.0)
-        assert (robot.get_input(1), robot.get_input(2)) == (False, True)
+        assert (robot.get_input(1), robot.get_input(2)) == (True, True)
         simulator.backdoor.clear_faults()
+        assert (robot.get_input(1), robot.get_input(2)) == (False, True)
         simulator.advance(0.9)
         assert (robot.get_input(1), robot.get_input(2)) == (True, False)
 

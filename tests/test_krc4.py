@@ -32,19 +32,6 @@ def test_messages_come_in_any_packets_and_who_sends_no_more_gets_its_replies(sim
     assert [reply.integers[:3] for reply in found[-2:]] == [(201, 320, 0), (0, 0, 3040)]
 
 
-@pytest.mark.requirement("FRC021")
-def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(simulator: Simulator) -> None:
-    with Krc4Client(simulator.port) as client:
-        client.send(b"<Cmd I0='3' I1='10' R0='x'/>")
-        assert client.reply().error == 3040
-        assert client.ask("FIN").error is None
-        client.send(b"<!DOCTYPE a [<!ENTITY b 'c'>]><Cmd><I0>&b;</I0></Cmd>")
-        (last,) = replies(client.rest())
-        assert last.integers[:3] == (0, 0, 3040)
-    with Krc4Client(simulator.port) as another:
-        assert another.ask("FIN").error is None
-
-
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     told = refused("--robot", "kr_6_r900_sixx")
     expected = "expected 7 joints for protocol iiwa; for 6 there is: krc4 (--protocol krc4)\n"

@@ -156,17 +156,6 @@ def test_each_driver_is_answered_as_alone(tmp_path: Path) -> None:
             assert answers(simulator, name) == expected
 
 
-def test_there_is_one_time(cell: Simulator) -> None:
-    with Drivers(cell) as drivers:
-        drivers.ask("left", f"lin move : 400 0 500 {DOWN} 0.1 0")
-        passed = cell.run_until_stopped()
-        left, right = states(cell)
-        assert left.tick == right.tick == round(passed * 500)
-        assert left.joint_position != right.joint_position
-        cell.advance(0.5)
-        assert states(cell)[1].tick == left.tick + 250
-
-
 def test_a_collision_stops_both_and_names_the_other(
     cell: Simulator, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Sequence
 
 import pytest
 
 from tests.processes import refused
-
-
-def test_a_port_that_is_taken_is_told_in_one_line() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        told = refused("--port", "0", "--view-port", port)
-        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in told
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import hypot, isclose
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -52,10 +51,3 @@ def test_the_direction_is_a_unit_vector_and_leads_to_the_surface(
     x, y, z = point
     on_it = (x - distance * nx, y - distance * ny, z - distance * nz)
     assert abs(shape.nearest(*on_it)[0]) < 1e-12
-
-
-@pytest.mark.parametrize("shape", [Box(1.0, 1.0, 1.0), Sphere(1.0), Cylinder(1.0, 1.0)])
-def test_in_the_middle_it_is_one_unit_to_the_surface(shape: Shape) -> None:
-    distance, *direction = shape.nearest(0.0, 0.0, 0.0)
-    assert distance == -1.0
-    assert hypot(*direction) == 1.0

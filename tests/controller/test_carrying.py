@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from math import inf
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from iiwa_sim.cell.cell import Cell, shared_world
 from iiwa_sim.controller.carrying import NO_LOAD, NO_TOOL, Inertia, Tool, ToolLoad
-from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose, rotate
 from tests.asked import joint_move, lin_stiff_move
@@ -112,25 +109,6 @@ def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None
     assert robot.faults == []
     assert robot.joints == bare.joints
     assert robot.controller.load.is_idle(robot.controller.joints, robot.controller.tick, TICK_S)
-
-
-def test_the_controller_believes_what_the_cell_says_until_it_is_told_otherwise() -> None:
-    controller = carrying().controller
-    assert controller.tool_load == TOOL.load
-    heavier = ToolLoad(3.0, (0.0, 0.0, 0.1))
-    controller.set_tool_load(heavier)
-    assert controller.tool_load == heavier
-    assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(GRAVITY)  # upwards
-    controller.set_tool_load(TOOL.load)
-    assert controller.cartesian_force() == (0.0,) * 6
-    for wrong in (
-        ToolLoad(1.0, (0.0, inf, 0.0)),
-        ToolLoad(1.0, (0.0, 0.0, -10.1)),
-    ):
-        with pytest.raises(Refused, match="expected"):
-            controller.set_tool_load(wrong)
-    assert controller.tool_load == TOOL.load
-    assert controller.cartesian_force() == (0.0,) * 6
 
 
 def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:

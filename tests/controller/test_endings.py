@@ -13,7 +13,6 @@ from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     EMERGENCY_STOP,
-    EXECUTION,
     STOP_TRIGGERED,
     SUCCESS,
 )
@@ -87,22 +86,6 @@ def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, end
     robot.step(300)
     told = "no smart command for 0.5 s: the robot stops"
     assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, told)]
-
-
-def test_a_fault_in_a_tick_ends_all_moves(
-    robot: SteppedRobot, endings: list[Ending], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot.controller.move(joint_move(FAR, SPEEDS))
-    robot.controller.move(joint_move(NEAR, SPEEDS))
-    robot.step(10)
-
-    def fails() -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(robot.controller.motions, "step", fails)
-    with pytest.raises(ZeroDivisionError):
-        robot.controller.step()
-    assert [(ending.move, ending.code) for ending in endings] == [(1, EXECUTION), (2, EXECUTION)]
 
 
 def test_who_asked_for_a_move_is_told_of_its_end_and_of_no_other(robot: SteppedRobot) -> None:

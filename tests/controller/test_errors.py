@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -20,7 +21,6 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.motion.executor import Executor
 from tests.asked import (
     direct_cartesian_move,
     direct_joint_move,
@@ -92,17 +92,19 @@ def times_out(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
 
 
 def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
-    def broken(_: Executor) -> None:
+    def broken() -> None:
         raise ZeroDivisionError
 
+    endings: list[Ending] = []
+    robot.controller.endings.listeners.append(endings.append)
     robot.controller.move(joint_move(AWAY, FULL))
     robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     with patch.context() as broken_for_a_tick:
-        robot.controller.motions.executor._ahead.clear()
-        broken_for_a_tick.setattr(Executor, "_advance", broken)
+        broken_for_a_tick.setattr(robot.controller.motions, "step", broken)
         with pytest.raises(ZeroDivisionError):
             robot.controller.step()
+    assert [(ending.move, ending.code) for ending in endings] == [(1, EXECUTION), (2, EXECUTION)]
     return EXECUTION
 
 

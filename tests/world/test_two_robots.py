@@ -170,19 +170,6 @@ def test_arms_press_on_each_other_with_5e4_n_per_m() -> None:
     assert names == {"jaw 1", "jaw 2", "jaw 1 of robot 'r1'", "jaw 2 of robot 'r1'"}
 
 
-def test_a_collision_stops_both_and_names_the_other() -> None:
-    shared = closed_and_facing()
-    for robot in shared.robots:
-        robot.protection.set_collision_detection(50.0, 0.0)
-    shared.robots[0].move(lin_move_at(down(600, 0, 430), 0.1, 0.0))
-    shared.step(1000)
-    for n, other in enumerate("10"):
-        assert len(shared.faults[n]) == 1
-        assert shared.faults[n][0].startswith("protective stop: collision: the external force")
-        assert shared.faults[n][0].endswith(f"of robot 'r{other}'"), shared.faults[n]
-        assert any(line.endswith(f"of robot 'r{other}'") for line in shared.told[n])
-
-
 def test_links_touch_links() -> None:
     shared = Shared(bases=("", "x_mm = 700\nalpha = 3.141592653589793"))
     for robot in shared.robots:
