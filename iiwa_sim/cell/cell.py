@@ -10,16 +10,11 @@ from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import astuple
+from msgspec import structs
 
 from iiwa_sim.cell.bodies import part_of, pose_of, surface_of
-from iiwa_sim.cell.settings import (
-    CellFault,
-    CellSettings,
-    OneRobotSettings,
-    RobotSettings,
-)
-from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.cell.settings import CellFault, CellSettings, NoiseSettings, OneRobotSettings, RobotSettings
+from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import NO_TOOL, Tool
@@ -58,7 +53,7 @@ class Cell:
     """Radius (m) of the sphere round the TCP that touches surfaces."""
     surfaces: tuple[Surface, ...] = ()
     """In the world, the base of a robot that stands alone."""
-    noise_levels: NoiseLevels | None = None
+    noise: NoiseSettings | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
     safety: Safety = NOTHING_MORE
@@ -96,7 +91,9 @@ class Cell:
             start=self.start,
             tool_in_flange=self.tool_in_flange,
             world=TcpContact(self.seen(), self.contact_radius_m),
-            noise=None if self.noise_levels is None else Noise(self.noise_levels, len(self.start)),
+            noise=None
+            if self.noise is None
+            else Noise(**structs.asdict(self.noise), joint_count=len(self.start)),
             io=Io(self.input_names, self.output_names),
             safety=self.safety,
             tool=self.tool,
@@ -190,7 +187,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
             tool=NO_TOOL if robot.tool is None else robot.tool.tool(),
             handled=_handled(its, robot, parts, scene),
             surfaces=surfaces,
-            noise_levels=None if noise is None else NoiseLevels(noise.seed + number, *astuple(noise)[1:]),
+            noise=None if noise is None else structs.replace(noise, seed=noise.seed + number),
             input_names=robot.io.names("input"),
             output_names=robot.io.names("output"),
             safety=robot.safety.safety(),

@@ -82,6 +82,8 @@ class ExternalWrench:
         self._put(joints, tool_in_flange)
 
     def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
+        self.tool_in_flange = tool_in_flange
+        """Pose of the TCP in the flange."""
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
         self.levers_m = self._tcp.longest_levers()
@@ -187,12 +189,6 @@ class ExternalWrench:
         self._settled = NEVER
 
     # Poses
-
-    @property
-    def tool_in_flange(self) -> Transform:
-        """The pose of the TCP in the flange."""
-        pose: Transform = self._tcp.tool_in_flange
-        return pose
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base, at joint positions (rad)."""
@@ -339,11 +335,6 @@ class ExternalWrench:
     def colliding(self) -> tuple[str, str] | None:
         """The names of two links that are in each other."""
         return self._links.forces.colliding
-
-    @property
-    def touching(self) -> bool:
-        """True if surfaces have acted on the TCP in the last tick."""
-        return "surfaces" in self.wrenches
 
     @property
     def acting(self) -> Wrench:

@@ -1,7 +1,5 @@
 """Noise on the readings of forces and torques."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from iiwa_sim.wrench import Wrench
@@ -12,29 +10,18 @@ BLOCK_BITS = 64
 """Bits of the generator's counter that each such block has for itself: far more than it uses."""
 
 
-class NoiseLevels(NamedTuple):
-    """Standard deviations of the normally distributed noise on the readings, and its seed."""
-
-    seed: int
-    """0 or more."""
-    force_n: float
-    """Noise of each component of the force at the TCP."""
-    torque_nm: float
-    """Noise of each component of the torque at the TCP."""
-    joint_torque_nm: float
-    """Noise of the torque on each joint, drawn independently of that of the force."""
-
-
 class Noise:
     """Noise on the readings in a tick: it depends only on the seed and on the number of ticks since then.
 
     So a robot at rest can skip ticks: the generator, Philox, gives any part of its stream by a counter.
     """
 
-    def __init__(self, levels: NoiseLevels, joint_count: int) -> None:
-        each = levels.force_n, levels.torque_nm, levels.joint_torque_nm
-        self._levels = np.repeat(each, [3, 3, joint_count])
-        self.seed(levels.seed)
+    def __init__(
+        self, seed: int, force_n: float, torque_nm: float, joint_torque_nm: float, joint_count: int
+    ) -> None:
+        """Take standard deviations: of each component of force and torque at the TCP, and of each joint."""
+        self._levels = np.repeat([force_n, torque_nm, joint_torque_nm], [3, 3, joint_count])
+        self.seed(seed)
 
     def seed(self, seed: int) -> None:
         """Restart with this seed (0 to 2**32 - 1)."""

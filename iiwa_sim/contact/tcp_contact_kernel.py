@@ -429,12 +429,7 @@ class Gaps:
     def _distance(self, pair: cython.Py_ssize_t) -> cython.double:
         """Measure the distance of a pair of capsules (m), by the nearest points of their lines."""
         one, other = self._lines[self._pairs[pair, 0]], self._lines[self._pairs[pair, 1]]
-        a: cython.double = 0.0
-        b: cython.double = 0.0
-        c: cython.double = 0.0
-        e: cython.double = 0.0
-        f: cython.double = 0.0
-        square: cython.double = 0.0
+        a = b = c = e = f = square = 0.0
         for i in range(3):
             u, v, w = one[3 + i] - one[i], other[3 + i] - other[i], one[i] - other[i]
             a, b, c, e, f = a + u * u, b + u * v, c + u * w, e + v * v, f + v * w

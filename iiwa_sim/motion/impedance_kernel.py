@@ -375,18 +375,14 @@ class TcpSprings:
             for n in range(6):
                 c[n] = control[n]
             self._impedance = impedance
-        ax: cython.double
-        ay: cython.double
-        az: cython.double
-        bx: cython.double
-        by: cython.double
-        bz: cython.double
+        w = cython.declare(cython.double[6])
         push, joint_push = self._pushes()
-        ax, ay, az, bx, by, bz = push
-        ax, ay, az, bx, by, bz = ax + c[0], ay + c[1], az + c[2], bx + c[3], by + c[4], bz + c[5]
+        for k in range(6):
+            w[k] = push[k]
+            w[k] += c[k]
         for k in range(3):
-            f[k] = r[3 * k] * ax + r[3 * k + 1] * ay + r[3 * k + 2] * az
-            f[3 + k] = r[3 * k] * bx + r[3 * k + 1] * by + r[3 * k + 2] * bz
+            f[k] = r[3 * k] * w[0] + r[3 * k + 1] * w[1] + r[3 * k + 2] * w[2]
+            f[3 + k] = r[3 * k] * w[3] + r[3 * k + 1] * w[4] + r[3 * k + 2] * w[5]
         f[6] = 0.0
         if any(joint_push):
             # The force that does the same work as the torques on the joints: J^T f = torque.

@@ -258,21 +258,13 @@ class Polynomial:
                 y0[i] = self._padded[first, j + i]
                 y1[i] = y2[i] = y3[i] = 0.0
             # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
-            t0: cython.double = 1.0
-            t1: cython.double = x
-            d0: cython.double = 0.0
-            d1: cython.double = 1.0
-            e0: cython.double = 0.0
-            e1: cython.double = 0.0
-            f0: cython.double = 0.0
-            f1: cython.double = 0.0
+            t0, t1, d0, d1 = 1.0, x, 0.0, 1.0
+            e0 = e1 = f0 = f1 = 0.0
             if orders == 0:
                 for k in range(first + 1, last):
                     for i in range(8):
                         y0[i] += self._padded[k, j + i] * t1
-                    t = double_x * t1 - t0
-                    t0 = t1
-                    t1 = t
+                    t0, t1 = t1, double_x * t1 - t0
                 for i in range(min(count - j, 8)):
                     values[0, row, j + i] = y0[i]
                 continue
@@ -283,18 +275,10 @@ class Polynomial:
                     y1[i] += c * d1
                     y2[i] += c * e1
                     y3[i] += c * f1
-                t = double_x * f1 - f0 + 6.0 * e1
-                f0 = f1
-                f1 = t
-                t = double_x * e1 - e0 + 4.0 * d1
-                e0 = e1
-                e1 = t
-                t = double_x * d1 - d0 + 2.0 * t1
-                d0 = d1
-                d1 = t
-                t = double_x * t1 - t0
-                t0 = t1
-                t1 = t
+                f0, f1 = f1, double_x * f1 - f0 + 6.0 * e1
+                e0, e1 = e1, double_x * e1 - e0 + 4.0 * d1
+                d0, d1 = d1, double_x * d1 - d0 + 2.0 * t1
+                t0, t1 = t1, double_x * t1 - t0
             for i in range(min(count - j, 8)):
                 values[0, row, j + i] = y0[i]
                 values[1, row, j + i] = y1[i] * scale

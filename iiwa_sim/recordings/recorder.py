@@ -59,7 +59,7 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
     head = {"version": metadata.version("iiwa-sim")} | ({"robots": " ".join(names)} if names[0] else {})
     attachments: dict[str, tuple[str, bytes]] = {}
     for name, source in zip(names, sources, strict=True):
-        prefix, robot, noise = f"{name}/" if name else "", source.cell.description, source.cell.noise_levels
+        prefix, robot, noise = f"{name}/" if name else "", source.cell.description, source.cell.noise
         described = {
             "robot": robot.name,
             "joints": " ".join(robot.joints),

@@ -101,25 +101,19 @@ class Tcp:
     @cython.cfunc
     def find_torques(self, joints: Any, wrench: Any) -> object:
         """Compute `torques`."""
-        fx: cython.double
-        fy: cython.double
-        fz: cython.double
-        tx: cython.double
-        ty: cython.double
-        tz: cython.double
-        fx, fy, fz, tx, ty, tz = wrench
+        w = cython.declare(cython.double[6])
+        f = cython.declare(cython.double[6])  # in base axes
+        for k in range(6):
+            w[k] = wrench[k]
         self.go_to(joints)
         self.find_columns()
         r, j = self.turned, self.columns
-        ax = r[0] * fx + r[1] * fy + r[2] * fz
-        ay = r[3] * fx + r[4] * fy + r[5] * fz
-        az = r[6] * fx + r[7] * fy + r[8] * fz
-        bx = r[0] * tx + r[1] * ty + r[2] * tz
-        by = r[3] * tx + r[4] * ty + r[5] * tz
-        bz = r[6] * tx + r[7] * ty + r[8] * tz
+        for k in range(3):
+            f[k] = r[3 * k] * w[0] + r[3 * k + 1] * w[1] + r[3 * k + 2] * w[2]
+            f[3 + k] = r[3 * k] * w[3] + r[3 * k + 1] * w[4] + r[3 * k + 2] * w[5]
         for k in range(self.joint_count):
-            force = j[0, k] * ax + j[1, k] * ay + j[2, k] * az
-            self.torque[k] = force + (j[3, k] * bx + j[4, k] * by + j[5, k] * bz)
+            force = j[0, k] * f[0] + j[1, k] * f[1] + j[2, k] * f[2]
+            self.torque[k] = force + (j[3, k] * f[3] + j[4, k] * f[4] + j[5, k] * f[5])
         return None
 
     @cython.cfunc

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cell.cell import load_cells, robot_alone, shared_world
-from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.cell.settings import CellFault, NoiseSettings
 from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.carrying import NO_TOOL
@@ -69,7 +69,7 @@ def test_an_empty_file_is_the_default_robot_alone(tmp_path: Path) -> None:
     assert cell.start == cell.description.home
     assert cell.tool_in_flange == cell.description.tool_in_flange
     assert cell.surfaces == ()
-    assert (cell.surfaces, cell.noise_levels) == ((), None)
+    assert (cell.surfaces, cell.noise) == ((), None)
     assert cell.input_names == robot_alone().input_names == tuple(f"input {n}" for n in range(1, 17))
     assert cell.output_names == robot_alone().output_names == tuple(f"output {n}" for n in range(1, 17))
 
@@ -143,7 +143,7 @@ def test_what_the_robot_watches(tmp_path: Path) -> None:
 def test_noise_and_io(tmp_path: Path) -> None:
     text = '[noise]\nseed = 7\nforce_n = 0.2\n[io]\ninputs = ["door", "part"]\noutputs = 0\n'
     cell = cell_from(tmp_path, text)
-    assert cell.noise_levels == (7, 0.2, 0.0, 0.0)
+    assert cell.noise == NoiseSettings(7, 0.2)
     assert (cell.input_names, cell.output_names) == (("door", "part"), ())
 
 
@@ -244,7 +244,7 @@ def test_each_robot_sees_the_cell_from_its_base(tmp_path: Path) -> None:
     for cell in (left, right):
         depth = [surface.nearest(*apply(inverse(cell.base), (0.3, 0.2, -0.05)))[0] for surface in cell.seen()]
         assert depth == pytest.approx([0.05])
-    assert left.noise_levels != right.noise_levels, "or both would read the same noise"
+    assert left.noise != right.noise, "or both would read the same noise"
 
 
 THIRD = '[[robot]]\nname = "third"\n'

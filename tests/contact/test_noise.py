@@ -8,14 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.contact.noise import Noise
 
 TICKS = 20_000
 
 
-def drawn(levels: NoiseLevels, ticks: int) -> NDArray[np.float64]:
+def drawn(noise: Noise, ticks: int) -> NDArray[np.float64]:
     """(ticks, 13): wrench, then joint torques."""
-    noise = Noise(levels, 7)
     rows = []
     for _ in range(ticks):
         rows.append((*noise.wrench, *noise.joint_torques))
@@ -24,7 +23,7 @@ def drawn(levels: NoiseLevels, ticks: int) -> NDArray[np.float64]:
 
 
 def test_mean_deviation_and_independence() -> None:
-    values = drawn(NoiseLevels(11, 0.5, 0.02, 0.1), TICKS)
+    values = drawn(Noise(11, 0.5, 0.02, 0.1, 7), TICKS)
     sigma = np.repeat([0.5, 0.02, 0.1], [3, 3, 7])
     assert np.abs(values.mean(axis=0) / sigma).max() < 4.5 / np.sqrt(TICKS)
     assert values.std(axis=0) == pytest.approx(sigma, rel=4.5 / np.sqrt(2 * TICKS))
@@ -37,25 +36,24 @@ def test_mean_deviation_and_independence() -> None:
 
 
 def test_the_seed_decides() -> None:
-    levels = NoiseLevels(5, 1.0, 1.0, 1.0)
-    assert np.array_equal(drawn(levels, 1000), drawn(levels, 1000))
-    assert not np.array_equal(drawn(levels, 10), drawn(levels._replace(seed=6), 10))
-    noise = Noise(levels, 7)
+    levels = 1.0, 1.0, 1.0, 7
+    assert np.array_equal(drawn(Noise(5, *levels), 1000), drawn(Noise(5, *levels), 1000))
+    assert not np.array_equal(drawn(Noise(5, *levels), 10), drawn(Noise(6, *levels), 10))
+    noise = Noise(5, *levels)
     first = noise.wrench
     noise.next(12_345)
     assert noise.wrench != first
     noise.seed(5)
     assert noise.wrench == first, "a seed begins anew"
-    assert not drawn(levels._replace(force_n=0.0), 100)[:, :3].any()
+    assert not drawn(Noise(5, 0.0, 1.0, 1.0, 7), 100)[:, :3].any()
 
 
 @given(st.lists(st.integers(0, 100_000), min_size=1, max_size=8))
 def test_ticks_may_be_left_out(gaps: list[int]) -> None:
-    levels = NoiseLevels(5, 1.0, 0.1, 1.0)
-    skipping = Noise(levels, 7)
+    skipping = Noise(5, 1.0, 0.1, 1.0, 7)
     for gap in gaps:
         skipping.next(gap)
-    ticking = Noise(levels, 7)
+    ticking = Noise(5, 1.0, 0.1, 1.0, 7)
     ticking.next(max(sum(gaps) - 2, 0))
     for _ in range(min(sum(gaps), 2)):
         ticking.next()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim.cell.settings import LARGEST_IO_COUNT
-from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.contact.noise import Noise
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.io import Io
 from iiwa_sim.protocols.iiwa import LONGEST_REPLY
@@ -36,7 +36,7 @@ def worst_lines() -> list[str]:
 
 def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
     io = Io(*([f"{kind} {n}" for n in range(LARGEST_IO_COUNT)] for kind in ("input", "output")))
-    robot = Controller(load_robot(), 0.002, io=io, noise=Noise(NoiseLevels(1, 1e5, 1e5, 1e5), 7))
+    robot = Controller(load_robot(), 0.002, io=io, noise=Noise(1, 1e5, 1e5, 1e5, 7))
     talk = Conversation(robot)
     robot.load.wrench = (-123456.123456789,) * 6
     robot.load.joint_push = (-123456.123456789,) * 7
