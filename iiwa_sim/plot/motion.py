@@ -22,17 +22,7 @@ from iiwa_sim.dialogue import Direction
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import Request, load_table
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import (
-    ACCEPTED,
-    BEGINS,
-    DIALOGUE,
-    ENDS,
-    EVENTS,
-    FAULT,
-    STATE,
-    Event,
-    Spoken,
-)
+from iiwa_sim.recordings.schemas import ACCEPTED, BEGINS, DIALOGUE, ENDS, EVENTS, FAULT, STATE, Event, Spoken
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable, harmless, shortened

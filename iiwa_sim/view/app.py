@@ -65,7 +65,7 @@ def run_page(
         page = _Page(server, stations)
         for station, panel in zip(stations, page.panels, strict=True):
             running.callback(station.stop)
-            running.callback(panel.close)
+            running.callback(panel.leave)
         ready.set()
         run_frames(server, over, page.show)
 

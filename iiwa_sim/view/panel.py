@@ -106,7 +106,7 @@ class Readout:
 
 
 class Panel:
-    """Elements of one robot, which can act until `close`."""
+    """Elements of one robot, which can act until `leave`."""
 
     def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
         self._gui = gui = server.gui
@@ -136,16 +136,12 @@ class Panel:
                 self._add_command()
             self._dialogue: Any = gui.add_html("")
 
-    def close(self) -> None:
-        """End jogging and pushing."""
-        if self._jog is not None:
-            self._jog.stop()
-        self._push.leave()
-
-    def leave(self, client: Any) -> None:
-        """End jogging and pushing of a client that is gone."""
-        if self._jog is not None:
+    def leave(self, client: Any = None) -> None:
+        """End jogging and pushing of a client that is gone; without a client, of all for good."""
+        if self._jog is not None and client is not None:
             self._jog.leave(client)
+        elif self._jog is not None:
+            self._jog.stop()
         self._push.leave(client)
 
     def show(self) -> None:
@@ -248,5 +244,5 @@ def listed(rows: Sequence[str]) -> str:
     return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
 
 
-def _rounded(values: Iterable[float], digits: int = 1) -> str:
-    return " ".join(f"{round(value, digits) + 0.0:.{digits}f}" for value in values)
+def _rounded(values: Iterable[float]) -> str:
+    return " ".join(f"{round(value, 1) + 0.0:.1f}" for value in values)

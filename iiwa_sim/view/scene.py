@@ -12,24 +12,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.frames import (
-    IDENTITY,
-    Transform,
-    Vector,
-    apply,
-    quaternion_from_rotation,
-)
-from iiwa_sim.recordings.scene import (
-    BASE,
-    FLANGE,
-    JAWS,
-    TCP,
-    Arm,
-    Shape,
-    bodies_of,
-    moving_bodies,
-    pose_of,
-)
+from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, quaternion_from_rotation
+from iiwa_sim.recordings.scene import BASE, FLANGE, JAWS, TCP, Arm, Shape, bodies_of, moving_bodies, pose_of
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.meshes import LinkMesh
 from iiwa_sim.robot.model import GREY
@@ -40,9 +24,8 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 HELD = (0.18, 0.62, 0.27, 1.0)
-FORCE, TORQUE, CONTACT, TRAIL = (230, 90, 20), (150, 60, 200), (230, 30, 30), (60, 90, 220)
-M_PER_N, M_PER_NM, LONGEST_ARROW_M = 0.005, 0.02, 0.5
-LEAST_N, LEAST_NM = 0.5, 0.1
+FORCE, CONTACT, TRAIL = (230, 90, 20), (230, 30, 30), (60, 90, 220)
+M_PER_N, LONGEST_ARROW_M, LEAST_N = 0.005, 0.5, 0.5
 MOST_CONTACTS = 4
 TRAIL_STEP_M, TRAIL_POINTS, TRAIL_JUMP_S = 0.004, 400, 2.0
 FAR_M = 1.5
@@ -85,7 +68,9 @@ class Scene:
         flange = f"{root}/arm/{arm.flange.replace('/', '_')}/body"
         self._parents = {BASE: f"{root}/cell", FLANGE: flange, TCP: f"{root}/tcp/body"}
         self._parents |= dict.fromkeys(JAWS, f"{root}/tcp/jaws")
-        self._arrows = [self._arrow("force", FORCE), self._arrow("torque", TORQUE)]
+        sizes: dict[str, Any] = {"shaft_radius": 0.006, "head_radius": 0.016, "head_length": 0.035}
+        points = np.array([[(0.0, 0.0, 0.0), (0.0, 0.0, 0.1)]], np.float32)
+        self._force: Any = scene.add_arrows(f"{root}/tcp/force", points, FORCE, visible=False, **sizes)
         self._contacts = [
             scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
             for number in range(MOST_CONTACTS)
@@ -122,14 +107,11 @@ class Scene:
                 _place(node, pose)
                 for shape, colour in looks:
                     shape.color = _rgb(HELD if is_held else colour)
-        wrench = np.array(state.cartesian_force)
-        for arrow, vector, least, metres in zip(
-            self._arrows, (wrench[:3], wrench[3:]), (LEAST_N, LEAST_NM), (M_PER_N, M_PER_NM), strict=True
-        ):
-            size = float(np.linalg.norm(vector))
-            arrow.visible = size >= least
-            if arrow.visible:
-                arrow.points = np.round([[(0.0, 0.0, 0.0), min(metres, LONGEST_ARROW_M / size) * vector]], 3)
+        force_n = float(np.linalg.norm(state.cartesian_force[:3]))
+        self._force.visible = force_n >= LEAST_N
+        if self._force.visible:
+            way = min(M_PER_N, LONGEST_ARROW_M / force_n) * np.array(state.cartesian_force[:3])
+            self._force.points = np.round([[(0.0, 0.0, 0.0), way]], 3)
         for number, mark in enumerate(self._contacts):
             mark.visible = number < len(state.link_touches)
             if mark.visible:
@@ -187,11 +169,6 @@ class Scene:
                 return scene.add_icosphere(path, radius=1e-3 * shape["radius_mm"], **look)
         radius_m, length_m = 1e-3 * shape["radius_mm"], 1e-3 * shape["length_mm"]
         return scene.add_cylinder(path, radius=radius_m, height=length_m, **look)
-
-    def _arrow(self, name: str, colour: tuple[int, int, int]) -> Any:
-        points = np.array([[(0.0, 0.0, 0.0), (0.0, 0.0, 0.1)]], np.float32)
-        sizes: dict[str, Any] = {"shaft_radius": 0.006, "head_radius": 0.016, "head_length": 0.035}
-        return self._scene.add_arrows(f"{self.root}/tcp/{name}", points, colour, visible=False, **sizes)
 
     def _add_to_path(self, time_s: float, point: Vector) -> None:
         """Add a point (m) to the path of the TCP. Time that goes back or jumps begins a new one."""
