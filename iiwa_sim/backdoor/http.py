@@ -146,6 +146,8 @@ class BackdoorHttp:
             result = call()
             return await result if inspect.isawaitable(result) else result
 
+        if not self.acceptor.listening:
+            raise ConnectionAbortedError("the robot has gone")
         future = asyncio.run_coroutine_threadsafe(called(), self.loop)
         self._calls.add(future)
         future.add_done_callback(self._calls.discard)
@@ -173,7 +175,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, answer)
         except Refused as refused:
             self._reject(refused)
-        except (ConnectionError, CancelledError):
+        except (ConnectionError, TimeoutError, CancelledError):
             raise
         except Exception as fault:  # noqa: BLE001 - answered, and logged
             self._log(self.server.log.exception, fault)
@@ -223,9 +225,10 @@ class _Handler(BaseHTTPRequestHandler):
             raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
         method = partial(call.method, robots[robot], **msgspec.structs.asdict(arguments))
         future = self.server.begin(self._client, method)
+        connection, client = self.connection, select.poll()  # select.select takes no descriptor above 1,023
+        client.register(connection, select.POLLIN)
         while not wait([future], LOOKS_S).done:
-            connection = self.connection
-            if select.select([connection], [], [], 0.0)[0] and not connection.recv(1, socket.MSG_PEEK):
+            if client.poll(0) and not connection.recv(1, socket.MSG_PEEK):
                 future.cancel()  # the client has gone
                 raise ConnectionResetError
         return future.result()
@@ -274,7 +277,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _log(self, how: Callable[..., None], *what: object) -> None:
         """Log something of this request, in the loop's thread."""
-        self.server.loop.call_soon_threadsafe(how, self._client, self._request, *what)
+        with contextlib.suppress(RuntimeError):  # the robot has gone
+            self.server.loop.call_soon_threadsafe(how, self._client, self._request, *what)
 
     @property
     def _request(self) -> str:
