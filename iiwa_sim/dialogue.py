@@ -9,6 +9,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import islice
 from typing import NamedTuple
 
 import msgspec
@@ -193,8 +194,8 @@ class Dialogue:
 
     def since(self, number: int) -> RecentLines:
         """Return the newest lines from entry `number` on, with the number to ask for next."""
-        newest = list(self._entries or ())[-TOLD_AT_ONCE:]
-        lines = [line for entry in newest if entry.number >= number for line in entry.lines]
+        newest = list(islice(reversed(self._entries or ()), TOLD_AT_ONCE))
+        lines = [line for entry in reversed(newest) if entry.number >= number for line in entry.lines]
         return RecentLines(self._count, lines)
 
     def report(self) -> str:

@@ -348,7 +348,7 @@ class Simulator(OnlyRobot):
         await self._opened.aclose()
 
     def __enter__(self) -> Self:
-        if self._thread is not None:
+        if self._thread is not None or self._is_open:
             raise RuntimeError("the simulator runs already")
         self._thread = LoopThread("iiwa-sim")
         try:

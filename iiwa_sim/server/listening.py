@@ -120,7 +120,7 @@ async def open_listener(host: str, port: int) -> socket.socket:
         # One address only: with two, port 0 would stand for two ports.
         family, _, _, _, (address, *_) = min(found, key=lambda info: info[0] != socket.AF_INET)
         return socket.create_server((address, port), family=family, backlog=BACKLOG)
-    except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
+    except (OSError, ValueError, OverflowError) as fault:  # characters or a port that no address has
         shown = host_and_port(shortened(harmless(host), 100), port)
         in_use = isinstance(fault, OSError) and fault.errno == errno.EADDRINUSE
         hint = "; port 0, such as --port 0, is any free one" if in_use else ""

@@ -175,6 +175,8 @@ class Connection(asyncio.Protocol):
         if self._transport.is_closing():
             return
         self._transport.close()
+        if self._unread is None and self._transport.get_write_buffer_size():
+            self._unread = self._loop.call_later(UNREAD_S, self._drop_unread)
         if self._session.closing:
             self._server.on_good_bye()
 
