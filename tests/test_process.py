@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import socket
+import subprocess
 import sys
 
 import pytest
@@ -61,6 +63,16 @@ def test_a_port_in_use() -> None:
             f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use"
             "; port 0, such as --port 0, is any free one\n"
         )
+
+
+def test_nobody_reads_what_it_prints() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(
+        [*IIWA_SIM, "--port", "0"], stdout=write, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(write)
+    assert (done.returncode, done.stderr) == (2, "iiwa-sim: nobody reads stdout\n")
 
 
 def test_the_log_as_json() -> None:

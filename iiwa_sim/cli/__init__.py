@@ -2,7 +2,7 @@
 
 Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds; 1 where a
 check fails; 2, with one line on stderr, for options, a cell, a robot, an address or a file that cannot be
-used, and for rejected commands of a picture.
+used, for rejected commands of a picture, and if nobody reads stdout.
 """
 
 import gc
@@ -53,6 +53,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(function(Parser(command, COMMANDS[command], closing), words))
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the flush at exit fails again
+        print("iiwa-sim: nobody reads stdout", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # raised in a command
         return 128 + signal.SIGINT

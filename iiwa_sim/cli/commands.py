@@ -162,7 +162,8 @@ def show(parser: Parser, words: Sequence[str]) -> int:
         over = threading.Event()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: over.set())
-        log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
+        if sys.stderr is not None:
+            log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
         print(f"page on {page_url(listening)}", flush=True)
         run_playback(listening, timeline, over)
     return 0
@@ -192,11 +193,11 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
       iiwa-sim ros2-env
     """
     folder = "folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)"
-    parser.add_argument("folder", nargs="?", type=Path, default=None, metavar="FOLDER", help=folder)
+    parser.add_argument("folder", nargs="?", default="", metavar="FOLDER", help=folder)
     own, _ = parser.parsed(words)
     from iiwa_sim.ros.ros2_env import default_folder, make, python_in
 
-    made = own.folder or default_folder()
+    made = Path(own.folder) if own.folder else default_folder()
     if lacking := make(made):
         text = "without FollowJointTrajectory, /tf and Appendix A, whose types need g++ and python3-dev"
         print(f"iiwa-sim: {text}: {lacking}", file=sys.stderr)

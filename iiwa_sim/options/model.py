@@ -6,6 +6,7 @@ reference table from it. The field `rate_hz` is the option `--rate`, the variabl
 """
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
@@ -38,6 +39,10 @@ def _text(
     return Meta(min_length=1, extra={"metavar": metavar, "expected": expected, "check": check})
 
 
+def _with_stem(file: str) -> None:
+    Path(file).with_stem("robot")  # as each of several robots writes its own
+
+
 def _admit(**named: list[str]) -> None:
     from iiwa_sim.server.web_access import WebAccess
 
@@ -54,8 +59,8 @@ StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
 RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
 CellFile = Annotated[str, _text("CELL.toml")]
 Robot = Annotated[str, _text("NAME|FOLDER")]
-File = Annotated[str, _text("FILE")]
-Recording = Annotated[str, _text("FILE.mcap")]
+File = Annotated[str, _text("FILE", "a text that names a file", _with_stem)]
+Recording = Annotated[str, _text("FILE.mcap", "a text that names a file", _with_stem)]
 Host = Annotated[str, _text("HOST")]
 Word = Annotated[str, _text("TOKEN", _TOKEN, Token)]
 TokenFile = Annotated[

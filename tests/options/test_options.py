@@ -77,6 +77,7 @@ WRONG = {
     "shwo": "shwo: no file and no command, did you mean show?",
     "--count 2 --ros": "--ros: expected one robot",
     "--transcript /tmp/a --record /tmp/a": "/tmp/a: expected a file of its own for each robot and option",
+    "--count 2 --transcript /": "--transcript /: expected a text that names a file",
     "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host: expected --backdoor-token or "
     "--backdoor-token-file with it",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
