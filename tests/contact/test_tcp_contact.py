@@ -120,7 +120,7 @@ def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, da
     placed = surface(shape, at(0.4, -0.3, 0.2), friction=0.4, damping=damping)
     world = World([placed], RADIUS)
     way = wander(seed, 80, 0.01, (0.4, -0.3, 0.301))[:50]
-    felt(world, way)
+    felt(world, [*way, way[-1]])  # less friction without speed: it may slip once more
     first = world.feel(way[-1], REST, TICK_S)
     assert all(world.feel(way[-1], REST, TICK_S) == first for _ in range(50))
 

@@ -118,7 +118,7 @@ def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
     name=st.sampled_from(ARMS),
     joint=st.integers(0, 5),
     part=st.sampled_from([0.999, -0.999, 1.001, -1.001]),
-    wrench=st.lists(st.floats(-20.0, 20.0), min_size=6, max_size=6),
+    wrench=st.lists(st.floats(-5.0, 5.0), min_size=6, max_size=6),
 )
 def test_pushes_on_joints_count_one_by_one_at_rest_too(
     name: str, joint: int, part: float, wrench: list[float]
