@@ -130,6 +130,9 @@ class Trajectory:
         The last 2 N quintics are the halves of these segments.
         """
         self.path = path
+        self.moves: Sequence[Move] = path.moves
+        self.end: Joints = path.moves[-1].path.end
+        """Joint positions (rad) at its end."""
         self.times = times
         self.end_s = float(times[-1])
         self.rough = rough
@@ -139,16 +142,6 @@ class Trajectory:
         self._quintics = quintics
         self._controls, self._profile = controls, profile
         self._lengths = np.diff(times)
-
-    @property
-    def moves(self) -> Sequence[Move]:
-        moves: Sequence[Move] = self.path.moves
-        return moves
-
-    @property
-    def end(self) -> Joints:
-        """Joint positions (rad) at its end."""
-        return self.moves[-1].path.end
 
     def sample(self, times: Array) -> Array:
         """Return joint positions (m, n), in rad, at times (m,), in s."""
@@ -310,9 +303,7 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     yield
     if not (yield from fastest(profile)):
         return None
-    if len(x) > MANY_SEGMENTS:
-        yield
-    return _timed(path, x, profile.coefficients, front)
+    return (yield from _timed(path, x, profile.coefficients, front))
 
 
 def begun(move: Move) -> Trajectory:
@@ -333,7 +324,7 @@ def begun(move: Move) -> Trajectory:
             next(slices)
         except StopIteration as end:
             if end.value:
-                return _timed(path, x, profile.coefficients, AT_START)
+                return at_once(_timed(path, x, profile.coefficients, AT_START))
             break
     return _rest_to_rest(path)
 
@@ -401,13 +392,19 @@ def at_once(slices: Slices[T]) -> T:
             return result
 
 
-def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: bool = False) -> Trajectory:
+def _timed(path: BlendedPath, x: Array, profile: Array, front: Front) -> Slices[Trajectory]:
     """Return the trajectory behind a front of x, a cubic B-spline (N + 3,), and its profile (N + 2,)."""
-    windows = np.array([x[:-3], x[1:-2], x[2:-1], x[3:]])
+    if len(x) > MANY_SEGMENTS:
+        yield
     rates = np.array([profile[:-2], profile[1:-1], profile[2:]]) / UNIT_S**2
     # The time over half a segment is the integral of 1 / sqrt(b).
-    lengths = (_WEIGHTS @ (1.0 / np.sqrt(_SQUARES @ rates))).ravel(order="F")
+    roots = _SQUARES @ rates
+    np.sqrt(roots, out=roots)
+    lengths = (_WEIGHTS @ np.divide(1.0, roots, out=roots)).ravel(order="F")
     times = front.times[-1] + np.concatenate([[0.0], lengths.cumsum()])
+    if len(x) > 4 * MANY_SEGMENTS:
+        yield
+    windows = np.array([x[:-3], x[1:-2], x[2:-1], x[3:]])
     # x, dx/dt and half of d2x/dt2 at the ends of halves.
     place, first, second = _halved(_PLACES @ windows)
     b, slope = _halved(_RATES @ rates)
@@ -419,7 +416,7 @@ def _timed(path: BlendedPath, x: Array, profile: Array, front: Front, rough: boo
     quintics = _HERMITE @ np.concatenate([states[:, :-1] * scales, states[:, 1:] * scales])
     all_times = np.concatenate([front.times[:-1], times])
     quintics = np.concatenate([front.quintics, quintics], axis=1)
-    found = Trajectory(path, all_times, quintics, x, profile, rough)
+    found = Trajectory(path, all_times, quintics, x, profile)
     found.front_s = float(front.times[-1])
     return found
 
