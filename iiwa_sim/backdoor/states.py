@@ -50,6 +50,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
     joints, tool_in_flange, override = controller.joints, controller.tool_in_flange, controller.override
     inputs, outputs, surfaces = io.inputs, io.outputs, tuple(world.surfaces.values())
     wrench, joint_push, tool_load = load.wrench, load.joint_push, controller.tool_load
+    allowed = controller.protection.allowed
     restore_bodies = None if handling is None else handling.kept()
     felt = load.felt()  # contacts, with their friction and entry sides
 
@@ -72,5 +73,6 @@ def _kept(controller: Controller) -> Callable[[], None]:
         controller.errors.release_emergency_stop()
         controller.switch_drives(on=True)
         controller.errors.reset()
+        controller.protection.allowed = allowed
 
     return restore

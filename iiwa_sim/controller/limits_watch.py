@@ -53,7 +53,7 @@ class Protection:
         self._least_limit = min(self._torque_limits)
         self._levers_m: object = None
         self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
-        self._allowed = 0.0  # excess that a reset has left
+        self.allowed = 0.0  # excess that a reset has left
         self.safety = safety
         self._watches_tcp = safety[2:] != NOTHING_MORE[2:]
         self.looks_always = self._watches_tcp
@@ -69,7 +69,7 @@ class Protection:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
-        self._allowed, self._load.judged = 0.0, False
+        self.allowed, self._load.judged = 0.0, False
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -87,7 +87,7 @@ class Protection:
             self._part_per_n = max(lever / limit for lever, limit in levers)
         x, y, z, a, b, c = load.acting
         force, torque = hypot(x, y, z), hypot(a, b, c)
-        if self._allowed or force >= NEARLY * safety.force_n or torque >= NEARLY * safety.torque_nm:
+        if self.allowed or force >= NEARLY * safety.force_n or torque >= NEARLY * safety.torque_nm:
             return False
         for torques in load.torques.values():
             torque += max(map(abs, torques))
@@ -104,7 +104,7 @@ class Protection:
     def settled(self) -> bool:
         """True if another look at the present load would change nothing."""
         load = self._load
-        return load.judged or not (load.wrenches or load.torques or self._allowed)
+        return load.judged or not (load.wrenches or load.torques or self.allowed)
 
     def reason_to_stop(
         self, joints: Joints, tcp: Vector, speed_m_per_s: float, is_in_error: bool
@@ -140,10 +140,10 @@ class Protection:
                 why = f"the TCP is at {axis} {1e3 * at:.1f} mm, its box is {1e3 * low:g} to {1e3 * high:g} mm"
                 found.append((max(low - at, at - high), why))
         excess, why = max(found)
-        grows = excess > EASE * self._allowed
-        self._allowed = excess if grows or is_in_error else min(excess, self._allowed)
+        grows = excess > EASE * self.allowed
+        self.allowed = excess if grows or is_in_error else min(excess, self.allowed)
         # An excess is allowed only as long as it lasts: its end has to be seen.
-        self.looks_always = self._watches_tcp or self._allowed > 0.0
+        self.looks_always = self._watches_tcp or self.allowed > 0.0
         return why if grows and not is_in_error else None
 
 

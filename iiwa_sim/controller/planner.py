@@ -331,6 +331,6 @@ def _capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> Join
 
 def _checked_pose(target: Frame) -> Transform:
     """Return a target as a pose."""
-    if max(map(abs, target[:3])) > FARTHEST_MM:
+    if not all(abs(each) <= FARTHEST_MM for each in target[:3]):
         raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
     return target.to_transform()
