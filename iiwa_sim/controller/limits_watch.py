@@ -53,7 +53,7 @@ class Protection:
         self._least_limit = min(self._torque_limits)
         self._levers_m: object = None
         self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
-        self.allowed = 0.0  # excess that a reset has left
+        self.allowed: dict[str, float] = {}  # excess over each limit that a reset has left
         self.safety = safety
         self._watches_tcp = safety[2:] != NOTHING_MORE[2:]
         self.looks_always = self._watches_tcp
@@ -69,7 +69,8 @@ class Protection:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
-        self.allowed, self._load.judged = 0.0, False
+        self.allowed = {key: each for key, each in self.allowed.items() if key not in ("force", "torque")}
+        self._load.judged = False
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -119,32 +120,37 @@ class Protection:
             speed_m_per_s: Speed of the TCP.
             is_in_error: True in the error state.
         """
-        found, safety = [(0.0, "")], self.safety
+        found, safety = list[tuple[str, float, str]](), self.safety
         if not self.tolerates():
             x, y, z, a, b, c = self._load.acting
             torques = map(abs, self._load.exact_torques(joints))
             for name, torque, limit in zip(self._joints, torques, self._torque_limits, strict=True):
                 why = f"the external torque on {name} is {torque:.1f} Nm, its limit is {limit:g} Nm"
-                found.append((torque / limit - 1.0, why))
+                found.append((name, torque / limit - 1.0, why))
             for what, value, unit, threshold in (
                 ("force", hypot(x, y, z), "N", safety.force_n),
                 ("torque", hypot(a, b, c), "Nm", safety.torque_nm),
             ):
                 at_tcp = f"collision: the external {what} at the TCP is {value:.1f} {unit}"
-                found.append((value / threshold - 1.0, f"{at_tcp}, its threshold is {threshold:g} {unit}"))
+                why = f"{at_tcp}, its threshold is {threshold:g} {unit}"
+                found.append((what, value / threshold - 1.0, why))
         if self._watches_tcp:
             limit = safety.tcp_speed_m_per_s
             why = f"the TCP runs at {1e3 * speed_m_per_s:.1f} mm/s, its limit is {1e3 * limit:g} mm/s"
-            found.append((speed_m_per_s / limit - 1.0 - ROUNDING, why))
+            found.append(("speed", speed_m_per_s / limit - 1.0 - ROUNDING, why))
             for axis, low, at, high in zip("xyz", safety.box[0], tcp, safety.box[1], strict=True):
                 why = f"the TCP is at {axis} {1e3 * at:.1f} mm, its box is {1e3 * low:g} to {1e3 * high:g} mm"
-                found.append((max(low - at, at - high), why))
-        excess, why = max(found)
-        grows = excess > EASE * self.allowed
-        self.allowed = excess if grows or is_in_error else min(excess, self.allowed)
+                found.append((axis, max(low - at, at - high), why))
+        before, self.allowed, reasons = self.allowed, {}, [(0.0, "")]
+        for key, excess, why in found:
+            if excess > 0.0:
+                allowed = before.get(key, 0.0)
+                grows = excess > EASE * allowed
+                self.allowed[key] = excess if grows or is_in_error else min(excess, allowed)
+                reasons += [(excess, why)] if grows and not is_in_error else []
         # An excess is allowed only as long as it lasts: its end has to be seen.
-        self.looks_always = self._watches_tcp or self.allowed > 0.0
-        return why if grows and not is_in_error else None
+        self.looks_always = self._watches_tcp or bool(self.allowed)
+        return max(reasons)[1] or None
 
 
 def touch(load: ExternalWrench, link: str, other: str) -> str:

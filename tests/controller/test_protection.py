@@ -222,6 +222,16 @@ def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
         assert len(robot.faults) == 2
 
 
+def test_an_excess_over_one_limit_is_none_over_another() -> None:
+    robot = watched(tcp_speed_m_per_s=0.25)
+    robot.controller.load.joint_push = (3.0 * robot.description.torque[0],) + (0.0,) * 6
+    robot.step()
+    robot.controller.errors.reset()
+    robot.controller.move(lin_move(down(robot, 60.0), 1.0, 0.0))
+    robot.runs_until_stopped()
+    assert "its limit is 250 mm/s" in robot.faults[-1][1]
+
+
 @pytest.mark.parametrize("reset_first", [False, True])
 def test_a_push_as_great_as_the_one_before_is_detected_in_the_next_tick(reset_first: bool) -> None:
     robot = SteppedRobot()
