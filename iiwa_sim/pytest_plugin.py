@@ -154,7 +154,7 @@ def _running(request: pytest.FixtureRequest, name: str, options: Mapping[str, An
                 artifact = request.config.invocation_params.dir / folder / f"{file[-LONGEST_FILE_NAME:]}.mcap"
                 artifact.parent.mkdir(parents=True, exist_ok=True)
                 simulator.record(artifact, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
-        except Unusable as fault:
+        except (Unusable, OSError) as fault:  # OSError: no folder for recordings
             raise pytest.fail.Exception(f"fixture iiwa: {fault}", pytrace=False) from None
         request.node.stash.setdefault(_ROBOTS, []).append(_Robot(name, simulator, artifact))
         yield simulator
