@@ -198,7 +198,7 @@ def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
         raise Refused(EXECUTION, f"{len(points)} points: expected up to {MOST_POINTS}")
     last, before_s = points[-1], -inf
     if not max(last.time_s, abs(delay_s)) <= LONGEST_S:
-        raise Refused(EXECUTION, f"expected up to {LONGEST_S:g} s, and a stamp within a day from now")
+        raise Refused(EXECUTION, f"expected at most {LONGEST_S:g} s long, stamped within a day from now")
     for k, point in enumerate(points):
         if point.time_s < 0.0 or not before_s < point.time_s:
             later = "is not later than the one before, or below 0 s"
