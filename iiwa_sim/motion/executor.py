@@ -12,8 +12,8 @@ from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory import Trajectory, ending
 from iiwa_sim.motion.waiting import Waiting, among
 
-AHEAD, FIRST_AHEAD = 256, 64
-"""Ticks for which joint positions are computed at once, and in the tick that has planned the motion."""
+AHEAD = 256
+"""Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
 
 
 class Executor:
@@ -256,7 +256,7 @@ class Executor:
                 self._end()
         elif not time.pausing:
             if not self._ahead:
-                times = time.ticks(FIRST_AHEAD if time.time_s <= time.advance_s else AHEAD)
+                times = time.ticks(AHEAD)
                 joints = trajectory.sample(times[times < trajectory.end_s])
                 self._ahead = list(zip(*joints[::-1].T.tolist(), strict=True))
                 if self._queued is None:
