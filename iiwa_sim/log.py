@@ -160,10 +160,14 @@ class LineWriter:
     def _write(self) -> None:
         while line := self._lines.get():
             lost, self._lost = self._lost, 0
-            try:
-                os.write(self._descriptor, line + (self._tell_lost(lost) if lost else b""))
-            except OSError as fault:
-                self.fault = fault
+            rest = line + (self._tell_lost(lost) if lost else b"")
+            while rest:
+                try:
+                    rest = rest[os.write(self._descriptor, rest) :]
+                except BlockingIOError:  # the descriptor is non-blocking
+                    time.sleep(LOOKS_S)
+                except OSError as fault:
+                    self.fault, rest = fault, b""
             self._lines.task_done()
 
 

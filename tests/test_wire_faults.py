@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack
 
@@ -20,7 +21,7 @@ from iiwa_sim.protocols.faults import (
 )
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
-from tests.talking import Client, until
+from tests.talking import DEADLINE_S, Client, until
 
 LATE_S = 0.05
 A_WHILE = 5  # answers to somebody else, as a measure of time
@@ -154,3 +155,13 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
             await again.is_served()
             await again.leaves()
             await until(lambda gone=number: gone not in bench.simulator.backdoor.connections())
+
+
+def test_who_is_connected_when_connections_are_refused_is_served() -> None:
+    with Simulator() as simulator:
+        for _ in range(10):
+            with socket.create_connection((simulator.host, simulator.port), DEADLINE_S) as client:
+                simulator.backdoor.refuse_connections()
+                client.sendall(b"hello\n")
+                assert client.recv(100) == b"hello\r\n"
+            simulator.backdoor.refuse_connections(False)

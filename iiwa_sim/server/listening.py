@@ -40,6 +40,7 @@ class Acceptor:
         self._serve = serve
         self._listening: socket.socket | None = None
         self._accepting: asyncio.Task[None] | None = None
+        self._beginning: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
@@ -77,17 +78,18 @@ class Acceptor:
 
     def close(self) -> None:
         """Stop listening; accepted connections go on."""
-        if self._accepting is not None:
-            self._accepting.cancel()
-            self._accepting = None
-        if self._listening is not None:
-            asyncio.get_running_loop().remove_reader(self._listening)  # before its number is another's
-            self._listening.close()
-            self._listening = None
+        listening, accepting = self._listening, self._accepting
+        self._listening = self._accepting = None
+        if listening is not None and accepting is not None:
+            loop = asyncio.get_running_loop()
+            loop.remove_reader(listening)  # before its number is another's
+            loop.call_soon(accepting.cancel)  # a connection that has just come is served before
+        if listening is not None:
+            listening.close()
 
     async def _accept_from(self, listening: socket.socket) -> None:
         loop = asyncio.get_running_loop()
-        while True:
+        while self._listening is listening:
             try:
                 connection, peer = await loop.sock_accept(listening)
             except ConnectionError:  # the client has gone already
@@ -96,10 +98,15 @@ class Acceptor:
                 logger.warning("nobody can connect for the time being: %s", why(fault))
                 await asyncio.sleep(AGAIN_S)
                 continue
-            try:
-                await self._serve(connection, peer)
-            except OSError:  # the client has gone already
-                connection.close()
+            task = loop.create_task(self._begin(connection, peer))
+            self._beginning.add(task)
+            task.add_done_callback(self._beginning.discard)
+
+    async def _begin(self, connection: socket.socket, peer: Any) -> None:
+        try:
+            await self._serve(connection, peer)
+        except OSError:  # the client has gone already
+            connection.close()
 
 
 def reset_at_close(connection: socket.socket) -> None:
