@@ -167,7 +167,7 @@ class Backdoor:
         self._controller.load.joint_push = (0.0,) * len(self._controller.description.joints)
 
     def add_surface(self, surface: AnySurface) -> None:
-        """Add a surface with the keys of cell.toml. Refused where the TCP would be within it."""
+        """Add a surface with the keys of cell.toml, in JSON with `shape`. The TCP may not be within it."""
         taken = {*self._controller.load.world.surfaces, *(part.name for part in parts_of(self._controller))}
         reader = Reader("surface", CellFault)
         with _refusing(CellFault):

@@ -166,6 +166,7 @@ async def _page(
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.DEVNULL,
         pass_fds=(listening.fileno(),),
+        start_new_session=True,  # the terminal's Ctrl-C is for this process
     )
     assert process.stdin is not None
     process.stdin.write(json.dumps(task).encode() + b"\n")

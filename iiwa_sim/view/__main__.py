@@ -5,7 +5,6 @@ simulator.
 """
 
 import os
-import signal
 import socket
 import sys
 import threading
@@ -20,8 +19,6 @@ from iiwa_sim.view.connection import Place
 
 def main() -> None:
     """Serve until stdin ends."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # the terminal's Ctrl-C is for who has started it
-        signal.signal(number, signal.SIG_IGN)
     task = msgspec.json.decode(sys.stdin.buffer.readline())
     log.configure(task["log_level"], task["log_json"], 2)
     over = threading.Event()

@@ -156,7 +156,7 @@ class World:
         for arm in arms:
             far += arm.begin()
             away = away and arm.is_away
-            self.quiet = self.quiet and arm.bears
+            self.quiet = self.quiet and arm.bears and arm.lost < 0
         if self._frozen and far == 0.0:
             return
         if self.holders:

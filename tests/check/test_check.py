@@ -42,9 +42,7 @@ async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulato
 async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
     said: list[str] = []
     before = simulator.controller.joints
-    simulator.dialogue.listeners.append(
-        lambda told: said.append(told.text) if told.mark == ">" else None
-    )
+    simulator.dialogue.listeners.append(lambda told: said.append(told.text) if told.mark == ">" else None)
     link = Link("127.0.0.1", simulator.port, allow_motion=False, timeout_s=30)
     findings = await asyncio.to_thread(checked, link)
     sent = {command_of(text.replace("\\t", " ")) for text in said}

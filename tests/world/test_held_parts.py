@@ -167,6 +167,18 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert scene.part("block").state == "held", "it can be picked again"
 
 
+def test_a_part_that_is_lost_where_it_stands_is_gripped_again() -> None:
+    scene = Scene(part("block", (550, -100, 330)), table())
+    scene.rests()
+    scene.picks(550, -100, 330, up_mm=0)
+    scene.rests()
+    scene.handling.lose()
+    scene.rests()
+    for closed in (False, True):
+        scene.drives(closed=closed)
+    assert scene.part("block").state == "held"
+
+
 def test_a_cup_holds_what_it_touches_up_to_its_force() -> None:
     wired = "close_output = 1\nholds_input = 3\nclosed_input = 2\n"
     cup = f'[gripper]\nkind = "suction"\ngrip_force_n = 10\n{wired}'
