@@ -261,6 +261,7 @@ class Planner:
         return line
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Polynomial:
+        """Return a line on one branch as a path of the joints, checked against their limits."""
         d = self._description
         try:
             line = lin(self._inverse, start, tcp_line, redundancy, status)
@@ -283,6 +284,7 @@ class Planner:
         return line
 
     def _check_end(self, joints: Joints, which: str) -> None:
+        """Refuse a line with an end, `start` or `end`, in a singular pose."""
         singular = self._inverse.turning_point(joints)
         if singular is not None:
             reason = f"a line cannot {which} in a singular pose ({singular}): go there, or leave, by PTP"

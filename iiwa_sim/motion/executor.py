@@ -29,7 +29,8 @@ class Executor:
         """The robot rests at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
-        """Joint positions at rest after all moves, or after the stop in progress (rad)."""
+        """Joint positions at the end of all moves, where the next one begins, or after a stop in progress
+        (rad)."""
         self.time = time
         self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
         """The trajectory that the robot follows; None at rest."""
@@ -225,6 +226,10 @@ class Executor:
             raise
 
     def _advance(self) -> None:
+        """Make one tick: begin a move that waits or look ahead, advance planned time, and sample there.
+
+        Ends of motions within the tick are passed. Joint positions come `AHEAD` ticks at a time.
+        """
         waiting, time = self._waiting.planned, self.time
         if self._waiting.again:
             self.rest = self._waiting.plan_next_again(self._planned_end)
@@ -298,11 +303,13 @@ class Executor:
             del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.trajectory.front_s), 0)]
 
     def _slow_down(self) -> None:
+        """Begin a stop on the trajectory, if there is one."""
         if self.trajectory is not None:
             self._forget_ahead()
             self.time.stop()
 
     def _end(self) -> None:
+        """Leave the trajectory, at its end or after a stop."""
         self.trajectory = self._queued = None
         self._forget_ahead()
         self.time.end()

@@ -162,6 +162,7 @@ class LookAhead:
         return found.front_s > self._time.time_s
 
     def _next(self, trajectory: Trajectory, waiting: deque[Move]) -> Slices[Ahead | None] | None:
+        """Return the planning that is due: on into moves that wait, or of a faster trajectory; or None."""
         soon = trajectory.end_s - self._time.time_s < HORIZON_S
         if soon and self._may_go_on(trajectory, waiting):
             return self._on(trajectory, list(islice(waiting, MOST_AT_ONCE)))

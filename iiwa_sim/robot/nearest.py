@@ -72,7 +72,7 @@ class Nearest:
         redundancy: float | None = None,
         keep_status: bool = False,
     ) -> Found:
-        """Joint positions for the pose `flange` (in the base, m), coming from `present` (joints, rad).
+        """Joint positions for the pose `flange` (in the base, m). `present` is where the move begins (rad).
 
         Without `redundancy` (rad) the present one is kept where it serves, else the nearest one that does on
         the present branch is taken, to 1e-6 rad; where none does, of the other branches the joint positions
