@@ -53,7 +53,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.recordings.read import Recorded
 
     if find_spec("matplotlib") is None:
-        raise PlotFault("a picture needs matplotlib: pip install -e '.[plot]'")
+        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'")
     from iiwa_sim.plot.draw import picture
 
     if is_recorded:

@@ -136,7 +136,7 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
 async def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens for the page. Raises Unusable."""
     if importlib.util.find_spec("viser") is None:
-        raise Unusable("the page needs viser: pip install -e '.[view]'")
+        raise Unusable("the page needs viser: pip install 'iiwa-sim[view]'")
     return await open_listener(host, port)
 
 

@@ -32,7 +32,7 @@ class RecordingFault(Unusable):
 def check_mcap() -> None:
     """Raise RecordingFault if the extra is not installed."""
     if importlib.util.find_spec("mcap") is None:
-        raise RecordingFault("a recording needs the library mcap: pip install -e '.[record]'")
+        raise RecordingFault("a recording needs the library mcap: pip install 'iiwa-sim[record]'")
 
 
 class Source(NamedTuple):

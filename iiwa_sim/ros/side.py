@@ -106,7 +106,7 @@ class RosSide:
             return None
         for library in ("websockets", "cbor2"):
             if find_spec(library) is None:
-                raise RosFault(f"rosbridge needs {library}: pip install -e '.[rosbridge]'")
+                raise RosFault(f"rosbridge needs {library}: pip install 'iiwa-sim[rosbridge]'")
         from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
         access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
