@@ -29,7 +29,6 @@ from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.status import StatusSession, status_line
 from iiwa_sim.recordings.recordings import Recordings, Source
-from iiwa_sim.robot.model import differing_limits
 from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
@@ -70,9 +69,6 @@ class SimulatedRobot:
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
-        with log.named(self.log_name):
-            for line in differing_limits(cell.description):
-                logger.warning("%s", line)
         self._clock, self._call, self._recordings, self._strict = clock, call, recordings, settings.strict
         self.backdoor: Backdoor
         self.dialogue = Dialogue(self._tick, clock.tick_s, command_names)

@@ -25,7 +25,7 @@ from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
 from iiwa_sim.controller.wires import InputWire, OutputWire
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.settings import Reader
 from iiwa_sim.world.gripper import Gripper
 from iiwa_sim.world.part import Part
@@ -273,7 +273,7 @@ def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None
     within one, nor out of the box that it may not leave."""
     if not cell.surfaces and cell.safety == NOTHING_MORE:
         return
-    x, y, z = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange).translation
+    x, y, z = compose(arm_model(cell.description).flange(cell.start), cell.tool_in_flange).translation
     for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
         within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
         reader.check("start_deg", settings.start_deg, low <= at <= high, within)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from iiwa_sim.cell.cell import CLOSE_M, Cell, shared_world
 from iiwa_sim.controller.carrying import NO_TOOL
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world.gripper import Jaws
 
@@ -22,7 +22,7 @@ def summary(cells: Sequence[Cell]) -> str:
 
 
 def _lines(cell: Cell, world: "World | None") -> Iterator[str]:
-    tcp = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange)
+    tcp = compose(arm_model(cell.description).flange(cell.start), cell.tool_in_flange)
     radius_mm, name = 1e3 * cell.contact_radius_m, harmless(cell.description.name)
     yield f"robot {cell.name}: {name}" if cell.name else f"robot: {name}"
     if cell.name:

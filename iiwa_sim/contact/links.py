@@ -193,9 +193,9 @@ class Links:
 
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions."""
-        scene, arm = self._scene, self._model.arm
+        scene, arm = self._scene, self._model
         if self._jaw_places is None:
-            flange = arm.pin_model.frames[arm.flange].placement
+            flange = arm.pin_model.frames[arm.flange_index].placement
             self._jaw_places = [flange * _se3(capsule.pose) for capsule in self._jaws]
         for number, place in enumerate(self._jaw_places, start=len(scene.capsules) - len(self._jaws)):
             scene.model.geometryObjects[number].placement = place
@@ -369,7 +369,7 @@ def _scene(
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     capsules = (*own, *worn)
     joints = (*(each.joints for each in own), *[model.nq] * len(worn))
-    flange = model.frames[arm.flange].placement
+    flange = model.frames[arm.flange_index].placement
     places = [data.oMi[each.joints].actInv(_se3(each.pose)) for each in own]
     places += [flange * _se3(each.pose) for each in worn]
     solids = [coal.Capsule(each.radius_m, each.length_m) for each in capsules]

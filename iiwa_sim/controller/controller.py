@@ -36,7 +36,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.motions import Motions
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.wrench import Wrench
 
@@ -110,7 +110,7 @@ class Controller:
         self.tool_in_flange = tcp
         """The pose of the TCP in the flange."""
         self.io = Io() if io is None else io
-        self.model = Model(description)
+        self.model = arm_model(description)
         self.base = IDENTITY if arm is None or arm.base is None else arm.base
         """The pose of the base in the world."""
         self.load = ExternalWrench(self.model, tcp, start, world, noise, tool.capsules, self.base)

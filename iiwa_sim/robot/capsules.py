@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from math import dist, sqrt
+from math import dist
 from typing import NamedTuple
 
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, with_z_along
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Shape, arm_model
 
-_SINE = 0.5 * sqrt(3.0)  # of 60 degrees
 TOOL = "tool"
 """The name of a tool's capsules, in place of the name of a link."""
 
@@ -63,8 +62,8 @@ class Capsule(NamedTuple):
 def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
     """The capsules of all links, base first: those of robot.toml.
 
-    A link without any there has capsules within each `collision` shape of the URDF that is a sphere, a
-    cylinder or a box: the longest of the thickest, and three across of a cylinder that is thicker than long.
+    A link without any there has a capsule within each `collision` shape of the URDF that is a sphere, a
+    cylinder or a box: the longest of the thickest, a sphere in a cylinder that is thicker than long.
     """
     poses: list[Transform] = []
     found: list[Capsule] = []
@@ -73,34 +72,21 @@ def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
         given = [each for name, each in description.capsules_mm if name == link.name]
         found += [Capsule.of_mm(each, link.name, link.moved_by, poses[-1]) for each in given]
         for shape in () if given else link.collision:
-            place = compose(poses[-1], shape.pose)
-            for (start, end), radius in _capsules_in(shape):
-                found.append(
-                    Capsule(link.name, link.moved_by, apply(place, start), apply(place, end), radius)
-                )
+            place, ((x, y, z), radius) = compose(poses[-1], shape.pose), _capsule_in(shape)
+            start, end = apply(place, (-x, -y, -z)), apply(place, (x, y, z))
+            found.append(Capsule(link.name, link.moved_by, start, end, radius))
     return tuple(sorted(found, key=lambda capsule: capsule.joints))
 
 
-def _capsules_in(shape: Shape) -> Iterator[tuple[tuple[Vector, Vector], float]]:
-    """Lines and radii (m) in the frame of a shape."""
+def _capsule_in(shape: Shape) -> tuple[Vector, float]:
+    """One end of the line, whose middle is that of the shape, and the radius (m) in the frame of a shape."""
     if shape.kind == "sphere":
-        yield _along((0.0, 0.0, 0.0)), shape.size_m[0]
-    elif shape.kind == "cylinder":
+        return (0.0, 0.0, 0.0), shape.size_m[0]
+    if shape.kind == "cylinder":
         thick, length = shape.size_m
-        if length >= 2.0 * thick:
-            yield _along((0.0, 0.0, 0.5 * length - thick)), thick
-        else:
-            half = thick - 0.5 * length
-            for x, y in ((1.0, 0.0), (0.5, _SINE), (-0.5, _SINE)):
-                yield _along((half * x, half * y, 0.0)), 0.5 * length
-    else:
-        x, y, z = (0.5 * edge for edge in shape.size_m)
-        radius, longest = min(x, y, z), max(x, y, z)
-        rest = longest - radius
-        yield _along((rest * (x == longest), rest * (y == longest), rest * (z == longest))), radius
-
-
-def _along(half: Vector) -> tuple[Vector, Vector]:
-    """The line through the origin that ends there, and as far on the other side."""
-    x, y, z = half
-    return (-x, -y, -z), half
+        radius = min(thick, 0.5 * length)
+        return (0.0, 0.0, 0.5 * length - radius), radius
+    x, y, z = (0.5 * edge for edge in shape.size_m)
+    radius, longest = min(x, y, z), max(x, y, z)
+    rest = longest - radius
+    return (rest * (x == longest), rest * (y == longest), rest * (z == longest)), radius

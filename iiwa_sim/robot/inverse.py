@@ -9,7 +9,7 @@ S-R-S arm is zero or negative, or A5 of a six-joint arm is above zero.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import atan2, cos, hypot, isnan, pi, remainder, sin, tau
+from math import atan2, cos, hypot, isnan, nan, pi, remainder, sin, tau
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +39,13 @@ _TOLERANCE = 1e-7
 # Joint axes at zero pose, in the base; those of a six-joint arm up to their sense.
 _SRS_AXES = ((0, 0, 1), (0, 1, 0), (0, 0, 1), (0, -1, 0), (0, 0, 1), (0, 1, 0), (0, 0, 1))
 _OPW_AXES = ((0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0))
+
+_GEOMETRY = {
+    "srs": "axes of A1 to A3 that cross in the shoulder, axes of A5 to A7 that cross in the wrist, and at "
+    "zero pose shoulder, elbow, wrist and flange above the base",
+    "opw": "axes of A4 to A6 that cross in the wrist, and at zero pose all axes but A1 and the flange in the "
+    "plane y = 0",
+}
 
 
 class Dimensions(NamedTuple):
@@ -78,6 +85,7 @@ class Inverse:
         if d.kinematics not in ("srs", "opw"):
             raise RobotFault(d.settings_path, "kinematics", repr(d.kinematics), "'srs' or 'opw'")
         self.model = model
+        _check_axes(model, _SRS_AXES if d.kinematics == "srs" else _OPW_AXES, d.kinematics)
         self._dimensions = _srs_dimensions(model) if d.kinematics == "srs" else _opw_dimensions(model)
         self.kind = self._dimensions.kind
         self.numbers: NDArray[np.float64] = np.array(self._dimensions.numbers)
@@ -85,6 +93,17 @@ class Inverse:
         self.redundancy_range = (d.position_min[2], d.position_max[2]) if self.kind == SRS else None
         """Least and greatest redundancy within the joint limits; None for a robot without redundancy."""
         self._lowest, self._highest = np.array(d.position_min), np.array(d.position_max)
+        self._check_closed_form()
+
+    def _check_closed_form(self) -> None:
+        """Check that the closed form finds its way back from some joint positions: the geometry suits it."""
+        for turn in (0.3, -0.5, 0.9):
+            q = [turn * (1.0 + 0.2 * joint) for joint in range(self.model.joint_count)]
+            flange = self.model.flange(q)
+            found = self.joints(flange, self.redundancy(q), self.status(q), q)
+            if found is None or np.abs(np.subtract(found, q)).max() > _TOLERANCE:
+                d = self.model.description
+                raise RobotFault(d.urdf_path, "kinematics", repr(d.kinematics), _GEOMETRY[d.kinematics])
 
     def joints(
         self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
@@ -112,13 +131,6 @@ class Inverse:
             if followed is not None:
                 found[row] = followed
         return found
-
-    def branches(
-        self, flange: Transform, redundancy: float, seed: Sequence[float]
-    ) -> list[tuple[int, tuple[float, ...]]]:
-        """Return status and joint positions of each branch that reaches the pose."""
-        found = [(status, self.joints(flange, redundancy, status, seed)) for status in self.statuses]
-        return [(status, joints) for status, joints in found if joints is not None]
 
     def within_limits(
         self, flange: Transform, redundancy: float, status: int, present: Sequence[float]
@@ -277,72 +289,36 @@ def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> 
 
 
 def _srs_dimensions(model: Model) -> Dimensions:
-    """Dimensions of a seven-joint arm with spherical shoulder and wrist, or `RobotFault`.
+    """Dimensions of a seven-joint arm with spherical shoulder and wrist.
 
     At zero pose the arm stands upright on the base: A1, A3, A5, A7 turn about its z axis, A2 and A6 about
     lines parallel to y through that axis, A4 about one parallel to -y.
     """
-    _check_axes(model, _SRS_AXES, "srs")
-    names, points = model.description.joints, model.arm.points
-    for name, expected, point in zip(names, _SRS_AXES, points, strict=True):
-        # A tilting axis may start anywhere along y.
-        if np.abs(point[:2] if expected[2] else point[:1]).max() > _TOLERANCE:
-            through = "an axis through the upright x = y = 0 at zero pose, as kinematics 'srs' has it"
-            raise _fault(model, f"joint {name}: origin", f"{_shown(point)} m", through)
-    rotation, flange = model.flange([0.0] * model.joint_count)
-    if np.abs(np.append(np.subtract(rotation, np.eye(3).ravel()), flange[:2])).max() > _TOLERANCE:
-        upright = "x = y = 0 and the base's orientation at zero pose, as kinematics 'srs' has it"
-        raise _fault(model, f"link {model.description.flange}: origin", f"{_shown(flange)} m", upright)
-    shoulder, elbow, wrist = points[[1, 3, 5], 2].tolist()
-    upper, fore, hand = elbow - shoulder, wrist - elbow, flange[2] - wrist
-    for low, high, length in ((1, 3, upper), (3, 5, fore)):
-        if length <= 0.0:
-            above = f"more than 0 m above {names[low]} at zero pose"
-            raise _fault(model, f"joint {names[high]}: origin", f"{length:g} m", above)
+    shoulder, elbow, wrist = model.points[[1, 3, 5], 2].tolist()
+    upper, fore = elbow - shoulder, wrist - elbow
+    hand = model.flange([0.0] * model.joint_count).translation[2] - wrist
     sideways = "the wrist is on the axis of A1, or beside it as far as A3 allows"
-    numbers = (shoulder, upper, fore, hand)
     meetings = ((3, 0.0), (5, 0.0))
+    numbers = (shoulder, upper, fore, hand)
     return Dimensions(SRS, numbers, meetings, sideways, (0.0, shoulder), upper, fore, (0.0, 0.0, -hand))
 
 
 def _opw_dimensions(model: Model) -> Dimensions:
-    """Dimensions of a six-joint arm with a spherical wrist, or `RobotFault`.
+    """Dimensions of a six-joint arm with a spherical wrist.
 
     At zero pose A1 turns about the z axis of the base, A2, A3 and A5 about parallels to its y axis, A4 and A6
     about one and the same parallel to its x axis that A5 crosses; all but A1 in the plane y = 0, and the
     flange on the axis of A6.
     """
-    _check_axes(model, _OPW_AXES, "opw")
-    names, points = model.description.joints, model.arm.points
     rotation, flange = model.flange([0.0] * model.joint_count)
-
-    def check(place: str, point: ArrayLike, off: float, expected: str) -> None:
-        if abs(off) > _TOLERANCE:
-            wanted = f"{expected} at zero pose, as kinematics 'opw' has it"
-            raise _fault(model, f"{place}: origin", f"{_shown(point)} m", wanted)
-
-    wrist = points[4]
-    for axis in (0, 1):
-        check(f"joint {names[0]}", points[0], points[0][axis], "an axis through x = y = 0")
-    for joint in (3, 5):
-        check(f"joint {names[joint]}", points[joint], points[joint][1], "an axis in the plane y = 0")
-        off = points[joint][2] - wrist[2]
-        check(f"joint {names[joint]}", points[joint], off, f"an axis that {names[4]} crosses")
-    on_axis, link = f"a flange on the axis of {names[5]}", f"link {model.description.flange}"
-    check(link, flange, flange[1], on_axis)
-    check(link, flange, flange[2] - wrist[2], on_axis)
-    (x2, _, z2), (x3, _, z3), (x5, _, z5) = points[[1, 2, 4]].tolist()
+    (x2, _, z2), (x3, _, z3), (x5, _, z5) = model.points[[1, 2, 4]].tolist()
     ux, uz, fx, fz = x3 - x2, z3 - z2, x5 - x3, z5 - z3
-    upper, fore, hand = hypot(ux, uz), hypot(fx, fz), flange[0] - x5
-    for low, high, length in ((1, 2, upper), (2, 4, fore)):
-        if length <= _TOLERANCE:
-            away = f"more than 0 m away from {names[low]}, as kinematics 'opw' has it"
-            raise _fault(model, f"joint {names[high]}: origin", f"{length:g} m", away)
-    signs = np.sign(model.arm.axes.sum(axis=1)).tolist()
+    upper, fore, hand = hypot(ux, uz) or nan, hypot(fx, fz), flange[0] - x5
+    signs = np.sign(model.axes.sum(axis=1)).tolist()
     unturned = transpose(rotation)
     bend = atan2(ux * fz - uz * fx, ux * fx + uz * fz)  # of A3 about y from zero to the stretched arm
     stretched = signs[2] * bend
-    lengths = (fore / upper, (upper + fore) ** 2, 0.25 / (upper * fore))
+    lengths = (fore / upper, (upper + fore) ** 2, 0.25 / (upper * (fore or nan)))
     bent = (sin(bend), cos(bend))
     numbers = (x2, z2, ux, uz, hand, *lengths, *bent, *signs, *unturned, fx, fz, stretched)
     meetings = ((2, stretched), (4, 0.0))
@@ -357,17 +333,13 @@ def _check_axes(model: Model, axes: Sequence[Sequence[int]], kinematics: str) ->
     if model.joint_count != len(axes):
         expected = f"{len(axes)} joints for kinematics '{kinematics}'"
         raise RobotFault(d.settings_path, "joints", list(d.joints), expected)
-    directions = model.arm.axes if kinematics == "srs" else np.abs(model.arm.axes)
-    for name, axis, direction, shown in zip(d.joints, axes, directions, model.arm.axes, strict=True):
+    directions = model.axes if kinematics == "srs" else np.abs(model.axes)
+    for name, axis, direction, shown in zip(d.joints, axes, directions, model.axes, strict=True):
         if np.abs(direction - axis).max() > _TOLERANCE:
             x, y, z = axis
             sense = f"{x} {y} {z}" if kinematics == "srs" else f"+-({x} {y} {z})"
             expected = f"at zero pose {sense} in the base, as kinematics '{kinematics}' has it"
-            raise _fault(model, f"joint {name}: axis", _shown(shown), expected)
-
-
-def _fault(model: Model, key: str, value: str, expected: str) -> RobotFault:
-    return RobotFault(model.description.urdf_path, key, value, expected)
+            raise RobotFault(d.urdf_path, f"joint {name}: axis", _shown(shown), expected)
 
 
 def _shown(vector: ArrayLike) -> str:

@@ -30,8 +30,6 @@ from iiwa_sim.robot.urdf_check import checked_urdf
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 """Colour of a shape without a colour of its own."""
-SAME_LIMIT = 1e-3
-"""Tolerance as a part of a limit: URDFs are written with rounded numbers."""
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -73,33 +71,28 @@ class Link(NamedTuple):
         return Transform(multiply(self.pose.rotation, turn), self.pose.translation)
 
 
-class ArmModel:
-    """Pinocchio's model of a URDF, checked: a chain of revolute joints with a flange on the last one."""
+class Model:
+    """Pinocchio's model of a URDF, checked: a chain of revolute joints with a flange on the last one.
 
-    def __init__(
-        self, urdf: str, joints: Sequence[str], flange: str, urdf_path: str, settings_path: str
-    ) -> None:
-        """Read a URDF.
+    Joint positions are rad, base first; poses are in the base, in m. Non-finite joint positions give
+    non-finite results. Equal robots share a model, see `arm_model`.
+    """
 
-        Args:
-            urdf: Text of the URDF.
-            joints: Names of the joints, base first.
-            flange: Name of the link that is the flange.
-            urdf_path: Path of the URDF, for messages.
-            settings_path: Path of the robot.toml, for messages.
-
-        Raises:
-            RobotFault: The URDF cannot be read, or is not an arm with these joints and this flange.
-        """
+    def __init__(self, description: RobotDescription) -> None:
+        """Raises `RobotFault` if the URDF is unreadable or does not match the description."""
+        self.description = d = description
         try:
-            self._text = _without_meshes(checked_urdf(urdf_path, urdf))
+            self._text = _without_meshes(checked_urdf(d.urdf_path, d.urdf))
             self.pin_model = pin.buildModelFromXML(self._text)
         except (ValueError, RuntimeError, RecursionError) as fault:
-            raise RobotFault(urdf_path, "", "", f"a URDF that Pinocchio can read ({fault})") from None
-        self._check_joints(list(joints), urdf_path, settings_path)
-        self.flange = self._flange(flange, urdf_path, settings_path)
+            raise RobotFault(d.urdf_path, "", "", f"a URDF that Pinocchio can read ({fault})") from None
+        self._check_joints()
+        self.flange_index = self._find_flange()
         """Index of the flange among the frames of the model."""
-        self.joint_count = len(joints)
+        for link, _ in d.capsules_mm:
+            if not self.pin_model.existBodyName(link):
+                raise RobotFault(d.settings_path, "capsules_mm", repr(link), f"a link of {d.urdf_path}")
+        self.joint_count = len(d.joints)
         self.data = data = self.pin_model.createData()
         """Results of Pinocchio, shared by equal robots: each reads them before the next call."""
         pin.computeJointJacobians(self.pin_model, data, np.zeros(self.joint_count))
@@ -113,6 +106,16 @@ class ArmModel:
         """Directions of the joint axes in the frames of the joints."""
         self.fixed_poses = self._fixed_poses()
         """The constant poses between joints, in the form of `Tcp`."""
+        self.tcp_of_flange = self.tcp(IDENTITY)
+        """The flange in the form of a TCP."""
+
+    def flange(self, q: Sequence[float]) -> Transform:
+        """Return the pose of the flange."""
+        return self.tcp_of_flange.pose(q)
+
+    def tcp(self, tool_in_flange: Transform) -> Tcp:
+        """Return the TCP of a tool; equal tools share one."""
+        return _tcp(self, tool_in_flange)
 
     def _axis(self, data: pin.Data, number: int, frame: pin.ReferenceFrame) -> Vector:
         """Direction of the axis of a joint, counted from 1."""
@@ -126,32 +129,29 @@ class ArmModel:
             turned = with_z_along(axis)
             poses.append(_between(before, _transform(model.jointPlacements[number]), turned))
             before = turned
-        flange = _transform(model.frames[self.flange].placement)
+        flange = _transform(model.frames[self.flange_index].placement)
         return (*poses, _between(before, flange, IDENTITY.rotation))
 
-    def _check_joints(self, joints: list[str], urdf_path: str, settings_path: str) -> None:
-        model = self.pin_model
-        found = list(model.names)[1:]
-        if found != joints:
-            movable = f"the movable joints of {urdf_path} from the base on, {found}"
-            raise RobotFault(settings_path, "joints", joints, movable)
+    def _check_joints(self) -> None:
+        d, model = self.description, self.pin_model
+        found = tuple(model.names)[1:]
+        if found != d.joints:
+            movable = f"the movable joints of {d.urdf_path} from the base on, {list(found)}"
+            raise RobotFault(d.settings_path, "joints", list(d.joints), movable)
         for number, name in enumerate(found, start=1):
             parent = model.parents[number]
             if parent != number - 1:
-                moved_by, before = (
-                    model.names[each] if each else "the base" for each in (parent, number - 1)
-                )
-                wanted = f"a link that {before} moves, each joint on the one before it"
-                raise RobotFault(urdf_path, f"joint {name}: parent", f"moved by {moved_by}", wanted)
+                moved, wanted = (f"a link that {model.names[each]} moves" for each in (parent, number - 1))
+                raise RobotFault(d.urdf_path, f"joint {name}: parent", moved, wanted)
 
-    def _flange(self, link: str, urdf_path: str, settings_path: str) -> int:
-        model = self.pin_model
-        if not model.existBodyName(link):  # getFrameId returns an index past the end for an unknown name
-            raise RobotFault(settings_path, "flange", repr(link), f"a link of {urdf_path}")
-        index: int = model.getFrameId(link, pin.FrameType.BODY)
+    def _find_flange(self) -> int:
+        d, model = self.description, self.pin_model
+        if not model.existBodyName(d.flange):  # getFrameId returns an index past the end for an unknown name
+            raise RobotFault(d.settings_path, "flange", repr(d.flange), f"a link of {d.urdf_path}")
+        index: int = model.getFrameId(d.flange, pin.FrameType.BODY)
         if model.frames[index].parentJoint != model.njoints - 1:
-            last = f"a link fixed to the last joint, {model.names[model.njoints - 1]}"
-            raise RobotFault(settings_path, "flange", repr(link), last)
+            last = f"a link fixed to the last joint, {d.joints[-1]}"
+            raise RobotFault(d.settings_path, "flange", repr(d.flange), last)
         return index
 
     @cached_property
@@ -203,59 +203,14 @@ class ArmModel:
 
 
 @lru_cache(maxsize=8)
-def arm_model(description: RobotDescription) -> ArmModel:
+def arm_model(description: RobotDescription) -> Model:
     """Return the model of a description; equal robots share it. Raises `RobotFault`."""
-    d = description
-    return ArmModel(d.urdf, d.joints, d.flange, d.urdf_path, d.settings_path)
+    return Model(description)
 
 
-def differing_limits(description: RobotDescription) -> list[str]:
-    """Return a line for each limit of the URDF that differs from robot.toml, whose limits the robot obeys."""
-    d, model = description, arm_model(description).pin_model
-    limits = (
-        ("lower", "rad", model.lowerPositionLimit, d.position_min),
-        ("upper", "rad", model.upperPositionLimit, d.position_max),
-        ("velocity", "rad/s", model.velocityLimit, d.velocity),
-        ("effort", "Nm", model.effortLimit, d.torque),
-    )
-    return [
-        f"{d.urdf_path}: joint {name}: limit {key} is {in_urdf:.7g} {unit}, in "
-        f"{d.settings_path} {value:.7g} {unit}: the latter holds"
-        for key, unit, of_urdf, values in limits
-        for name, in_urdf, value in zip(d.joints, of_urdf.tolist(), values, strict=True)
-        if abs(in_urdf - value) > SAME_LIMIT * max(1.0, abs(value))
-    ]
-
-
-class Model:
-    """Forward kinematics of a robot. Joint positions are rad, base first; poses are in the base, in m.
-
-    Non-finite joint positions give non-finite results.
-    """
-
-    def __init__(self, description: RobotDescription) -> None:
-        """Raises `RobotFault` if the URDF is unreadable or does not match the description."""
-        self.description = description
-        self.arm = arm_model(description)
-        for link, _ in description.capsules_mm:
-            if not self.arm.pin_model.existBodyName(link):
-                expected = f"a link of {description.urdf_path}"
-                raise RobotFault(description.settings_path, "capsules_mm", repr(link), expected)
-        self.joint_count = self.arm.joint_count
-        self.fixed_poses = self.arm.fixed_poses
-        self.tcp_of_flange = Tcp(self.fixed_poses, IDENTITY)
-        """The flange in the form of a TCP."""
-        self._tcp: Tcp | None = None
-
-    def flange(self, q: Sequence[float]) -> Transform:
-        """Return the pose of the flange."""
-        return self.tcp_of_flange.pose(q)
-
-    def tcp(self, tool_in_flange: Transform) -> Tcp:
-        """Return the TCP of a tool; consecutive calls with the same tool return the same object."""
-        if self._tcp is None or self._tcp.tool_in_flange != tool_in_flange:
-            self._tcp = Tcp(self.fixed_poses, tool_in_flange)
-        return self._tcp
+@lru_cache(maxsize=64)
+def _tcp(model: Model, tool_in_flange: Transform) -> Tcp:
+    return Tcp(model.fixed_poses, tool_in_flange)
 
 
 def _without_meshes(robot: ET.Element) -> str:

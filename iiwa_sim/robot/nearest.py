@@ -27,8 +27,6 @@ JOINT_LIMIT = 3023
 
 _GRID_RAD = radians(1.0)
 _COARSE_GRID_RAD = radians(3.0)
-# Halvings of a grid step down to less than 1e-6 rad.
-_HALVINGS = 15
 
 
 class Unreachable(Exception):
@@ -56,6 +54,11 @@ class _Candidates(NamedTuple):
     redundancies: NDArray[np.float64]
     feasible: NDArray[np.bool_]
 
+    def least(self, costs: NDArray[np.float64]) -> Found:
+        """Return the feasible row of least cost."""
+        row = int(np.where(self.feasible, costs, np.inf).argmin())
+        return Found(tuple(self.joints[row].tolist()), int(self.statuses[row]), changed=True)
+
 
 class Nearest:
     """The rule for one robot."""
@@ -75,7 +78,7 @@ class Nearest:
         """Joint positions for the pose `flange` (in the base, m). `present` is where the move begins (rad).
 
         Without `redundancy` (rad) the present one is kept where it serves, else the nearest one that does on
-        the present branch is taken, to 1e-6 rad; where none does, of the other branches the joint positions
+        the present branch is taken, to 1 deg; where none does, of the other branches the joint positions
         nearest to the present ones. With it, exactly that, on the present branch if it serves, else on the
         branch nearest in joints. At a singular pose every branch that meets there is a present one. A joint
         that can reach a position by several turns takes the nearest.
@@ -97,13 +100,11 @@ class Nearest:
             return Found(*found, changed=False)
         candidates = self._candidates(flange, _grid(kept, searched, _GRID_RAD), own, present)
         if candidates.feasible.any():
-            return Found(*self._refined(flange, kept, candidates, present), changed=True)
+            return candidates.least(np.abs(candidates.redundancies - kept))
         elsewhere = self._candidates(flange, _grid(kept, searched, _COARSE_GRID_RAD), others, present)
         if keep_status or not elsewhere.feasible.any():
             raise self._reason(flange, redundancy, candidates, elsewhere, present)
-        distances = ((elsewhere.joints - present) ** 2).sum(axis=1)
-        row = int(np.where(elsewhere.feasible, distances, np.inf).argmin())
-        return Found(tuple(elsewhere.joints[row].tolist()), int(elsewhere.statuses[row]), changed=True)
+        return elsewhere.least(((elsewhere.joints - present) ** 2).sum(axis=1))
 
     def _candidates(
         self,
@@ -118,34 +119,6 @@ class Nearest:
         joints = self._inverse.joints_batch(flange, every_redundancy, every_status, present)
         joints, feasible = self._inverse.turned(joints, present)
         return _Candidates(joints, every_status, every_redundancy, feasible)
-
-    def _refined(
-        self, flange: Transform, kept: float, candidates: _Candidates, present: Sequence[float]
-    ) -> tuple[tuple[float, ...], int]:
-        """The feasible redundancy nearest to `kept`, also between the points of the grid."""
-        best: tuple[tuple[float, ...], int] | None = None
-        nearest = float("inf")
-        offsets = candidates.redundancies - kept
-        for side in (1.0, -1.0):
-            away = np.where(candidates.feasible & (offsets * side >= 0.0), offsets * side, np.inf)
-            row = int(away.argmin())
-            serves = float(away[row])
-            if serves - _GRID_RAD >= nearest or serves == float("inf"):
-                continue
-            status = int(candidates.statuses[row])
-            joints = tuple(candidates.joints[row].tolist())
-            fails = max(serves - _GRID_RAD, 0.0)
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (fails + serves)
-                closer = self._inverse.within_limits(flange, kept + side * middle, status, present)
-                if closer is None:
-                    fails = middle
-                else:
-                    serves, joints = middle, closer
-            if serves < nearest:
-                best, nearest = (joints, status), serves
-        assert best is not None
-        return best
 
     def _reason(
         self,

@@ -16,7 +16,7 @@ from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.frames import IDENTITY, Transform, apply, compose, inverse, rotate, transpose
 from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
@@ -66,7 +66,7 @@ class Arm:
         self.name, self.gripper = setup.name, setup.gripper
         self.base: Transform | None = None if setup.base == IDENTITY else setup.base
         """Pose of the base in the world; None where they are the same."""
-        self.model = Model(setup.shape.description)
+        self.model = arm_model(setup.shape.description)
         self.tell: Tell = lambda _line, _warns: None
         self.held = -1
         """The number of the part that the gripper holds; -1 for none."""

@@ -168,13 +168,12 @@ def test_a_line_to_joints_on_another_branch_says_what_lies_between() -> None:
     robot = SteppedRobot()
     robot.goes_to((0.3, 0.6, 0.4, -1.3, 0.3, 0.9, -0.5))
     inverse, here = Inverse(robot.model), robot.controller.joints
-    branches = dict(inverse.branches(robot.model.flange(here), here[2], here))
+    branches = {
+        status: inverse.joints(robot.model.flange(here), here[2], status, here) for status in inverse.statuses
+    }
     low, high = robot.description.position_min, robot.description.position_max
-    others = [
-        joints
-        for status, joints in branches.items()
-        if status != inverse.status(here) and (np.clip(joints, low, high) == joints).all()
-    ]
+    del branches[inverse.status(here)]
+    others = [q for q in branches.values() if q is not None and (np.clip(q, low, high) == q).all()]
     assert others
     for joints in others:
         told = "a line to that pose ends in other joint positions, with the arm bent another way"

@@ -38,6 +38,13 @@ class Arm:
         return all(low <= a <= high for low, a, high in zip(d.position_min, q, d.position_max, strict=True))
 
 
+def branches_of(
+    arm: Arm, flange: Transform, redundancy: float, seed: Sequence[float]
+) -> dict[int, tuple[float, ...]]:
+    found = {each: arm.inverse.joints(flange, redundancy, each, seed) for each in arm.inverse.statuses}
+    return {status: joints for status, joints in found.items() if joints is not None}
+
+
 @cache
 def arm_named(name: str, flange: str | None = None) -> Arm:
     """With another flange than its robot.toml has, if one is named."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.robot.description import RobotFault, load_robot
-from iiwa_sim.robot.model import arm_model, differing_limits
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.simulator import Simulator
 from tests.processes import refused
 from tests.robot.arms import IIWAS, copy_of_robot, edit, use
@@ -136,20 +136,6 @@ def test_a_folder_that_cannot_be(folder: str) -> None:
         use(folder)
     assert str(fault.value).isprintable()
     assert len(str(fault.value)) < 300
-
-
-def test_limits_in_the_urdf_that_are_others_are_told(tmp_path: Path) -> None:
-    for name in ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820", "kr_6_r900_sixx"):
-        assert differing_limits(load_robot(name)) == []
-    folder = copy_of_robot(tmp_path / "robot")
-    edit(
-        folder / "robot.urdf",
-        '-2.967059728" upper="2.967059728" effort="110"',
-        '-2.9" upper="2.967" effort="110"',
-    )
-    (line,) = differing_limits(load_robot(folder))
-    told = f"joint A3: limit lower is -2.9 rad, in {folder}/robot.toml -2.96706 rad: the latter holds"
-    assert line == f"{folder}/robot.urdf: {told}"
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found, Nearest, Unreachable
-from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, arm_named, distance
+from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, arm_named, branches_of, distance
 
 
 @pytest.fixture
@@ -67,9 +67,9 @@ def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
             continue
         searched += 1
         off = abs(found.joints[2] - present[2])
-        # a hair nearer on the side taken it no longer serves
-        hair = present[2] + math.copysign(off - 2e-6, found.joints[2] - present[2])
-        assert not serves(arm, flange, hair, status, present)
+        # a degree nearer on the side taken it no longer serves
+        nearer = present[2] + math.copysign(off - math.radians(1.0), found.joints[2] - present[2])
+        assert off < math.radians(1.0) or not serves(arm, flange, nearer, status, present)
     assert searched > 5
 
 
@@ -106,7 +106,7 @@ def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
             continue
         changed += 1
         assert found.changed
-        others = [q for _, q in arm.inverse.branches(flange, there[2], present) if arm.within_limits(q)]
+        others = [q for _, q in branches_of(arm, flange, there[2], present).items() if arm.within_limits(q)]
         nearest = min(math.dist(q, present) for q in others)
         assert math.dist(found.joints, present) == pytest.approx(nearest, abs=1e-9)
     assert kept > 4
