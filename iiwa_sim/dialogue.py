@@ -9,7 +9,6 @@ from collections import Counter, deque
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import islice
 from typing import NamedTuple
 
 import msgspec
@@ -17,22 +16,18 @@ import msgspec
 MOST = 100_000
 """Entries kept; a repeated exchange, as of a polling driver, is one entry."""
 REPORTED = 300
-"""Entries in a report, the newest ones."""
-TOLD_AT_ONCE = 200
-"""Entries in one answer to `since`, the newest ones."""
+"""Entries in a report, or in one answer to `since`: the newest ones."""
 SHOWN = 12
 """Commands that the message of an assertion names, the most frequent ones."""
 
 
 class Direction(StrEnum):
-    """The direction of a line. The values are the marks of `protocol/transcripts`."""
+    """The direction of a line: its mark in `protocol/transcripts`. `ON_WIRE` tells the effect of a wire fault."""
 
     FROM_CLIENT = ">"
     TO_CLIENT = "<"
     EVENT = "#"
-    """An event, said by nobody."""
     ON_WIRE = "~"
-    """The result of a wire fault for the reply before it."""
 
 
 class DialogueLine(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -56,16 +51,14 @@ class DialogueLine(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Exchange(NamedTuple):
-    """A line of a client, or a KRC4 message in its short form, and the reply."""
+    """A line of a client, or a KRC4 message in its short form, and the reply before any wire fault."""
 
     session: str
     """HOST:PORT of the client."""
     command: str
     """The name of the command as in protocol/iiwa.toml, or of a KRC4 message such as GOA; else the line."""
     line: str
-    """The line as the driver sent it, without its line end."""
     reply: str
-    """The robot's reply, before any wire fault."""
 
 
 class RecentLines(msgspec.Struct, frozen=True):
@@ -88,14 +81,6 @@ class _Entry:
     """Empty for an event."""
     times: int = 1
 
-    def repeats(self, lines: list[DialogueLine]) -> bool:
-        """Return True for the same lines at another time."""
-        pairs = zip(self.lines, lines, strict=False)
-        same = all(
-            (old.session, old.mark, old.text) == (new.session, new.mark, new.text) for old, new in pairs
-        )
-        return same and len(self.lines) == len(lines)
-
 
 class Dialogue:
     """The dialogue in all protocols. From `remember` on it is kept and can be asked for, from any thread.
@@ -112,7 +97,6 @@ class Dialogue:
         self._tick, self._tick_s, self._names = tick, tick_s, names
         self._entries: deque[_Entry] | None = None
         self._count = 0
-        self._from = 0  # number of the first entry that is not forgotten
         self._began_ns = time.monotonic_ns()
 
     @property
@@ -124,8 +108,7 @@ class Dialogue:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
         if self.is_heard:
             said = self._tell(session, Direction.FROM_CLIENT, line)
-            answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
-            self._keep([said, answer], command or line)
+            self._keep([said, self._tell(session, Direction.TO_CLIENT, reply, reason)], command or line)
 
     def event(self, session: str, text: str, protocol: str = "") -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""
@@ -143,9 +126,8 @@ class Dialogue:
             self._entries = deque(maxlen=MOST)
 
     def forget(self) -> None:
-        """Let assertions start here: for what comes before a test's own matter. Reports show all."""
-        self.remember()
-        self._from = self._count
+        """Forget all lines so far, and keep those from now on."""
+        self._entries = deque(maxlen=MOST)
 
     def exchanges(self) -> list[Exchange]:
         """Return all lines and their replies, in the order in which they were carried out.
@@ -154,13 +136,12 @@ class Dialogue:
         """
         if self._entries is None:
             raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
-        entries = list(self._entries)
-        if len(entries) == MOST and entries[0].number > self._from:
-            raise RuntimeError(f"more than {MOST} exchanges: call dialogue.forget() ahead of what counts")
+        if len(self._entries) == MOST:
+            raise RuntimeError(f"{MOST} exchanges or more: call dialogue.forget() ahead of what counts")
         return [
             Exchange(entry.lines[0].session, entry.command, entry.lines[0].text, entry.lines[1].text)
-            for entry in entries
-            if entry.command and entry.number >= self._from
+            for entry in list(self._entries)
+            if entry.command
             for _ in range(entry.times)
         ]
 
@@ -170,10 +151,6 @@ class Dialogue:
         A line that is no command stands there as it was sent. Raises RuntimeError as `exchanges`.
         """
         return [each.command for each in self.exchanges()]
-
-    def lines(self) -> list[str]:
-        """Return all lines of clients in their order, as they came. Raises RuntimeError as `exchanges`."""
-        return [each.line for each in self.exchanges()]
 
     def assert_said(self, what: str, times: int | None = None) -> None:
         """Raise an AssertionError that tells what was said, if a command was not.
@@ -194,47 +171,42 @@ class Dialogue:
 
     def since(self, number: int) -> RecentLines:
         """Return the newest lines from entry `number` on, with the number to ask for next."""
-        newest = list(islice(reversed(self._entries or ()), TOLD_AT_ONCE))
-        lines = [line for entry in reversed(newest) if entry.number >= number for line in entry.lines]
-        return RecentLines(self._count, lines)
+        newest = [each for each in list(self._entries or ())[-REPORTED:] if each.number >= number]
+        return RecentLines(self._count, [line for each in newest for line in each.lines])
 
     def report(self) -> str:
         """Return the newest entries as text, with simulated and real seconds."""
-        entries = list(self._entries or ())
-        if not entries:
-            return "nothing was said"
         lines = ["simulated      real"]
-        if len(entries) > REPORTED:
-            lines.append("(earlier lines are left out)")
-        for entry in entries[-REPORTED:]:
+        for entry in list(self._entries or ())[-REPORTED:]:
             said, *answers = entry.lines
             when = f"{said.time_s:9.3f} {(said.instant_ns - self._began_ns) * 1e-9:9.3f}"
             lines.append(f"{when}  {said.session} {said.mark} {said.text}")
             lines += [f"{'':{21 + len(said.session)}} {line.mark} {line.text}" for line in answers]
             if entry.times > 1:
                 lines[-1] += f"  ({entry.times} times)"
-        return "\n".join(lines)
+        return "\n".join(lines) if len(lines) > 1 else "nothing was said"
 
     def _tell(
         self, session: str, direction: Direction, text: str, reason: str = "", protocol: str = ""
     ) -> DialogueLine:
-        tick = self._tick()
-        said = DialogueLine(
-            tick * self._tick_s, session, direction, text, reason, protocol, tick, time.monotonic_ns()
-        )
+        tick, now_ns = self._tick(), time.monotonic_ns()
+        said = DialogueLine(tick * self._tick_s, session, direction, text, reason, protocol, tick, now_ns)
         for listener in self.listeners:
             listener(said)
         return said
 
     def _keep(self, lines: list[DialogueLine], command: str = "") -> None:
-        if self._entries is None:
-            return
-        last = self._entries[-1] if self._entries else None
-        if last is not None and last.number >= self._from and last.repeats(lines):
-            last.number, last.lines, last.times = self._count, lines, last.times + 1
-        else:
-            self._entries.append(_Entry(self._count, lines, command))
+        entries = self._entries
+        if entries and _said(entries[-1].lines) == _said(lines):
+            entries[-1].number, entries[-1].lines = self._count, lines
+            entries[-1].times += 1
+        elif entries is not None:
+            entries.append(_Entry(self._count, lines, command))
         self._count += 1
+
+
+def _said(lines: list[DialogueLine]) -> list[tuple[str, Direction, str]]:
+    return [(line.session, line.mark, line.text) for line in lines]
 
 
 def _normal(text: str) -> str:

@@ -95,8 +95,8 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
 def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     """Simulated robot that all tests share; each test finds it as the previous one left it.
 
-    Its options come from command line and ini file only. The report of a failed test shows the dialogue of
-    earlier tests, too.
+    Its options come from command line and ini file only. The report of a failed test shows the dialogue since
+    the last `dialogue.forget()`.
     """
     with _running(request, "iiwa_session", {}) as robot:
         yield robot

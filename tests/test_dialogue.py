@@ -37,7 +37,7 @@ def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
     robot.say("lin mvoe : 1", "unknown command")
     dialogue = robot.dialogue
     assert dialogue.commands() == ["hello", "lin move", "lin mvoe : 1"]
-    assert dialogue.lines()[1] == "Lin  MOVE:450 200 520 0 -1.57 0 0.5 0"
+    assert dialogue.exchanges()[1].line == "Lin  MOVE:450 200 520 0 -1.57 0 0.5 0"
     assert dialogue.exchanges()[0] == Exchange("driver", "hello", "hello", "hello")
     dialogue.assert_said("LIN move", times=1)
     dialogue.assert_said("lin move : 450 200 520 0 -1.57 0 0.5 0")

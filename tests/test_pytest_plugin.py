@@ -354,8 +354,11 @@ def test_tests_may_share_a_robot(project: Project) -> None:
             assert len(ports) == 1
 
         def test_failed(robot):
+            driver = Driver(robot.host, robot.port)
+            driver.ask("get mode")
+            driver.close()
             raise AssertionError("on purpose")
         """
     )
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*joint move*", "*iiwa_session state*"])
+    result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*get mode*", "*iiwa_session state*"])
