@@ -33,11 +33,7 @@ if TYPE_CHECKING:
     from iiwa_sim.protocols.faults import CloseAfter as CloseAfter, CloseBefore as CloseBefore, Delay as Delay
     from iiwa_sim.protocols.faults import Drop as Drop, Garble as Garble, Pass as Pass, Silence as Silence
     from iiwa_sim.protocols.faults import ResetBefore as ResetBefore, Split as Split
-    from iiwa_sim.robot.description import RobotFault as RobotFault
-    from iiwa_sim.ros.relay import RosFault as RosFault
-    from iiwa_sim.server.listening import ListenFault as ListenFault
     from iiwa_sim.simulator import Simulator as Simulator
-    from iiwa_sim.transcript.texts import TranscriptFault as TranscriptFault
     from iiwa_sim.wording import Unusable as Unusable
 
 _HOMES = {
@@ -52,11 +48,7 @@ _HOMES = {
     "options.model": "SettingError Settings",
     "protocols.faults": "EVERY NEXT UNTIL_CLEARED CloseAfter CloseBefore Delay Drop Garble Pass ResetBefore "
     "Silence Split",
-    "robot.description": "RobotFault",
-    "ros.relay": "RosFault",
-    "server.listening": "ListenFault",
     "simulator": "Simulator",
-    "transcript.texts": "TranscriptFault",
     "wording": "Unusable",
 }
 _HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names.split()}

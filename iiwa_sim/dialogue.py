@@ -22,7 +22,7 @@ SHOWN = 12
 
 
 class Direction(StrEnum):
-    """The direction of a line: its mark in `protocol/transcripts`. `ON_WIRE` tells the effect of a wire fault."""
+    """The direction of a line, by its mark in `protocol/transcripts`; `ON_WIRE` is the effect of a fault."""
 
     FROM_CLIENT = ">"
     TO_CLIENT = "<"

@@ -51,14 +51,12 @@ class Throttle:
     """Admits the first few events of each kind in a second, for a log that stays readable."""
 
     def __init__(self, most: int) -> None:
-        self._most, self._until_ns = most, 0
-        self._counts = Counter[Hashable]()
+        self._most, self._until_ns, self._counts = most, 0, Counter[Hashable]()
 
     def count(self, kind: Hashable, now_ns: int) -> int | None:
         """Return the number of this event in its second, from 1; None for one that is not admitted."""
         if now_ns >= self._until_ns:
-            self._until_ns = now_ns + SECOND_NS
-            self._counts.clear()
+            self._until_ns, self._counts = now_ns + SECOND_NS, Counter()
         self._counts[kind] += 1
         return self._counts[kind] if self._counts[kind] <= self._most else None
 
@@ -114,11 +112,11 @@ def configure(level: str, as_json: bool, descriptor: int) -> None:
 
     Of other loggers, such as asyncio's, only warnings and errors.
     """
-    handler = _Handler(descriptor)
-    handler.setFormatter(_JsonFormatter() if as_json else _PlainFormatter())
     ours = logging.getLogger("iiwa_sim")
     ours.setLevel(level.upper())
-    logging.basicConfig(level=max(ours.level, logging.WARNING), handlers=[handler], force=True)
+    logging.basicConfig(
+        level=max(ours.level, logging.WARNING), handlers=[_Handler(descriptor, as_json)], force=True
+    )
 
 
 class LineWriter:
@@ -131,9 +129,8 @@ class LineWriter:
         """`tell_lost` formats the line that tells how many were dropped."""
         self.fault: OSError | None = None
         """The last error of the file."""
-        self._descriptor, self._tell_lost = descriptor, tell_lost
+        self._descriptor, self._tell_lost, self._lost = descriptor, tell_lost, 0
         self._lines: queue.Queue[bytes] = queue.Queue(MOST_LINES)
-        self._lost = 0
         threading.Thread(target=self._write, name="iiwa-sim-writer", daemon=True).start()
 
     def put(self, line: bytes) -> None:
@@ -152,9 +149,8 @@ class LineWriter:
 
     def close(self) -> bool:
         """`flush`, and end the thread; return False if the file blocks. The file stays open."""
-        done = self.flush()
-        if done:
-            self._lines.put_nowait(b"")
+        if done := self.flush():
+            self.put(b"")
         return done
 
     def _write(self) -> None:
@@ -172,10 +168,11 @@ class LineWriter:
 
 
 class _Handler(logging.Handler):
-    """A handler that drops lines rather than block the robot in mid-motion, if nobody reads stderr."""
+    """Drops lines rather than block the robot in mid-motion, if nobody reads stderr."""
 
-    def __init__(self, descriptor: int) -> None:
+    def __init__(self, descriptor: int, as_json: bool) -> None:
         super().__init__()
+        self._as_json = as_json
         self._writer = LineWriter(descriptor, self._tell_lost)
 
     def emit(self, record: logging.LogRecord) -> None:
@@ -184,40 +181,20 @@ class _Handler(logging.Handler):
     def flush(self) -> None:
         self._writer.flush()
 
-    def close(self) -> None:
-        self._writer.close()
-        super().close()
+    def format(self, record: logging.LogRecord) -> str:
+        """Return `12:34:56.789 warning robot-1 MESSAGE` with the traceback indented below; or all in JSON."""
+        level, name, text = record.levelname.lower(), robot.get(), record.getMessage()
+        when = datetime.fromtimestamp(record.created, UTC)
+        trace = logging.Formatter().formatException(record.exc_info) if record.exc_info else ""
+        if self._as_json:
+            event = {"time": when.isoformat(timespec="milliseconds"), "level": level}
+            event |= {"robot": name} if name else {}
+            event |= {"message": text, **getattr(record, "fields", {})}
+            return json.dumps(event | ({"traceback": trace} if trace else {}))
+        clock = when.astimezone().isoformat(" ", "milliseconds")[11:23]
+        below = "".join(f"\n    {harmless(line)}" for line in trace.splitlines())
+        return f"{clock} {level} {name and f'{name} '}{harmless(text)}{below}"
 
     def _tell_lost(self, lost: int) -> bytes:
         words = {"msg": f"{lost} log lines lost: nobody read them", "levelname": "WARNING"}
         return self.format(logging.makeLogRecord(words)).encode() + b"\n"
-
-
-class _PlainFormatter(logging.Formatter):
-    """`12:34:56.789 warning 127.0.0.1:40000 refused 'lin move : 1': ...`, tracebacks indented below."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        when = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
-        name = robot.get()
-        about = f"{name} " if name else ""
-        text = f"{when} {record.levelname.lower()} {about}{harmless(record.getMessage())}"
-        if record.exc_info:
-            below = self.formatException(record.exc_info).splitlines()
-            text += "".join(f"\n    {harmless(line)}" for line in below)
-        return text
-
-
-class _JsonFormatter(logging.Formatter):
-    """One object per line: time (UTC), level, robot where there are several, message, fields of the event."""
-
-    def format(self, record: logging.LogRecord) -> str:
-        event = {
-            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
-            "level": record.levelname.lower(),
-            **({"robot": name} if (name := robot.get()) else {}),
-            "message": record.getMessage(),
-            **getattr(record, "fields", {}),
-        }
-        if record.exc_info:
-            event["traceback"] = self.formatException(record.exc_info)
-        return json.dumps(event)

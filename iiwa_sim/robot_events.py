@@ -15,10 +15,9 @@ logger = logging.getLogger(__name__)
 
 
 class RobotEvents:
-    """The events of one robot, as its controller tells them."""
+    """The events of one robot, as its controller tells them; `name` is that of the robot in the log."""
 
     def __init__(self, dialogue: Dialogue, name: str = "") -> None:
-        """`name` is that of the robot in the log."""
         self.listeners: list[Callable[[str, str, int, int], None]] = []
         """Called with the kind and the text of an event, its move and its error code, 0 for none."""
         self._dialogue, self._name = dialogue, name
@@ -31,21 +30,17 @@ class RobotEvents:
             case Contact(move=move):
                 self._tell("contact", str(event), move=move)
             case Discarded(moves, reason):
-                first, last = moves[0], moves[-1]
-                which = f"move {first}" if len(moves) == 1 else f"{len(moves)} moves, {first} to {last}"
                 with log.named(self._name):
-                    logger.info("%s not carried out to the end: %s", which, reason)
+                    logger.info("moves %d to %d not carried out to the end: %s", moves[0], moves[-1], reason)
             case str():
                 self._tell("touch", event)
 
     def part(self, told: str, slips: bool) -> None:
         """Tell that a part is gripped or let go, or is gone; `slips` for one that is lost by itself."""
-        level = logging.WARNING if slips else logging.INFO
-        self._tell("part slips" if slips else "part", told, level=level)
+        kind, level = ("part slips", logging.WARNING) if slips else ("part", logging.INFO)
+        self._tell(kind, told, level=level)
 
-    def _tell(
-        self, kind: str, text: str, *, move: int = 0, code: int = 0, level: int = logging.WARNING
-    ) -> None:
+    def _tell(self, kind: str, text: str, move: int = 0, code: int = 0, level: int = logging.WARNING) -> None:
         with log.named(self._name):
             logger.log(level, "%s", text, extra={"fields": {"kind": kind, "move": move, "code": code}})
         for listener in self.listeners:

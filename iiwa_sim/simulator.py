@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from iiwa_sim import log
-from iiwa_sim.backdoor.backdoor import Backdoor, Call
+from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH
 from iiwa_sim.cell.cell import Cell, cells_of, shared_world
@@ -56,29 +56,25 @@ class SimulatedRobot:
 
     def __init__(
         self,
+        simulator: "Simulator",
         cell: Cell,
         arm: "Arm | None",
-        settings: Settings,
-        clock: Clock,
-        call: Call,
-        recordings: Recordings,
         budget: Budget,
         on_bye: Callable[[], None] | None,
     ) -> None:
+        settings, clock = simulator.settings, simulator.clock
+        self._call, self._clock, self._recordings = simulator.call, clock, simulator.recordings
+        self._strict = settings.strict
         self.cell = cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
-        self._clock, self._call, self._recordings, self._strict = clock, call, recordings, settings.strict
         self.backdoor: Backdoor
         self.dialogue = Dialogue(self._tick, clock.tick_s, command_names)
         """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
         self._events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
-            clock.tick_s,
-            arm=arm,
-            servo_timeout_s=settings.servo_timeout_s,
-            on_event=self._events.tell,
+            clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self._events.tell
         )
         """The controller, for who steps it."""
         if controller.handling is not None:
@@ -112,11 +108,9 @@ class SimulatedRobot:
 
     @property
     def controller(self) -> Controller:
-        """The robot's controller, as of now.
-
-        To be had anew whenever something is asked of it or begun: a robot at rest does not tick until then.
-        """
-        return self._call(self._in_hand)
+        """The robot's controller. Get it anew for each use: a robot at rest does not tick until then."""
+        self._call(self._clock.look)
+        return self.stepped
 
     @property
     def joints(self) -> Joints:
@@ -143,10 +137,10 @@ class SimulatedRobot:
         self._call(lambda: self.faults.canned.set(command, reply, times))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
-        """Record the robot from now on into a file, which is overwritten: see docs/recordings.md.
+        """Record the robot from now on into an MCAP file, which is overwritten: see docs/recordings.md.
 
         Args:
-            path: MCAP file.
+            path: The file.
             rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
 
         Returns:
@@ -177,12 +171,7 @@ class SimulatedRobot:
         canned = self.faults.canned
         return open_session(protocol, self.stepped, self.log, name, self.dialogue, self._strict, canned)
 
-    def _in_hand(self) -> Controller:
-        self._clock.look()
-        return self.stepped
-
     def _tick(self) -> int:
-        """How many there have been by now."""
         self._clock.catch_up()
         return self.stepped.tick
 
@@ -199,9 +188,9 @@ class Simulator(OnlyRobot):
     asyncio loop. A driver connects to `robot.host` and `robot.port`, free ports unless options name them. A
     single robot lends its methods to its simulator; of several in a cell, `robots["left"]` has them.
 
-    With a thread, any other thread may call the methods here; each returns when it is done. `controller`,
-    `clock` and `dialogue` belong to the robot's thread: reach them through `call`. In a loop, methods that
-    let time pass raise RuntimeError: await those of `clock`.
+    Any thread may call the methods here. `controller`, `clock` and `dialogue` belong to the robot's thread:
+    reach them through `call`. In a loop, await the methods of `clock`: those here that let time pass raise
+    RuntimeError.
 
     Args:
         robot: Name of a built-in robot, a robot's folder, or the path of a cell.toml.
@@ -212,11 +201,9 @@ class Simulator(OnlyRobot):
 
     Raises:
         SettingError: An option is unknown, has a wrong value, or does not fit to another or the cell.
-        CellFault, RobotFault: Cell or robot cannot be used, or has not the axes for a protocol.
-        RosFault: The library for rosbridge or rospy is not installed.
+        Unusable: Cell or robot cannot be used (CellFault, RobotFault), or a library is not installed.
 
-    Entering the context raises ListenFault if host and ports cannot be listened on, RosFault if there can be
-    no node, and TranscriptFault or RecordingFault for a file that cannot be written.
+    Entering the context raises Unusable for an address or a file that cannot be used.
     """
 
     def __init__(
@@ -234,23 +221,19 @@ class Simulator(OnlyRobot):
         self._thread: LoopThread | None = None
         self.cells = tuple(known or cells_of(settings.robot, settings.cell))
         """The cell, once for each robot."""
+        path = self.cells[0].path
         if self.cells[0].ports and (settings.port != (0,) or settings.protocol != (DEFAULT_PROTOCOL,)):
-            names = " and ".join(each.name for each in self.cells)
-            raise SettingError(f"--port, --protocol: expected none: write those of {names} in the cell")
+            raise SettingError(f"--port, --protocol: expected none: {path} has those of each robot")
         has_ros = settings.rosbridge_port is not None or settings.ros or settings.ros2
         if len(self.cells) > 1 and has_ros:
-            raise SettingError(
-                f"--rosbridge-port, --ros, --ros2: expected none, with several robots in {self.cells[0].path}"
-            )
+            raise SettingError(f"--rosbridge-port, --ros, --ros2: expected none: {path} has several robots")
         self.clock = Clock(settings.rate_hz, pace(settings.clock))
-        self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
+        self.recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         budget = Budget(self.clock.catch_up)
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
         self.robots = {
-            each.name: SimulatedRobot(
-                each, arm, settings, self.clock, self.call, self._recordings, budget, on_bye
-            )
+            each.name: SimulatedRobot(self, each, arm, budget, on_bye)
             for each, arm in zip(self.cells, arms, strict=True)
         }
         """The robots by their names; a cell without `[[robot]]` has one, whose name is empty."""
@@ -258,10 +241,8 @@ class Simulator(OnlyRobot):
         self._group = ControllerGroup([each.stepped for each in robots], world)
         states = States(*self._group.controllers)
         for each in robots:
-            wire, ports = each.faults, each.servers.values()
-            each.backdoor = Backdoor(
-                each.stepped, wire, ports, self.clock, each.dialogue, self.call, self._group, states
-            )
+            own = each.stepped, each.faults, each.servers.values()
+            each.backdoor = Backdoor(*own, self.clock, each.dialogue, self.call, self._group, states)
         first = robots[0]
         self._opened, self._is_open = AsyncExitStack(), False
         self._backdoor_http: BackdoorHttp | None = None
@@ -319,10 +300,10 @@ class Simulator(OnlyRobot):
                     opened.enter_context(
                         recorded(own, robot.dialogue, self.clock.tick_s, title, list(robot.servers))
                     )
-            opened.callback(self._recordings.end_all)
+            opened.callback(self.recordings.end_all)
             if self.settings.record is not None:
-                record = Path(self.settings.record), self.settings.record_rate_hz
-                self._recordings.begin(*record, self._sources)
+                file, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
+                self.recordings.begin(file, rate_hz, [each.source for each in self.robots.values()])
             opened.callback(self.clock.stop)
             for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
@@ -346,7 +327,7 @@ class Simulator(OnlyRobot):
     def __enter__(self) -> Self:
         if self._thread is not None or self._is_open:
             raise RuntimeError("the simulator runs already")
-        self._thread = LoopThread("iiwa-sim")
+        self._thread = LoopThread()
         try:
             return self._thread.wait_for(self.__aenter__)
         except BaseException:
@@ -388,35 +369,20 @@ class Simulator(OnlyRobot):
         return self._thread.wait_for(awaited, limit_s)
 
     def advance(self, seconds: float) -> None:
-        """Let simulated time pass as fast as possible, with any clock.
+        """Let simulated time (s, 0 to a day) pass as fast as possible, with any clock; raises ValueError.
 
-        Args:
-            seconds: Simulated time, 0 to a day; part of a tick counts as a whole one.
-
-        Raises:
-            ValueError: The time is out of range.
+        A part of a tick counts as a whole one.
         """
         self._wait_for(lambda: self.clock.advance(seconds))
 
     def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
-        """Return what a camera of the cell's scene sees, as PNG of so many pixels.
-
-        Raises:
-            Refused: The scene has no such camera, or the machine cannot render.
-        """
+        """Return what a camera of the cell's scene sees, as PNG of so many pixels. Raises Refused."""
         return self._wait_for(lambda: next(iter(self.robots.values())).backdoor.camera(name, width, height))
 
     def run_until_stopped(self, limit_s: float = 60.0) -> float:
-        """Let time pass, as fast as possible, until the robot has stopped.
+        """Let time pass until the robot has stopped, and return the simulated seconds that have passed.
 
-        Args:
-            limit_s: Longest simulated time, 0 to a day.
-
-        Returns:
-            Simulated time that has passed (s); 0 if the robot did not move.
-
-        Raises:
-            StillMoving: The robot still moves after `limit_s`. It is a TimeoutError.
+        Raises StillMoving, a TimeoutError, if it still moves after `limit_s` (simulated, 0 to a day).
         """
         return self._wait_for(lambda: self.clock.run_until_stopped(limit_s))
 
@@ -435,7 +401,8 @@ class Simulator(OnlyRobot):
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
         """Record all robots from now on into one file, as `SimulatedRobot.record` does for one."""
-        return self._recordings.begin(Path(path), rate_hz, self._sources, self.call)
+        sources = [each.source for each in self.robots.values()]
+        return self.recordings.begin(Path(path), rate_hz, sources, self.call)
 
     @property
     def host(self) -> str:
@@ -444,28 +411,24 @@ class Simulator(OnlyRobot):
 
     @property
     def status_port(self) -> int | None:
-        """Port on which the state is broadcast, if it is."""
+        """Port of the status stream, if there is one."""
         return None if self._status is None else self._status.acceptor.address[1]
 
     @property
     def rosbridge_port(self) -> int | None:
-        """Port on which the robot is on ROS by rosbridge, if it is."""
+        """Port of rosbridge, if there is one."""
         rosbridge = None if self.ros is None else self.ros.rosbridge
         return None if rosbridge is None else rosbridge.address[1]
 
     @property
     def backdoor_port(self) -> int | None:
-        """Port of the backdoor, if it has one."""
+        """Port of the backdoor over HTTP, if there is one."""
         return None if self._backdoor_http is None else self._backdoor_http.acceptor.address[1]
 
-    @property
-    def _sources(self) -> list[Source]:
-        return [each.source for each in self.robots.values()]
-
     def _watched(self) -> Stepped:
-        """The robots for the clock; with nobody else in between where nobody watches."""
+        """Return what the clock steps: one robot itself if nobody watches."""
         others = [each for each in (self._status, self.ros) if each is not None]
-        self._group.observers = observers = [*self._recordings.recorders, *others]
+        self._group.observers = observers = [*self.recordings.recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:

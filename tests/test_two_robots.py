@@ -260,9 +260,9 @@ def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> Non
         with pytest.raises(AttributeError, match=r"robots\[NAME\] has what belongs to one"):
             getattr(cell, name)
     for options in ({"port": 30000}, {"protocol": "krc4"}):
-        with pytest.raises(SettingError, match=": expected none: write those of left and right in"):
+        with pytest.raises(SettingError, match="has those of each robot"):
             Simulator(cell=CELL, **options)
-    with pytest.raises(SettingError, match="--ros, --ros2: expected none, with several robots in"):
+    with pytest.raises(SettingError, match="has several robots"):
         Simulator(cell=CELL, rosbridge_port=0)
 
 
@@ -328,7 +328,7 @@ def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
     assert "lost" not in said
     assert "> wrong" in (tmp_path / "said-right.txt").read_text()
     assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
-    told = "iiwa-sim: --port, --protocol: expected none: write those of left and right in the cell\n"
+    told = f"iiwa-sim: --port, --protocol: expected none: {file} has those of each robot\n"
     assert refused(file, "--port", "5") == told
     assert main(["check-cell", str(file)]) == 0
     assert [
