@@ -95,8 +95,10 @@ def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator() as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 0
     said = capsys.readouterr().out
-    assert "\nas iiwa-sim      a second client: is served at the same time" in said
-    assert "\nnot tried        the dialogue interrupted.txt (--allow-motion tries it)\n" in said
+    assert (
+        "\nas iiwa-sim      a second client (the original: waits until the first has gone; iiwa-sim" in said
+    )
+    assert "\nnot tried        the dialogue interrupted.txt: --allow-motion tries it\n" in said
     assert "\n0 deviations; " in said
 
 

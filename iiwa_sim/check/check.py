@@ -4,17 +4,22 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 
-from iiwa_sim.check.link import COMMANDS, HARMLESS, Finding, Link, Probe, Verdict, moves
-from iiwa_sim.check.probes import PROBES, SAME
+from iiwa_sim.check.probes import PROBES, SAME, Finding, Link, Probe, Verdict, ask
+from iiwa_sim.protocols.table import load_table
 from iiwa_sim.server.listening import host_and_port
-from iiwa_sim.transcript.lines import Kind, Transcript, shipped
+from iiwa_sim.transcript.lines import Transcript, shipped
 from iiwa_sim.transcript.replay import replay
-from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
+from iiwa_sim.transcript.texts import TranscriptFault
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_SEEN = 600
 """Most characters of an observation in the report."""
 HEAD = "The server beside the original one, as far as that is known, and beside iiwa-sim:"
+COMMANDS = load_table("iiwa").commands
+HARMLESS = frozenset(
+    name for name in COMMANDS if name in ("hello", "help", "stop", "bye") or name.startswith(("get ", "is "))
+)
+"""Commands that change neither the robot's motion, nor its outputs, nor its errors."""
 
 
 def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
@@ -37,19 +42,11 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
 
 
 def line(probe: Probe, finding: Finding) -> str:
-    """Return the line of a report on one finding: behaviour, and what was expected if that differs."""
-    told = f"{finding.verdict.value:15}  {probe.event}"
+    """Return the line of a report on one finding: what was observed, and what is known."""
     seen = shortened(harmless(finding.seen), LONGEST_SEEN)
-    original = f"the original: {probe.original}" if probe.original else ""
-    match finding.verdict:
-        case Verdict.ORIGINAL if probe.original:
-            return f"{told}: {probe.original}"
-        case Verdict.OURS:
-            return f"{told}: {probe.ours}; {original}"
-        case Verdict.DEVIATION:
-            known = "; ".join(filter(None, (original, probe.ours and f"iiwa-sim: {probe.ours}")))
-            return f"{told}: {seen} ({known})" if known else f"{told}: {seen}"
-    return f"{told} ({seen})" if seen else told
+    ours = f"; iiwa-sim: {probe.ours}" if probe.ours else ""
+    known = f" (the original: {probe.original}{ours})" if probe.original else ""
+    return f"{finding.verdict.value:15}  {probe.event}{seen and f': {seen}'}{known}"
 
 
 def summary(findings: list[Finding]) -> str:
@@ -66,22 +63,21 @@ def _greet(link: Link) -> None:
     where = host_and_port(link.host, link.port)
     try:
         with link.talk() as talk:
-            reply, status = talk.ask("hello"), talk.ask("get status")
+            reply, status = ask(talk, "hello"), ask(talk, "get status")
     except OSError as fault:
         raise TranscriptFault(f"{where} is not a server of this protocol: {fault}") from None
-    if reply != "hello":
-        raise TranscriptFault(f"{where} is not a server of this protocol: it answers '{reply}' to 'hello'")
-    if status != "stopped":
+    if (reply, status) != ("hello", "stopped"):
         raise TranscriptFault(
-            f"the robot at {where} says '{status}', expected 'stopped': clients that come and go may stop it"
+            f"{where} says '{reply}' to 'hello', '{status}' to 'get status', expected 'hello' and 'stopped': "
+            "clients that come and go may stop a robot"
         )
 
 
 def _play(transcript: Transcript, link: Link) -> Finding | str:
-    said = [step for step in transcript.steps if step.kind is Kind.SAID]
-    if not link.allow_motion and any(moves(wire_bytes(step.text)) for step in said):
+    said = transcript.commands
+    if not link.allow_motion and said & COMMANDS.keys() - HARMLESS:
         return Finding(Verdict.UNTRIED, "--allow-motion tries it")
-    for each in sorted(transcript.commands & HARMLESS):
+    for each in sorted(said & HARMLESS):
         if COMMANDS[each].extension and not link.knows(each):
             return Finding(Verdict.UNTRIED, f"the server does not know the extension '{each}'")
     played = replay(transcript, link.host, link.port, link.timeout_s)

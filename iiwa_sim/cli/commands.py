@@ -125,7 +125,7 @@ def check(parser: Parser, words: Sequence[str]) -> int:
     parser.add_argument("--allow-motion", action="store_true", default=False, help=motion)
     own, _ = parser.parsed(words)
     from iiwa_sim.check import check as report
-    from iiwa_sim.check.link import Finding, Link, Verdict
+    from iiwa_sim.check.probes import Finding, Link, Verdict
 
     host, (port,) = own.server
     link = Link(host, port, own.allow_motion)

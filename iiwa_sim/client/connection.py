@@ -30,6 +30,12 @@ class Connection:
         self._socket: socket.socket | None = None
         self.reconnect()
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
     def reconnect(self) -> None:
         """Open a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
@@ -105,12 +111,6 @@ class Connection:
 
 class Client(Connection, ABC):
     """A robot on the other end of a connection."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Return when the robot is at rest. After `timeout_s` raise TimeoutError and keep the connection."""
