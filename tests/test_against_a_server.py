@@ -99,7 +99,7 @@ def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
         "\nas iiwa-sim      a second client (the original: waits until the first has gone; iiwa-sim" in said
     )
     assert "\nnot tried        the dialogue interrupted.txt: --allow-motion tries it\n" in said
-    assert "\n0 deviations; " in said
+    assert ", 0 DEVIATION, " in said
 
 
 def test_ports_that_are_none() -> None:

@@ -50,13 +50,9 @@ def line(probe: Probe, finding: Finding) -> str:
 
 
 def summary(findings: list[Finding]) -> str:
-    """Return the number of deviations, and of other findings."""
+    """Return the number of findings of each verdict."""
     count = Counter(each.verdict for each in findings)
-    deviations = count[Verdict.DEVIATION]
-    return (
-        f"{deviations} deviation{'' if deviations == 1 else 's'}; {count[Verdict.ORIGINAL]} as the original, "
-        f"{count[Verdict.OURS]} as iiwa-sim, {count[Verdict.UNTRIED]} not tried"
-    )
+    return ", ".join(f"{count[verdict]} {verdict.value}" for verdict in Verdict)
 
 
 def _greet(link: Link) -> None:

@@ -23,7 +23,7 @@ _LINE = re.compile(
     r"(?:(?P<only>only)\s+(?P<robot>\S+) at home"
     r"|protocol\s+(?P<protocols>\S+)"
     r"|(?P<client>[A-Za-z]\w*(?=\s*[<>]|\s+[a-z]))?\s*"
-    r"(?:(?P<mark>>|<~(?:[0-9.]+|inf)?|<\?|<)(?: (?P<text>.*))?"
+    r"(?:(?P<mark>>|<~|<\?|<)(?P<within>(?<=~)(?:[0-9.]+|inf))?(?: (?P<text>.*))?"
     r"|(?P<event>connects|leaves)(?:(?<=connects)\s+in\s+(?P<protocol>\S+))?"
     r"|wait\s+(?P<wait>stopped|[0-9.]+)))\s*"
 )
@@ -110,9 +110,16 @@ def read(name: str, text: str) -> Transcript:
                 robot = found["robot"]
                 continue
             if found["protocols"]:
-                if steps:
-                    raise ValueError("expected above all that is said")
-                protocols = _protocols(found["protocols"])
+                protocols = tuple(found["protocols"].split(","))
+                if (
+                    steps
+                    or len(set(protocols)) < len(protocols)
+                    or not set(protocols) <= DEFAULT_PORTS.keys()
+                ):
+                    choice = " or ".join(DEFAULT_PORTS)
+                    raise ValueError(
+                        f"expected {choice}, each at most once, a comma between, above all lines"
+                    )
                 continue
             client = found["client"] or ""
             protocol = found["protocol"] or spoken.get(client, protocols[0])
@@ -146,17 +153,7 @@ def shipped(*folders: str) -> list[Transcript]:
 
 def _step(number: int, found: re.Match[str], protocol: str) -> Step:
     at_s = None if found["simulated"] is None else float(found["simulated"])
-    text, mark, wait, value = found["text"] or "", found["mark"] or "", found["wait"], None
-    kind = Kind.NUMBERS if mark.startswith("<~") else Kind(mark or found["event"] or "wait")
-    if kind is Kind.NUMBERS:
-        value = WITHIN if mark == "<~" else float(mark[2:])
-    elif kind is Kind.WAIT and wait != "stopped":
-        value = float(wait)
-    return Step(kind, number, found["client"] or "", at_s, protocol, text, value)
-
-
-def _protocols(text: str) -> tuple[str, ...]:
-    names = text.split(",")
-    if len(set(names)) < len(names) or not set(names) <= set(DEFAULT_PORTS):
-        raise ValueError(f"expected {' or '.join(DEFAULT_PORTS)}, each at most once, a comma between")
-    return tuple(names)
+    kind = Kind(found["mark"] or found["event"] or "wait")
+    value = found["within"] or found["wait"] or (WITHIN if kind is Kind.NUMBERS else None)
+    value = None if value in (None, "stopped") else float(value)
+    return Step(kind, number, found["client"] or "", at_s, protocol, found["text"] or "", value)

@@ -37,13 +37,6 @@ class Lines:
         self._clients = 0
         self._last_said = ""
 
-    def header(self, title: str) -> str:
-        """Return the head of a transcript with its line ends; `title` is the first line, a comment."""
-        header = f"# {title}\n# [simulated real] time in s\n"
-        if self._protocols != (DEFAULT_PROTOCOL,):
-            header += f"protocol {','.join(self._protocols)}\n"
-        return header
-
     def line(self, told: DialogueLine, simulated_s: float) -> str:
         """One of them, without its end."""
         times = f"[{simulated_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
@@ -87,17 +80,8 @@ def recorded(
     """Write a dialogue into a file, line by line, while the context is open.
 
     If the file cannot be written, as on a full disk, the log says so at the end. A FIFO or a terminal is
-    never waited for: lines that it does not take are dropped, and a comment tells how many.
-
-    Args:
-        path: The file.
-        dialogue: The dialogue of a robot.
-        tick_s: Duration of a tick (s).
-        title: The first line, a comment.
-        protocols: Those of the simulator.
-
-    Raises:
-        TranscriptFault: The file cannot be opened.
+    never waited for: lines that it does not take are dropped, and a comment tells how many. `tick_s` is the
+    duration of a tick (s), `title` the first line. Raises TranscriptFault if the file cannot be opened.
     """
     # Opening a FIFO for writing only would wait for a reader.
     how = os.O_RDWR if path.is_fifo() else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
@@ -107,11 +91,12 @@ def recorded(
         raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
     lines = Lines(protocols, time.monotonic_ns())
     out = LineWriter(descriptor, lambda n: b"# %d lines lost: nobody read them\n" % n)
-    out.put(lines.header(title).encode("ascii", "backslashreplace"))
+    named = "" if tuple(protocols) == (DEFAULT_PROTOCOL,) else f"protocol {','.join(protocols)}\n"
+    header = f"# {title}\n# [simulated real] time in s\n{named}"
+    out.put(header.encode("ascii", "backslashreplace"))
 
     def hear(said: DialogueLine) -> None:
-        line = lines.line(said, said.tick * tick_s)
-        out.put(f"{line}\n".encode("ascii", "backslashreplace"))
+        out.put(f"{lines.line(said, said.tick * tick_s)}\n".encode("ascii", "backslashreplace"))
 
     dialogue.listeners.append(hear)
     try:

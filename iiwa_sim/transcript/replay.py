@@ -7,15 +7,16 @@ the line before is done.
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from iiwa_sim.client.connection import Connection
 from iiwa_sim.client.krc4 import END_OF_REPLY
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.ports import KRC4
-from iiwa_sim.server.listening import host_and_port
+from iiwa_sim.server.listening import host_and_port, why
 from iiwa_sim.transcript.lines import Kind, Step, Transcript
-from iiwa_sim.transcript.texts import TranscriptFault, ask_status, deviation, filled, is_moving, sent, topic
+from iiwa_sim.transcript.texts import ASK_STATUS, TranscriptFault, deviation, filled, is_moving, sent, topic
 
 TIMEOUT_S = 5.0
 STOPPED_WITHIN_S = 60.0
@@ -46,8 +47,7 @@ def connected(host: str, port: int, timeout_s: float) -> Connection:
     try:
         return Connection(host, port, timeout_s)
     except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
-        why = getattr(fault, "strerror", None) or fault
-        raise TranscriptFault(f"cannot connect to {host_and_port(host, port)}: {why}") from None
+        raise TranscriptFault(f"cannot connect to {host_and_port(host, port)}: {why(fault)}") from None
 
 
 def replay(
@@ -69,9 +69,8 @@ def replay(
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.protocols):
-        given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
-        wanted = f"{len(transcript.protocols)}, one each for {', '.join(transcript.protocols)}"
-        raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
+        wanted = f"one each for {', '.join(transcript.protocols)}"
+        raise TranscriptFault(f"{transcript.name}: number of ports {len(ports)}, expected {wanted}")
     began_s = clock.now_s()
     clients: dict[str, _Client] = {}
     heard = defaultdict[str, dict[str, str]](dict)  # also of clients that leave and come back
@@ -84,14 +83,14 @@ def replay(
                     clients.pop(step.client).connection.close()
                 continue
             if step.client not in clients:
-                its_port = ports[transcript.protocols.index(step.protocol)]
-                clients[step.client] = _Client(host, its_port, timeout_s, step.protocol, heard[step.client])
+                connection = connected(host, ports[transcript.protocols.index(step.protocol)], timeout_s)
+                clients[step.client] = _Client(connection, step.protocol, heard[step.client])
             client = clients[step.client]
             client.line = step.line
             try:
                 found = client.play(step, clock)
             except (OSError, ValueError) as fault:
-                yield Deviation(step.line, client.last, _why(fault))
+                yield Deviation(step.line, client.last, why(fault))
                 return
             if found:
                 yield Deviation(step.line, client.last, found)
@@ -103,18 +102,19 @@ def replay(
             client.connection.close()
 
 
+@dataclass
 class _Client:
     """A client of the transcript."""
 
-    def __init__(self, host: str, port: int, timeout_s: float, protocol: str, heard: dict[str, str]) -> None:
-        """`heard` has the last reply to each command, by topic."""
-        self.connection = connected(host, port, timeout_s)
-        self.last = ""
-        """The last line that was sent or answered."""
-        self.line = 0
-        self._protocol = protocol
-        self._said: deque[str] = deque()  # lines without a reply yet
-        self._heard = heard
+    connection: Connection
+    protocol: str
+    heard: dict[str, str]
+    """The last reply to each command, by topic."""
+    said: deque[str] = field(default_factory=deque)
+    """Lines without a reply yet."""
+    last: str = ""
+    """The last line that was sent or answered."""
+    line: int = 0
 
     def play(self, step: Step, clock: Time) -> str:
         """Carry out a step; returns the difference in words.
@@ -133,29 +133,29 @@ class _Client:
 
     def _say(self, text: str) -> None:
         self.last = text
-        line = filled(self._protocol, text, self._heard)
-        self.connection.send(sent(self._protocol, line))
-        self._said.append(line)
+        line = filled(self.protocol, text, self.heard)
+        self.connection.send(sent(self.protocol, line))
+        self.said.append(line)
 
     def _hear(self, expected: Step) -> str:
-        self.last = self._said.popleft()
+        self.last = self.said.popleft()
         reply = self._reply()
         try:
             if expected.kind is Kind.ANY:
                 return ""
-            wanted = filled(self._protocol, expected.text, self._heard)
-            return deviation(self._protocol, wanted, expected.number, reply)
+            wanted = filled(self.protocol, expected.text, self.heard)
+            return deviation(self.protocol, wanted, expected.number, reply)
         except ValueError as fault:
             return str(fault)
         finally:
-            self._heard[topic(self._protocol, self.last)] = reply
+            self.heard[topic(self.protocol, self.last)] = reply
 
     def _wait_until_stopped(self, clock: Time) -> None:
         deadline_s = clock.now_s() + STOPPED_WITHIN_S
         while True:
-            self._say(ask_status(self._protocol))
-            self._said.clear()
-            if not is_moving(self._protocol, self._reply()):
+            self._say(ASK_STATUS[self.protocol])
+            self.said.clear()
+            if not is_moving(self.protocol, self._reply()):
                 return
             if clock.now_s() > deadline_s:
                 raise TimeoutError(f"still moving after {STOPPED_WITHIN_S:g} s")
@@ -163,11 +163,5 @@ class _Client:
 
     def _reply(self) -> str:
         """Return the next reply, escaped."""
-        if self._protocol == KRC4:
-            return readable(self.connection.read_until(END_OF_REPLY))
-        return readable(self.connection.read_line())
-
-
-def _why(fault: Exception) -> str:
-    strerror = getattr(fault, "strerror", None)
-    return f"the connection failed: {strerror}" if strerror else str(fault)
+        krc4 = self.protocol == KRC4
+        return readable(self.connection.read_until(END_OF_REPLY) if krc4 else self.connection.read_line())

@@ -11,6 +11,7 @@ reals of the last reply, and `{GOP + 0 0 10}` for them with these added.
 import math
 import re
 from collections.abc import Mapping
+from itertools import chain, repeat
 
 from iiwa_sim.protocols.krc4_xml import (
     LARGEST_INTEGER,
@@ -25,17 +26,20 @@ from iiwa_sim.protocols.krc4_xml import (
     reply_of,
     to_xml,
     understand,
-    written,
 )
-from iiwa_sim.protocols.ports import KRC4
+from iiwa_sim.protocols.ports import IIWA, KRC4
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_MESSAGE = 400
 """Most characters of a message, which may quote paths and lines."""
 
+ASK_STATUS = {IIWA: "get status", KRC4: f"Cmd I0={LARGEST_INTEGER} I1=100"}
+"""Texts that ask whether the robot moves, by protocol."""
+
 _PLACEHOLDER = re.compile(r"\{(?P<topic>[a-z ]+?|[A-Z]{3})(?: (?P<place>\d+))?\s*(?:\+(?P<more>[^{}]*))?\}")
 _TAGS = {command.id: command.tag for command in load_krc4_table().values()}
-_FIN = next(number for number, name in _TAGS.items() if name == "FIN")
+_ESCAPES = {rb"\x%02x" % byte: bytes([byte]) for byte in range(256)}
+_ESCAPES |= {rb"\\": b"\\", rb"\'": b"'", rb"\t": b"\t", rb"\n": b"\n", rb"\r": b"\r"}
 
 
 class TranscriptFault(Unusable):
@@ -47,7 +51,10 @@ class TranscriptFault(Unusable):
 
 def wire_bytes(text: str) -> bytes:
     """Return the bytes for a text. Raises ValueError for a malformed escape."""
-    return re.sub(rb"\\(x[0-9a-f]{2}|.|$)", _unescaped, text.encode())
+    try:
+        return re.sub(rb"\\(?:x..|.?)", lambda found: _ESCAPES[found[0]], text.encode())
+    except KeyError as fault:
+        raise ValueError(f"no escape: {fault}") from None
 
 
 def command_of(text: str) -> str:
@@ -87,21 +94,12 @@ def understood(text: str, root: str) -> Message:
     return understand(found, root)
 
 
-def ask_status(protocol: str) -> str:
-    """Return the text that asks whether the robot moves."""
-    return "get status" if protocol != KRC4 else f"Cmd I0={LARGEST_INTEGER} I1={_FIN}"
-
-
 def is_moving(protocol: str, reply: str) -> bool:
-    """Return True if the reply to `ask_status` says that the robot moves. Raises ValueError."""
-    if protocol != KRC4:
-        if reply not in ("moving", "stopped"):
-            raise ValueError(f"expected 'moving' or 'stopped', got '{reply}'")
-        return reply == "moving"
-    got = understood(reply, REPLY)
-    if got.fault or got.integers[:2] != (LARGEST_INTEGER, _FIN) or got.integers[2] not in (0, 1):
-        raise ValueError(f"expected I2 to be 0 or 1, got '{reply}'")
-    return got.integers[2] == 0
+    """Return True if the reply to a text of ASK_STATUS says that the robot moves. Raises ValueError."""
+    told = _values(protocol, reply).get("I2" if protocol == KRC4 else "value 1")
+    if told not in (moving := {"0": True, "moving": True, "1": False, "stopped": False}):
+        raise ValueError(f"expected 'moving' or 'stopped', 0 or 1, got '{reply}'")
+    return moving[told]
 
 
 def filled(protocol: str, text: str, heard: Mapping[str, str]) -> str:
@@ -111,20 +109,19 @@ def filled(protocol: str, text: str, heard: Mapping[str, str]) -> str:
         reply = heard.get(found["topic"])
         if reply is None:
             raise ValueError(f"'{found['topic']}' has not been asked yet")
-        more = None if found["more"] is None else _numbers(found["more"])
+        words = _values(protocol, reply)
         if protocol == KRC4:
-            return _reals(found["topic"], reply, more or [])
-        place = int(found["place"] or 0)
-        if place:
-            if place > len(reply.split()):
-                raise ValueError(f"expected {place} numbers or more, got '{reply}'")
-            reply = reply.split()[place - 1]
-        if more is None:
-            return reply
-        numbers = _numbers(reply)
-        if len(numbers) != len(more):
-            raise ValueError(f"expected {len(numbers)} numbers behind the + of {found[0]}, got {len(more)}")
-        return " ".join(f"{number + other:.9f}" for number, other in zip(numbers, more, strict=True))
+            if _TAGS.get(int(words["I1"])) != found["topic"]:
+                raise ValueError(f"expected '{found['topic']}' to have been answered, got '{reply}'")
+            words = {name: word for name, word in words.items() if name[0] == "R"}
+        elif found["place"]:
+            words = {name: word for name, word in words.items() if name == f"value {found['place']}"}
+        if found["more"] is not None:
+            more = chain(map(_number, found["more"].split()), repeat(0.0))
+            words = {name: f"{_number(word) + next(more):.9f}" for name, word in words.items()}
+        if not words or "nan" in words.values():
+            raise ValueError(f"expected numbers for {found[0]}, got '{reply}'")
+        return " ".join(f"{name}={word}" if protocol == KRC4 else word for name, word in words.items())
 
     return _PLACEHOLDER.sub(fill, text)
 
@@ -135,65 +132,32 @@ def deviation(protocol: str, wanted: str, within: float | None, reply: str) -> s
     With `within` None both are equal: lines and verbatim messages word for word, messages in short form by
     their values. Otherwise numbers differ by at most `within`; integers of KRC4 messages not at all.
     """
-    if protocol == KRC4 and (within is not None or is_short(wanted)):
-        return _message_deviation(understood(wanted, REPLY), within or 0.0, reply)
-    wanted = wanted.replace("\\x7b", "{")
-    if within is None:
+    if within is None and not (protocol == KRC4 and is_short(wanted)):
+        wanted = wanted.replace("\\x7b", "{")
         return "" if reply == wanted else f"expected '{wanted}', got '{reply}'"
-    words, others = reply.split(), wanted.split()
-    if len(words) != len(others):
-        return f"expected {len(others)} values, got {len(words)}: '{reply}'"
-    for place, (word, other) in enumerate(zip(words, others, strict=True), 1):
-        if word != other and not abs(_number(word) - _number(other)) <= within:
-            return f"value {place} is {word}, expected {other} within {within:g}: '{reply}'"
+    within, got, expected = within or 0.0, _values(protocol, reply), _values(protocol, wanted)
+    if len(got) != len(expected):
+        return f"expected {len(expected)} values, got {len(got)}: '{reply}'"
+    for name, other in expected.items():
+        is_near = name[0] != "I" and abs(_number(got[name]) - _number(other)) <= within
+        if got[name] != other and not is_near:
+            return f"{name} is {got[name]}, expected {other} within {within:g}: '{reply}'"
     return ""
 
 
-def _message_deviation(wanted: Message, within: float, reply: str) -> str:
-    shown = written(reply_of(wanted.integers, wanted.reals))
-    try:
-        found = understood(reply, REPLY)
-    except ValueError as broken:
-        return f"expected '{shown}', got '{reply}': {broken}"
-    got = written(reply_of(found.integers, found.reals))
-    if found.fault or found.integers != wanted.integers:
-        return f"expected '{shown}', got '{got}'{found.fault and f': {found.fault}'}"
-    for place, (real, other) in enumerate(zip(found.reals, wanted.reals, strict=True)):
-        if not abs(real - other) <= within:
-            return f"R{place} is {real}, expected {other} within {within:g}: '{got}'"
-    return ""
-
-
-def _reals(tag: str, reply: str, more: list[float]) -> str:
-    """Return the reals of a KRC4 reply, with numbers added."""
-    last = understood(reply, REPLY)
-    if last.fault or _TAGS.get(last.command) != tag:
-        raise ValueError(f"expected '{tag}' to have been answered, got '{reply}'")
-    added = [real + other for real, other in zip(last.reals, [*more, *[0.0] * len(last.reals)], strict=False)]
-    return " ".join(written(reply_of((), added)).split()[3:])
-
-
-def _numbers(text: str) -> list[float]:
-    numbers = list(map(_number, text.split()))
-    if not all(map(math.isfinite, numbers)):
-        raise ValueError(f"expected finite numbers, got '{text}'")
-    return numbers
+def _values(protocol: str, reply: str) -> dict[str, str]:
+    """Return the values of a reply by their names. Raises ValueError for no KRC4 message."""
+    if protocol != KRC4:
+        return {f"value {place}": word for place, word in enumerate(reply.split(), 1)}
+    found = understood(reply, REPLY)
+    if found.fault:
+        raise ValueError(f"{found.fault}: '{reply}'")
+    return reply_of(found.integers, found.reals).values
 
 
 def _number(word: str) -> float:
-    """Return the number that a word stands for; nan if it is none, or not finite."""
+    """Return the number that a word stands for; nan if it is none."""
     try:
-        value = float(word)
+        return float(word)
     except ValueError:
         return math.nan
-    return value if math.isfinite(value) else math.nan
-
-
-def _unescaped(found: re.Match[bytes]) -> bytes:
-    escape = found[1]
-    if escape.startswith(b"x") and len(escape) == 3:
-        return bytes([int(escape[1:], 16)])
-    plain = {b"\\": b"\\", b"'": b"'", b"t": b"\t", b"n": b"\n", b"r": b"\r"}
-    if escape not in plain:
-        raise ValueError(f"no escape: {found[0]!r}")
-    return plain[escape]
