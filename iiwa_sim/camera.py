@@ -9,14 +9,11 @@ import sys
 import zlib
 from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.wording import harmless
-
-if TYPE_CHECKING:
-    from iiwa_sim.world.world import World
 
 WIDTH, HEIGHT, MOST_PIXELS = 640, 480, 4096
 PART_COLOUR = (0.85, 0.6, 0.25, 1.0)
@@ -29,10 +26,6 @@ class Camera:
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
         self._thread: ThreadPoolExecutor | None = None
-        self._source: Any = None  # the model that the copy is of
-        self._model: Any = None
-        self._rendering: tuple[Any, ...] | None = None  # that model, and the contexts made for it
-        self._size = (0, 0)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -51,43 +44,23 @@ class Camera:
             there_are = f"the scene has {', '.join(names)}" if names else "the cell has no scene with cameras"
             raise Refused(EXECUTION, harmless(f"no camera {name!r}: {there_are}"))
         if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
-            raise Refused(
-                EXECUTION, f"a picture of {width} x {height}: expected 1 to {MOST_PIXELS} pixels each"
-            )
-        world = handling.world
-        if self._source is not world.model:
-            self._source, self._model = world.model, _painted(world)
+            why = f"a picture of {width} x {height}: expected 1 to {MOST_PIXELS} pixels each"
+            raise Refused(EXECUTION, why)
+        model = copy.copy(handling.world.model)
+        model.geom_rgba[handling.world.geoms] = PART_COLOUR
         if self._thread is None:
             self._thread = ThreadPoolExecutor(1, "iiwa-sim-camera")
-        return self._thread.submit(self._render, self._model, world.seen(), name, width, height)
+        return self._thread.submit(_render, model, handling.world.seen(), name, width, height)
 
-    def _render(self, model: Any, data: Any, name: str, width: int, height: int) -> bytes:
-        import mujoco as mj
-        import numpy as np
 
-        mj.mj_kinematics(model, data)
-        mj.mj_camlight(model, data)
-        if self._rendering is None or self._rendering[0] is not model or self._size != (width, height):
-            self._size = width, height
-            model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-            if self._rendering is not None:
-                _, gl, context, _ = self._rendering
-                self._rendering = None
-                context.free()
-                gl.free()
-            gl = _context(width, height)
-            context = mj.MjrContext(model, mj.mjtFontScale.mjFONTSCALE_100.value)
-            mj.mjr_setBuffer(mj.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
-            self._rendering = model, gl, context, mj.MjvScene(model, maxgeom=model.ngeom + 1000)
-        *_, context, scene = self._rendering
-        seen = mj.MjvCamera()
-        seen.type, seen.fixedcamid = mj.mjtCamera.mjCAMERA_FIXED, model.camera(name).id
-        mj.mjv_updateScene(model, data, mj.MjvOption(), None, seen, mj.mjtCatBit.mjCAT_ALL.value, scene)
-        pixels = np.empty((height, width, 3), np.uint8)
-        area = mj.MjrRect(0, 0, width, height)
-        mj.mjr_render(area, scene, context)
-        mj.mjr_readPixels(pixels, None, area, context)
-        return png(pixels[::-1].tobytes(), width, height)
+def _render(model: Any, data: Any, name: str, width: int, height: int) -> bytes:
+    import mujoco as mj
+
+    mj.mj_kinematics(model, data)
+    mj.mj_camlight(model, data)
+    with _renderer(model, width, height) as renderer:
+        renderer.update_scene(data, name)
+        return png(renderer.render().tobytes(), width, height)
 
 
 def png(rgb: bytes, width: int, height: int) -> bytes:
@@ -105,20 +78,15 @@ def png(rgb: bytes, width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + b"".join(told)
 
 
-def _context(width: int, height: int) -> Any:
-    """Return a context of OpenGL for this thread, without a window. Raises `Refused` where there is none."""
+def _renderer(model: Any, width: int, height: int) -> Any:
+    """Return a renderer for this thread, without a window. Raises `Refused` where there is none."""
+    from mujoco.rendering.classic import gl_context, renderer
+
     kind = os.environ.get("MUJOCO_GL") or ("cgl" if sys.platform == "darwin" else "egl")
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     try:
-        context = import_module(f"mujoco.{kind}").GLContext(width, height)
-        context.make_current()
+        gl_context.GLContext = import_module(f"mujoco.{kind}").GLContext
+        return renderer.Renderer(model, height, width)
     except Exception as fault:  # noqa: BLE001 - of any library of the system
         why = harmless(f"{type(fault).__name__}: {fault}")
         raise Refused(EXECUTION, LACKS.format(kind=kind, fault=why)) from None
-    return context
-
-
-def _painted(world: World) -> Any:
-    """Return a copy of the model, with parts in the colour that they have on the page."""
-    model = copy.copy(world.model)
-    model.geom_rgba[world.geoms] = PART_COLOUR
-    return model
