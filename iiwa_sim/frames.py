@@ -158,18 +158,14 @@ def quaternion_from_rotation(rotation: Rotation) -> Quaternion:
     return (scale * x, scale * y, scale * z, scale * w)
 
 
-def rotation_vector(rotation: Rotation) -> tuple[Vector, float]:
-    """Unit axis and angle (rad, in [0, pi]) of a rotation; without rotation the axis is z."""
-    x, y, z, w = quaternion_from_rotation(rotation)
+def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
+    """Unit axis, in the outer frame, and angle (rad, in [0, pi]) of the turn from one rotation to another;
+    without a turn the axis is z."""
+    x, y, z, w = quaternion_from_rotation(multiply(end, transpose(start)))
     sine = hypot(x, y, z)
     if sine == 0.0:
         return ((0.0, 0.0, 1.0), 0.0)
     return ((x / sine, y / sine, z / sine), 2.0 * atan2(sine, w))
-
-
-def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
-    """Unit axis, in the outer frame, and angle (rad, in [0, pi]) of the turn from one rotation to another."""
-    return rotation_vector(multiply(end, transpose(start)))
 
 
 def with_z_along(direction: Vector) -> Rotation:

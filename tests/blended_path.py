@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, multiply, rotation_vector, transpose
+from iiwa_sim.frames import Transform, turn_between
 from tests.stepped import Array, SteppedRobot, rotation_exp
 
 Joints = tuple[float, ...]
@@ -272,5 +272,5 @@ def _skew(r: Array) -> Array:
 
 def _turn(start: Transform, end: Transform) -> tuple[Array, float]:
     """Axis and angle from one orientation to another."""
-    axis, angle = rotation_vector(multiply(end.rotation, transpose(start.rotation)))
+    axis, angle = turn_between(start.rotation, end.rotation)
     return np.array(axis), angle
