@@ -31,16 +31,6 @@ Settings = TypeVar("Settings")
 
 _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
 _PART = re.compile(r"(\w+)|\[(\d+)\]")
-_IN_TOML = {
-    "str": "a string",
-    "int": "an integer",
-    "float": "a number",
-    "bool": "a boolean",
-    "array": "an array",
-    "object": "a table",
-}
-"""Names of types in msgspec's messages, in the words of TOML."""
-_TYPE = re.compile(rf"\b({'|'.join(_IN_TOML)})\b")
 
 
 def between(least: float, greatest: float, unit: str = "") -> msgspec.Meta:
@@ -162,10 +152,8 @@ def _in_words(kind: inspect.Type, key: str, expected: str) -> tuple[str, str]:
             near = get_close_matches(name, known, 1)
             wanted = "no key of this name" + (f", did you mean {near[0]!r}?" if near else "")
         return f"{key}.{name}" if key else name, wanted
-    expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
-    expected = expected.replace(" | null", "")  # TOML has none: a key is left out
-    expected = _TYPE.sub(lambda word: _IN_TOML[word[0]], expected.replace(" | ", " or "))
-    return key, expected
+    # TOML has no null: a key is left out.
+    return key, expected.removeprefix("Expected ").replace(" | null", "").replace(" | ", " or ")
 
 
 def _path(key: str) -> list[str]:
