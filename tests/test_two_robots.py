@@ -331,16 +331,9 @@ def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
     told = f"iiwa-sim: --port, --protocol: expected none: {file} has those of each robot\n"
     assert refused(file, "--port", "5") == told
     assert main(["check-cell", str(file)]) == 0
-    assert [
-        line for line in capsys.readouterr().out.splitlines() if line.startswith(("robot", "base", "part"))
-    ] == [
-        "robot left: LBR iiwa 7 R800",
-        "base: 0 0 0 mm, 0 0 0 rad",
-        "part 'bar': box, 0.3 kg, lies on 'table'",
-        "robot right: LBR iiwa 7 R800",
-        "base: 1290 0 0 mm, 3.142 0 0 rad",
-        "part 'bar': box, 0.3 kg, lies on 'table'",
-    ]
+    told = capsys.readouterr().out
+    assert all(f"robot {name}: LBR iiwa 7 R800, its TCP starts at " in told for name in ("left", "right"))
+    assert told.count("part 'bar' lies\n") == 2
 
 
 def test_the_fixture_has_all_robots_and_its_report_their_dialogues(pytester: pytest.Pytester) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import coal
 import msgspec
+import numpy as np
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
@@ -139,29 +140,14 @@ def _solid(sizes: Any) -> Box | Sphere | Cylinder:
 
 def _mesh(name: str, reader: Reader, folder: Path) -> Mesh:
     file = folder / name
-    there = name != "" and file.is_file()
-    reader.check("mesh", name, there, f"the path of an STL file in {folder}")
-    corners = read_stl(file.read_bytes())
-    fits = 4 <= len(set(corners)) <= MOST_CORNERS
-    reader.check("mesh", name, fits, f"an STL file with 4 to {MOST_CORNERS} corners")
-    mesh = Mesh(tuple(map(metres, corners)))
-    reader.check("mesh", name, mesh.is_solid, "a body with a volume: its corners lie in one plane")
-    return mesh
-
-
-def read_stl(data: bytes) -> list[Vector]:
-    """Return the corners of the triangles of an STL file, binary or text, three for each; empty for none."""
-    count = int.from_bytes(data[80:84], "little")
-    if len(data) == 84 + 50 * count and count:
-        numbers = struct.iter_unpack("<12f2x", data[84:])
-        return [(row[k], row[k + 1], row[k + 2]) for row in numbers for k in (3, 6, 9)]
-    words = [line.split() for line in data.decode("ascii", "replace").splitlines()]
+    reader.check("mesh", name, file.is_file(), f"the path of an STL file in {folder}")
     try:
-        found = [(float(x), float(y), float(z)) for name, x, y, z in filter(_is_vertex, words)]
+        found = coal.MeshLoader().load(str(file), np.full(3, 1e-3))
     except ValueError:
-        return []
-    return found if len(found) % 3 == 0 else []
-
-
-def _is_vertex(words: list[str]) -> bool:
-    return len(words) == 4 and words[0] == "vertex"
+        raise reader.fault("mesh", name, "an STL file") from None
+    triangles = map(found.tri_indices, range(found.num_tris))
+    corners = found.vertices()[[each[k] for each in triangles for k in range(3)]]
+    fits = 4 <= found.num_vertices <= MOST_CORNERS
+    fits = fits and np.linalg.matrix_rank(corners - corners[0], rtol=1e-6) == 3
+    reader.check("mesh", name, fits, f"a body with a volume, and 4 to {MOST_CORNERS} corners")
+    return Mesh(tuple((x, y, z) for x, y, z in corners.tolist()))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from math import degrees, radians
-from os.path import isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +22,11 @@ from iiwa_sim.controller.handling import NO_HANDLING, HandlingSetup
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.limits_watch import NOTHING_MORE, Safety
 from iiwa_sim.controller.wires import InputWire, OutputWire
-from iiwa_sim.frames import IDENTITY, Transform, compose, inverse
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.settings import Reader
+from iiwa_sim.wording import harmless
 from iiwa_sim.world.gripper import Gripper
 from iiwa_sim.world.part import Part
 
@@ -77,6 +77,10 @@ class Cell:
             return self.surfaces
         to_base = inverse(self.base)
         return tuple(each._replace(pose=compose(to_base, each.pose)) for each in self.surfaces)
+
+    def start_tcp(self) -> Transform:
+        """Return the pose of the TCP in the base at the start."""
+        return compose(arm_model(self.description).flange(self.start), self.tool_in_flange)
 
     def controller(self, tick_s: float, *, arm: Arm | None = None, **others: Any) -> Controller:
         """A new controller of the robot in this cell, with the other arguments as `Controller` takes them.
@@ -175,10 +179,8 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     cells = []
     for number, (prefix, robot) in enumerate(settings.robots().items()):
         its, noise, tool = reader.under(prefix), settings.noise, robot.tool_in_flange
-        if isinstance(robot, RobotSettings):
-            description = load_robot(_robot(its, "model", robot.model, file.parent))
-        else:
-            description = load_robot(_robot(its, "robot", str(settings.robot), file.parent))
+        name = str(getattr(robot, "model", settings.robot))
+        description = load_robot(name if name in built_in_robots() else file.parent / name)
         cell = Cell(
             description=description,
             start=_start(its, robot.start_deg, description),
@@ -202,15 +204,14 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
 
 def _scene(reader: Reader, folder: Path, name: str, taken: Sequence[str]) -> Scene:
     """Read a scene, relative to the folder of the cell; `taken` are names of surfaces and parts."""
-    from iiwa_sim.world.scene import Scene, SceneFault
+    from iiwa_sim.world.scene import Scene
 
     file = folder / name
-    there = name != "" and file.is_file()
-    reader.check("scene.file", name, there, f"the path of an MJCF file in {folder.resolve()}")
+    reader.check("scene.file", name, file.is_file(), f"the path of an MJCF file in {folder.resolve()}")
     try:
         scene = Scene(file)
-    except SceneFault as why:
-        raise CellFault(str(file), "", "", f"a scene that MuJoCo takes: {why}") from None
+    except (ValueError, OSError) as fault:
+        raise CellFault(str(file), "", "", f"a scene that MuJoCo takes: {fault}") from None
     both = next((each for each in taken if each in scene.body_names), None)
     reader.check("scene.file", name, both is None, f"no body {both!r}: a surface or part has that name")
     return scene
@@ -224,13 +225,14 @@ def _handled(
 ) -> HandlingSetup:
     """The gripper, the parts and the scene."""
     kind, wiring = NO_HANDLING[:2] if robot.gripper is None else robot.gripper.gripper()
+    sensors, drivable = ((), ()) if scene is None else (scene.sensors, scene.drivable)
+    for k, wire in enumerate(robot.input):
+        _check_named(reader, f"input[{k}].sensor", wire.sensor, sensors, "a sensor")
+    for k, each in enumerate(robot.output):
+        kinds = "an actuator, an equality, or a geom with surfacevel,"
+        _check_named(reader, f"output[{k}].actuator", each.actuator, drivable, kinds)
     if scene is None:
         return HandlingSetup(kind, wiring, parts)
-    drivable = "an actuator, an equality, or a geom with surfacevel,"
-    for k, wire in enumerate(robot.input):
-        _check_named(reader, f"input[{k}].sensor", wire.sensor, scene.sensors, "a sensor")
-    for k, each in enumerate(robot.output):
-        _check_named(reader, f"output[{k}].actuator", each.actuator, scene.drivable, drivable)
     inputs = [InputWire(w.number, *scene.sensor(w.sensor), w.above, w.below) for w in robot.input]
     outputs = [OutputWire(w.number, *scene.driven(w.actuator), w.on, w.off) for w in robot.output]
     return HandlingSetup(kind, wiring, parts, scene, tuple(inputs), tuple(outputs))
@@ -238,32 +240,20 @@ def _handled(
 
 def _check_named(reader: Reader, key: str, name: str, names: Sequence[str], kinds: str) -> None:
     near = get_close_matches(name, names, 1)
-    hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(names)}" if names else "it has none"
-    reader.check(key, name, name in names, f"{kinds} of the scene: {hint}")
-
-
-def _robot(reader: Reader, key: str, name: str, folder: Path) -> str | Path:
-    """A built-in robot, or the one of a folder."""
-    names = built_in_robots()
-    if name in names:
-        return name
-    own = folder / name
-    there = name != "" and isdir(own)  # noqa: PTH112 a name may be too long
-    reader.check(key, name, there, f"a folder, or one of {', '.join(names)}")
-    return own
+    hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(names) or 'none'}"
+    reader.check(key, name, name in names, f"{kinds} of the [scene]: {hint}")
 
 
 def _start(reader: Reader, start_deg: str | list[float], description: RobotDescription) -> tuple[float, ...]:
     if isinstance(start_deg, str):
         return description.home
-    count = len(description.joints)
-    reader.check("start_deg", start_deg, len(start_deg) == count, f"{count} values, one per joint")
+    joints, least, most = description.joints, description.position_min, description.position_max
+    reader.check(
+        "start_deg", start_deg, len(start_deg) == len(joints), f"{len(joints)} values, one per joint"
+    )
     start = tuple(map(radians, start_deg))
-    for axis, (low, value, high) in enumerate(
-        zip(description.position_min, start, description.position_max, strict=True)
-    ):
-        range_deg = f"{degrees(low):.9g} to {degrees(high):.9g} deg"
-        within = f"a position within {description.joints[axis]}'s {range_deg}"
+    for axis, (low, value, high) in enumerate(zip(least, start, most, strict=True)):
+        within = f"a position within {joints[axis]}'s {degrees(low):.9g} to {degrees(high):.9g} deg"
         reader.check(f"start_deg[{axis}]", start_deg[axis], low <= value <= high, within)
     return start
 
@@ -271,9 +261,7 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
 def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None:
     """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
     within one, nor out of the box that it may not leave."""
-    if not cell.surfaces and cell.safety == NOTHING_MORE:
-        return
-    x, y, z = compose(arm_model(cell.description).flange(cell.start), cell.tool_in_flange).translation
+    x, y, z = cell.start_tcp().translation
     for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
         within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
         reader.check("start_deg", settings.start_deg, low <= at <= high, within)
@@ -281,3 +269,18 @@ def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None
         depth_mm = -1e3 * surface.nearest(x, y, z)[0]
         outside = f"a pose with the TCP outside of surface {surface.name!r}, not {depth_mm:.3f} mm within it"
         reader.check("start_deg", settings.start_deg, depth_mm <= 0.0, outside)
+
+
+def summary(cells: Sequence[Cell]) -> str:
+    """Return lines on each robot for its author; raises `CellFault` for bodies that are in each other."""
+    world, lines = shared_world(cells, 0.002), []
+    for cell in cells:
+        tcp, scene, parts = cell.start_tcp(), cell.handled.scene, cell.handled.parts
+        frame = " ".join(f"{round(each, 3) + 0.0:.7g}" for each in Frame.from_transform(tcp))
+        lines.append(f"robot {cell.name}".rstrip() + f": {cell.description.name}, its TCP starts at {frame}")
+        lines += [] if scene is None else [f"scene: {', '.join(each.name for each in scene.bodies)}"]
+        lines += [f"part {part.name!r} {world.state(n)}" for n, (part, _) in enumerate(parts) if world]
+        for each in cell.seen():
+            away_mm = 1e3 * (each.nearest(*tcp.translation)[0] - cell.contact_radius_m)
+            lines.append(f"{type(each.shape).__name__.lower()} {each.name!r}: {away_mm:.2f} mm away")
+    return "".join(f"{harmless(line)}\n" for line in lines)

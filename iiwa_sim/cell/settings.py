@@ -7,7 +7,6 @@ from math import inf
 from typing import Annotated, Literal
 
 import msgspec
-import numpy as np
 
 from iiwa_sim.cell.bodies import (
     AnySurface,
@@ -18,7 +17,6 @@ from iiwa_sim.cell.bodies import (
     SphereSettings,
     metres,
 )
-from iiwa_sim.contact.payload import body
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.handling import NOTHING, Wiring
 from iiwa_sim.controller.io import DEFAULT_COUNT
@@ -44,6 +42,9 @@ _Sensed = Annotated[float, between(-1e6, 1e6)]
 _Number = Annotated[int, between(1, LARGEST_IO_COUNT)]
 _Protocol = Annotated[Literal["iiwa", "krc4"], expecting("iiwa, krc4, or a list of both")]
 _Port = Annotated[int, between(0, MAX_PORT)]
+_ROBOTS = expecting(
+    f"a robot's name or folder, or 1 to {MOST_ROBOTS} robots", min_length=1, max_length=MOST_ROBOTS
+)
 _Ios = (
     Annotated[int, between(0, LARGEST_IO_COUNT)]
     | Annotated[list[Name], expecting(f"at most {LARGEST_IO_COUNT} names", max_length=LARGEST_IO_COUNT)]
@@ -51,10 +52,7 @@ _Ios = (
 
 
 class CellFault(SettingsFault):
-    """A cell cannot be used as its file describes it.
-
-    The message is one line that names the file, the key, its value and what was expected.
-    """
+    """A cell cannot be used as its file describes it."""
 
 
 def _require_different(values: Mapping[str, object], what: str) -> None:
@@ -81,18 +79,10 @@ class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     box_min_mm: tuple[Length, Length, Length] = (-inf, -inf, -inf)
     box_max_mm: tuple[Length, Length, Length] = (inf, inf, inf)
 
-    def __post_init__(self) -> None:
-        for axis, (least, most) in enumerate(zip(self.box_min_mm, self.box_max_mm, strict=True)):
-            require(least < most, f"box_max_mm[{axis}]", f"more than {least:g} mm, box_min_mm there")
-
     def safety(self) -> Safety:
         """Return the limits for the controller, in SI units."""
-        return Safety(
-            self.collision_force_n,
-            self.collision_torque_nm,
-            1e-3 * self.tcp_speed_mm_per_s,
-            (metres(self.box_min_mm), metres(self.box_max_mm)),
-        )
+        box = metres(self.box_min_mm), metres(self.box_max_mm)
+        return Safety(self.collision_force_n, self.collision_torque_nm, 1e-3 * self.tcp_speed_mm_per_s, box)
 
 
 class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -107,8 +97,7 @@ class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def names(self, kind: str) -> tuple[str, ...]:
         """Return the names of inputs or outputs; `kind` is input or output."""
         given: int | list[str] = getattr(self, f"{kind}s")
-        numbered = range(1, given + 1) if isinstance(given, int) else ()
-        return tuple(f"{kind} {number}" for number in numbered) if isinstance(given, int) else tuple(given)
+        return tuple([f"{kind} {n}" for n in range(1, given + 1)] if isinstance(given, int) else given)
 
 
 class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -120,13 +109,6 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
     capsules_mm: Annotated[
         tuple[CapsuleMm, ...], expecting(f"at most {MOST_CAPSULES} capsules", max_length=MOST_CAPSULES)
     ] = ()
-
-    def __post_init__(self) -> None:
-        """Check the inertia: a principal one is at most as great as the others together."""
-        spread = body(1.0, (0.0, 0.0, 0.0), self.inertia_kgm2)
-        least = float(np.linalg.eigvalsh(spread[:3, :3])[0])
-        expected = "ixx, iyy, izz, ixy, ixz, iyz of a body: no principal one above the sum of the others"
-        require(least >= -1e-9 * max(map(abs, self.inertia_kgm2)), "inertia_kgm2", expected)
 
     def tool(self) -> Tool:
         """Return the tool for the controller, in SI units."""
@@ -152,15 +134,13 @@ class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
 
     def __post_init__(self) -> None:
         is_cup = self.kind == "suction"
-        expected = "nothing with suction" if is_cup else "a number"
-        require((self.stroke_mm is None) == is_cup, "stroke_mm", expected)
-        require((self.speed_mm_per_s is None) == is_cup, "speed_mm_per_s", expected)
+        for key in ("stroke_mm", "speed_mm_per_s"):
+            expected = "nothing with suction" if is_cup else "a number"
+            require((getattr(self, key) is None) == is_cup, key, expected)
 
     def gripper(self) -> tuple[Jaws | Cup, Wiring]:
         """Return the gripper for the controller, in SI units."""
-        wiring = Wiring(
-            self.close_output, self.open_output, self.open_input, self.closed_input, self.holds_input
-        )
+        wiring = Wiring(*(getattr(self, key) for key in Wiring._fields))
         if self.stroke_mm is None or self.speed_mm_per_s is None:
             return Cup(self.grip_force_n, 1e-3 * self.cup_radius_mm), wiring
         wide_m, long_m = (1e-3 * each for each in self.pad_mm)
@@ -179,9 +159,6 @@ class InputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     sensor: str
     above: _Sensed = -inf
     below: _Sensed = inf
-
-    def __post_init__(self) -> None:
-        require(self.above > -inf or self.below < inf, "above", "this key, or below")
 
 
 class OutputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -207,15 +184,13 @@ class OneRobotSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     safety: SafetySettings = SafetySettings()
 
     def __post_init__(self) -> None:
-        """Check that each wired input and output is there, and each input and actuator wired once."""
+        """Check that each wired input and output is there, and each input wired once."""
         wires: dict[str, tuple[str, int]] = {}
         if self.gripper is not None:
             wiring = {key: getattr(self.gripper, key) for key in Wiring._fields}
             wires = {f"gripper.{key}": (key.split("_")[1], n) for key, n in wiring.items() if n != NOTHING}
         wires |= {f"input[{k}].number": ("input", each.number) for k, each in enumerate(self.input)}
         _require_different(wires, "number")
-        driven = {f"output[{k}].actuator": each.actuator for k, each in enumerate(self.output)}
-        _require_different(driven, "actuator")
         wires |= {f"output[{k}].number": ("output", each.number) for k, each in enumerate(self.output)}
         for key, (kind, number) in wires.items():
             count = len(self.io.names(kind))
@@ -239,32 +214,19 @@ class RobotSettings(OneRobotSettings, frozen=True, kw_only=True):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        count, ports = len(self._protocols()), 1 if isinstance(self.port, int) else len(self.port)
-        expected = "0, or a list of one for each protocol" if count > 1 else "one port"
-        require(ports == count or self.port == 0, "port", expected)
-
-    def _protocols(self) -> list[str]:
-        return [self.protocol] if isinstance(self.protocol, str) else list(dict.fromkeys(self.protocol))
+        self.ports()
 
     def ports(self) -> dict[str, int]:
         """Return the port of each protocol; 0 for a free one."""
-        protocols = self._protocols()
-        ports = [self.port] * len(protocols) if isinstance(self.port, int) else self.port
+        protocols = [self.protocol] if isinstance(self.protocol, str) else list(dict.fromkeys(self.protocol))
+        ports = [self.port] if isinstance(self.port, int) else self.port
+        ports = [0] * len(protocols) if self.port == 0 else ports
+        require(len(ports) == len(protocols), "port", "one port for each protocol, or 0")
         return dict(zip(protocols, ports, strict=True))
 
 
 class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
-    robot: (
-        str
-        | Annotated[
-            list[RobotSettings],
-            expecting(
-                f"a robot's name or folder, or 1 to {MOST_ROBOTS} robots",
-                min_length=1,
-                max_length=MOST_ROBOTS,
-            ),
-        ]
-    ) = DEFAULT_ROBOT
+    robot: str | Annotated[list[RobotSettings], _ROBOTS] = DEFAULT_ROBOT
     scene: SceneSettings | None = None
     part: Annotated[list[PartSettings], expecting(f"at most {MOST_PARTS} parts", max_length=MOST_PARTS)] = []
     plane: list[PlaneSettings] = []
@@ -277,10 +239,6 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
         super().__post_init__()
         bodies = {**self.surfaces(), **{f"part[{index}]": part for index, part in enumerate(self.part)}}
         _require_different({f"{place}.name": body.name for place, body in bodies.items()}, "name")
-        for prefix, robot in self.robots().items():
-            for kind in ("input", "output"):
-                fits = self.scene is not None or not getattr(robot, kind)
-                require(fits, f"{prefix}{kind}[0]", "a [scene], to which it is wired")
         if isinstance(self.robot, str):
             return
         for key in OneRobotSettings.__struct_fields__:
@@ -288,12 +246,6 @@ class CellSettings(OneRobotSettings, frozen=True, kw_only=True):
             require(alone, key, f"none beside [[robot]]: each robot has its own, robot.{key}")
         names = {f"robot[{index}].name": robot.name for index, robot in enumerate(self.robot)}
         _require_different(names, "name")
-        taken: dict[int, tuple[str, str]] = {}
-        for index, robot in enumerate(self.robot):
-            for protocol, port in robot.ports().items():
-                other = taken.setdefault(port, own := (robot.name, protocol))
-                is_free = port == 0 or other == own
-                require(is_free, f"robot[{index}].port", f"another port than that of {other[0]!r}")
 
     def robots(self) -> dict[str, OneRobotSettings]:
         """Return the robots, each with the beginning of its keys in the file."""

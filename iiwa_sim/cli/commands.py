@@ -78,8 +78,7 @@ def check_cell(parser: Parser, words: Sequence[str]) -> int:
     """
     parser.add_argument("file", metavar="CELL.toml")
     own, _ = parser.parsed(words)
-    from iiwa_sim.cell.cell import load_cells
-    from iiwa_sim.cell.summary import summary
+    from iiwa_sim.cell.cell import load_cells, summary
     from iiwa_sim.protocols.protocols import fitting_protocols
     from iiwa_sim.simulator import Simulator
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Vector
 
@@ -18,13 +16,6 @@ class Mesh(NamedTuple):
     """The convex hull of triangles."""
 
     corners: tuple[Vector, ...]  # three for each triangle (m, in the frame of the part)
-
-    @property
-    def is_solid(self) -> bool:
-        """True if the corners do not all lie in one plane."""
-        places = np.array(self.corners)
-        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
-        return bool(spread[2] > 1e-6 * spread[0])
 
 
 class Part(NamedTuple):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +11,6 @@ import numpy as np
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import IDENTITY, Transform, Vector, compose
-from iiwa_sim.wording import harmless
 from iiwa_sim.world.build import pose_of
 from iiwa_sim.world.details import ALL, PARTS
 from iiwa_sim.world.part import Mesh
@@ -25,10 +23,6 @@ MOST_TRIANGLES = 5000
 """A mesh of more is shown as its bounding box; an ellipsoid is, too."""
 PLANE_M = 2.0
 """Half an edge of a plane without end."""
-
-
-class SceneFault(Exception):
-    """A file is not a scene; one line that says why, and names the element."""
 
 
 class SceneShape(NamedTuple):
@@ -55,15 +49,13 @@ class Scene:
     """A scene that MuJoCo accepts. Numbers of its elements are also those in the model of its cell."""
 
     def __init__(self, file: Path) -> None:
-        """Raises SceneFault."""
+        """Raises ValueError and OSError, whose message names the element."""
         listener = mj.get_mju_user_warning()
         mj.set_mju_user_warning(lambda _: None)  # it would write into a file in the working directory
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # options of the scene do not count
                 self.spec, self.model = _attached(mj.MjSpec.from_file(str(file.resolve())))
-        except (ValueError, OSError) as fault:
-            raise SceneFault(_why(str(fault))) from None
         finally:
             mj.set_mju_user_warning(listener)
         model = self.model
@@ -116,18 +108,6 @@ def _attached(scene: Any) -> tuple[Any, Any]:
     spec = mj.MjSpec()
     spec.attach(scene, prefix="", frame=spec.worldbody.add_frame())
     return spec, spec.compile()
-
-
-def _why(fault: str) -> str:
-    """Return one line from the lines of an error of MuJoCo."""
-    parsed = re.search(r"XML_ERROR_(\w+) .*Line number=(\d+)(.*)", fault)
-    if parsed is not None:
-        kind, line, more = parsed.groups()
-        return harmless(f"{kind.replace('_', ' ').lower()} in line {line}{more}")
-    reason, *more = (line.removeprefix("XML ").removeprefix("Error: ") for line in fault.splitlines())
-    reason = reason.removeprefix("Error: ").removeprefix("ParseXML: ")
-    where = [line.replace("Element name", "element") for line in more if line.startswith("Element")]
-    return harmless(" ".join([reason, *(f"({each[0].lower()}{each[1:]})" for each in where)]))
 
 
 def _names(model: Any, kind: str, count: int) -> tuple[str, ...]:

@@ -131,13 +131,6 @@ class World:
         rests = self.data.body_awake[self.bodies[number]] == 0 or number in self._touched
         return LIES if rests else FALLS
 
-    def near(self, number: int, within_m: float) -> list[str]:
-        """Return the names of the surfaces, parts and bodies of the scene that are no farther from a part."""
-        self.catch_up(now=True)
-        geom = self.geoms[number]
-        others = ((other, name) for other, name in self._names.items() if other != geom)
-        return [name for other, name in others if self.apart(geom, other) <= within_m]
-
     def apart(self, one: int, two: int) -> float:
         """Return the distance (m) of two geoms."""
         return float(mj.mj_geomDistance(self.model, self.data, one, two, 1.0, None))

@@ -8,15 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.cell.cell import load_cells, robot_alone, shared_world
+from iiwa_sim.cell.cell import load_cells, robot_alone, shared_world, summary
 from iiwa_sim.cell.settings import CellFault, NoiseSettings
-from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.carrying import NO_TOOL
 from iiwa_sim.controller.handling import NO_HANDLING
 from iiwa_sim.controller.limits_watch import NOTHING_MORE
 from iiwa_sim.frames import Frame, apply, inverse
-from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.description import RobotFault, load_robot
 from iiwa_sim.world.gripper import Jaws
 from tests.cell.cells import cell_from
 
@@ -101,7 +100,6 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     text = "[tool]\nmass_kg = 1.5\ncentre_mm = [10, 0, 60]\ninertia_kgm2 = [0.001, 0.001, 0.002, 0, 0, 0]\n"
     cell = cell_from(tmp_path, text)
     assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0), ())
-    assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary([cell])
     assert cell_from(tmp_path, "").tool == NO_TOOL
     touching = cell_from(tmp_path, text + "capsules_mm = [[0, 0, 0, 0, 10, 80, 20]]\n").tool
     assert touching is not None
@@ -115,19 +113,20 @@ def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     thin = cell_from(tmp_path, GRIPPER + "jaw_mm = [10, 4, 30]\n").handled
     assert isinstance(thin.gripper, Jaws)
     assert thin.gripper.jaw_m == pytest.approx((0.01, 0.004, 0.03))
-    assert "gripper: 80 mm, 40 N, closed by output 16" in summary([cell])
     assert cell_from(tmp_path, "").handled == NO_HANDLING
 
 
 def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
-    standing = PART + "x_mm = 600\nz_mm = 320.5\n" + PART.replace("cube", "other") + "z_mm = 200\n"
+    standing = (
+        PART + "x_mm = 600\nz_mm = 320.05\n" + PART.replace("cube", "other") + "x_mm = -600\nz_mm = 200\n"
+    )
     cell = cell_from(tmp_path, GRIPPER + standing + TABLE)
     (cube, _), (other, pose) = cell.handled.parts
     assert cube == ("cube", Box(0.02, 0.02, 0.02), 0.2, 0.5, 1e5)
-    assert (other.name, pose.translation) == ("other", (0.0, 0.0, 0.2))
+    assert (other.name, pose.translation) == ("other", (-0.6, 0.0, 0.2))
     told = summary([cell])
-    assert "part 'cube': box, 0.2 kg, lies on 'table'" in told
-    assert "part 'other': box, 0.2 kg, falls" in told
+    assert "part 'cube' lies\n" in told
+    assert "part 'other' falls\n" in told
 
 
 def test_what_the_robot_watches(tmp_path: Path) -> None:
@@ -153,7 +152,6 @@ SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
 FAULTS = [
     # what stands there, then key and value that the line names
     ("robot = ", "", ""),
-    ('robot = "r2d2"', "robot", "'r2d2'"),
     ('strat_deg = "home"', "strat_deg", "'home'"),
     ("start_deg = [0, 30]", "start_deg", r"\[0\.0, 30\.0\]"),
     ("start_deg = [0, 121, 0, 0, 0, 0, 0]", r"start_deg\[1\]", "121.0"),
@@ -163,7 +161,6 @@ FAULTS = [
     (GRIPPER + PART.replace('"box"', '"cone"'), r"part\[0\].shape", "'cone'"),
     (GRIPPER + PART + PART, r"part\[1\].name", "'cube'"),
     (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, "part", ".*cube.*"),
-    ("[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 2.1, 0, 0, 0]", "tool.inertia_kgm2", ".*"),
     (SPHERE.replace("ball", "table") + TABLE, r"sphere\[0\].name", "'table'"),
     (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'"),
     (TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL, "start_deg", "'home'"),
@@ -200,6 +197,11 @@ def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str,
     with pytest.raises(CellFault) as fault:
         cell_from(tmp_path, text)
     assert str(fault.value).endswith(f"expected no key of this name{near}")
+
+
+def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(RobotFault, match=r"^robot: folder = .*/r2d2: expected a folder, or one of kr_6"):
+        cell_from(tmp_path, 'robot = "r2d2"')
 
 
 @pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000])
@@ -257,8 +259,6 @@ THIRD = '[[robot]]\nname = "third"\n'
         ('[[robot]]\nname = "left"', "robot[2].name = 'left': expected another name than that of robot[0]"),
         ('[[robot]]\nname = "a/b"', "robot[2].name = 'a/b': expected up to 40 letters, digits, - and _"),
         ("[[robot]]\nmodel = 'kr_6_r900_sixx'", "robot[2].name = (missing): expected this key"),
-        (f'{THIRD}model = "r2d2"', "robot[2].model = 'r2d2': expected a folder, or one of kr_6"),
-        (f"{THIRD}port = 30005", "robot[2].port = 30005: expected another port than that of 'right'"),
         (f"{THIRD}port = 70000", "robot[2].port = 70000: expected an integer from 0 to 65535"),
         (f"{THIRD}port = [1, 2]", "robot[2].port = [1, 2]: expected one port"),
         (f'{THIRD}protocol = "smtp"', "robot[2].protocol = 'smtp': expected iiwa, krc4, or a list"),

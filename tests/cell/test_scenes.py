@@ -8,9 +8,8 @@ import pytest
 
 from iiwa_sim import Simulator
 from iiwa_sim.cell.bodies import BoxSettings
-from iiwa_sim.cell.cell import load_cells
+from iiwa_sim.cell.cell import load_cells, summary
 from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.cell.summary import summary
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
 from tests.asked import ptp_move
@@ -77,13 +76,13 @@ def robot_in(folder: Path, text: str = WIRES + PARTS, scene: str = SCENE) -> Ste
 
 
 BROKEN = {
-    "not closed": ("</body>", "", "mismatched element in line 6"),
-    "unknown element": ("<site ", "<sight ", "unrecognized element (element 'sight', line 9)"),
-    "a name taken twice": ('body name="door"', 'body name="belt"', "(element 'body', line 15)"),
+    "not closed": ("</body>", "", "XML_ERROR_MISMATCHED_ELEMENT ErrorID=14 (0xe) Line number=6"),
+    "unknown element": ("<site ", "<sight ", "unrecognized element Element 'sight', line 9"),
+    "a name taken twice": ('body name="door"', 'body name="belt"', "repeated name 'belt' in body Element"),
     "no mesh file": ('vertex="0 0 0 .05 0 0 0 .05 0 0 0 .05"', 'file="none.stl"', "file 'none.stl'"),
-    "an actuator of nothing": ('roller" kv', 'rotor" kv', "'rotor' for actuator id = 0 (element 'roller'"),
-    "a body without mass": ('mass=".5"', 'mass="0"', "(element 'roller', id 2, line 11)"),
-    "a lock of nothing": ('joint1="hinge"', 'joint1="hing"', "'hing' in equality constraint (element 'lo"),
+    "an actuator of nothing": ('roller" kv', 'rotor" kv', "'rotor' for actuator id = 0 Element name"),
+    "a body without mass": ('mass=".5"', 'mass="0"', "Element name 'roller', id 2, line 11"),
+    "a lock of nothing": ('joint1="hinge"', 'joint1="hing"', "'hing' in equality constraint Element name"),
 }  # fmt: skip
 
 
@@ -104,9 +103,7 @@ WRONG = {
     "unknown actuator": ('"belt", on', '"x", on', "output[0].actuator", "an equality, or a geom"),
     "no such input": ("number = 3, s", "number = 17, s", "input[0].number", "one of the inputs 1 to 16"),
     "an input twice": ("number = 4, s", "number = 3, s", "input[1].number", "than that of input[0]"),
-    "an actuator twice": ('"roller"', '"belt"', "output[1].actuator", "than that of output[0]"),
-    "no limit": (", above = 1.0", "", "input[1].above", "this key, or below"),
-    "no scene": ('scene = {file = "scene.xml"}', "", "input[0]", "a [scene], to which it is wired"),
+    "no scene": ('scene = {file = "scene.xml"}', "", "input[0].sensor", "of the [scene]: it has none"),
     "no file": ("scene.xml", "scenes.xml", "scene.file", "the path of an MJCF file in"),
     "a name of ours": ('name = "ride"', 'name = "door"', "scene.file", "surface or part has that name"),
 }  # fmt: skip
@@ -125,9 +122,7 @@ def test_a_wrong_wire_is_told_in_one_line(
 def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) -> None:
     robot = robot_in(tmp_path)
     controller, changes = robot.controller, {}
-    assert "scene: 'scene', 'belt', 'roller', 'door', 'pad'; wired: input 3, input 4" in summary(
-        [load_cells(tmp_path / "cell.toml")[0]]
-    )
+    assert "scene: scene, belt, roller, door, pad\n" in summary(load_cells(tmp_path / "cell.toml"))
     for tick in range(1600):
         for output, at in ((BELT, 100), (ROLLER, 100), (DOOR, 1000), (BELT, 1200)):
             if tick == at:
