@@ -187,20 +187,16 @@ def health(parser: Parser, words: Sequence[str]) -> int:
 def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     """The wheels are for x86-64 Linux (270 MB). It prints the interpreter, which iiwa-sim --ros2 finds in the
     default folder. Types that no wheel has (control_msgs, tf2_msgs, robot_movement_interface) are
-    compiled where a C++ compiler is.
+    compiled, which needs g++ and python3-dev.
 
       iiwa-sim ros2-env
     """
     folder = "folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)"
     parser.add_argument("folder", nargs="?", default="", metavar="FOLDER", help=folder)
     own, _ = parser.parsed(words)
-    from iiwa_sim.ros.ros2_env import default_folder, make, python_in
+    from iiwa_sim.ros.ros2_env import default_folder, make
 
-    made = Path(own.folder) if own.folder else default_folder()
-    if lacking := make(made):
-        text = "without FollowJointTrajectory, /tf and Appendix A, whose types need g++ and python3-dev"
-        print(f"iiwa-sim: {text}: {lacking}", file=sys.stderr)
-    print(python_in(made))
+    print(make(Path(own.folder) if own.folder else default_folder()))
     return 0
 
 

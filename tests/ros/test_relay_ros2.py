@@ -15,7 +15,7 @@ import pytest
 from websockets.sync.client import connect
 
 from iiwa_sim.ros import relay
-from iiwa_sim.ros.ros2_env import STAMP, default_folder, python_in
+from iiwa_sim.ros.ros2_env import default_folder
 from iiwa_sim.ros.rosbridge_session import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks
@@ -39,7 +39,7 @@ def python() -> Iterator[Path]:
 
     In one domain robots of the same name are one, and all have one /clock.
     """
-    found = python_in(default_folder())
+    found = default_folder() / "bin" / "python"
     if not found.exists():
         lacks("an environment of iiwa-sim ros2-env")
     for number in DOMAINS:
@@ -62,8 +62,6 @@ def shared(python: Path) -> Iterator[Simulator]:
 
     It ends with its file: robots that others start in this domain would share its /clock.
     """
-    if not (python.parent.parent / STAMP).exists():
-        lacks("control_msgs in the environment of iiwa-sim ros2-env, which needs a C++ compiler,")
     with Simulator(clock="10x", ros2=True, ros2_python=python, ros_namespace=CELL, rosbridge_port=0) as robot:
         yield robot
 
