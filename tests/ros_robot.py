@@ -6,13 +6,10 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-import cbor2
-
 from iiwa_sim.ros.appendix_a import AppendixA
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.joint_interface import JointInterface
 from iiwa_sim.ros.outbox import Outbox
-from iiwa_sim.ros.rosbridge_server import encoded
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
@@ -92,7 +89,7 @@ class RosClient:
         """All that may be sent now."""
         heard = []
         while (frame := self.outbox.next(self.robot.controller.tick * self.robot.tick_s)[0]) is not None:
-            heard.append(json.loads(frame) if isinstance(frame, str) else cbor2.loads(encoded(frame)))
+            heard.append(json.loads(frame))
         return heard
 
     def is_told(self, operation: str, **fields: Any) -> str:

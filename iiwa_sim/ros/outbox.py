@@ -4,15 +4,12 @@ The frames are bounded however slowly a client reads.
 """
 
 import asyncio
+import contextlib
 from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 LONGEST_FEED = 1000
-
-Frame = str | dict[str, Any]
-"""Text, or a message for a binary frame, as CBOR."""
 
 
 @dataclass
@@ -20,7 +17,7 @@ class _Feed:
     """The messages of one topic, each made when it is sent."""
 
     throttle_s: float = 0.0
-    waiting: deque[Callable[[], Frame]] = field(default_factory=deque)
+    waiting: deque[Callable[[], str]] = field(default_factory=deque)
     due_s: float = 0.0
 
 
@@ -37,24 +34,24 @@ class Outbox:
         self.replies.append(message)
         self._news.set()
 
-    def set_feed(self, topic: str, throttle_s: float, queue_length: int) -> None:
+    def set_feed(self, topic: str, throttle_s: float, queue_length: float) -> None:
         """Send messages of a topic at least `throttle_s` apart, and keep the newest `queue_length`."""
         feed = self._feeds.setdefault(topic, _Feed())
         feed.throttle_s = throttle_s
-        feed.waiting = deque(feed.waiting, maxlen=min(max(queue_length, 1), LONGEST_FEED))
+        feed.waiting = deque(feed.waiting, maxlen=int(min(max(queue_length, 1), LONGEST_FEED)))
 
     def end_feed(self, topic: str) -> None:
         """Drop the waiting messages of a topic."""
         self._feeds.pop(topic, None)
 
-    def feed(self, topic: str, message: Callable[[], Frame]) -> None:
+    def feed(self, topic: str, message: Callable[[], str]) -> None:
         """Queue a message of a topic; if too many wait, the oldest is dropped before it was made."""
         feed = self._feeds.get(topic)
         if feed is not None:
             feed.waiting.append(message)
             self._news.set()
 
-    def next(self, now_s: float) -> tuple[Frame | None, float | None]:
+    def next(self, now_s: float) -> tuple[str | None, float | None]:
         """Take out the frame to send now; else return the seconds until one is due, None if none waits."""
         if self.replies:
             return self.replies.popleft(), None
@@ -67,7 +64,7 @@ class Outbox:
         feed.due_s = now_s + feed.throttle_s
         return feed.waiting.popleft()(), None
 
-    async def deliver(self, send: Callable[[Frame], Awaitable[None]]) -> None:
+    async def deliver(self, send: Callable[[str], Awaitable[None]]) -> None:
         """Send all frames as they come, until this is cancelled or the client has gone."""
         now_s = asyncio.get_running_loop().time
         while True:
@@ -77,11 +74,8 @@ class Outbox:
                 await asyncio.sleep(0)  # others get their turn
                 continue
             self._news.clear()
-            try:
-                async with asyncio.timeout(wait_s):
-                    await self._news.wait()
-            except TimeoutError:
-                pass
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), wait_s)
 
 
 class Turns:

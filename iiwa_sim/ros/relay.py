@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 
 from iiwa_sim.ros.messages import Message
-from iiwa_sim.ros.outbox import Frame, Outbox, Turns
+from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.wording import Unusable, harmless, shortened
 
@@ -135,7 +135,7 @@ class Relay:
             logger.info("%s: %s", self._name, text)
 
 
-async def _send(stdin: asyncio.StreamWriter, frame: Frame) -> None:
+async def _send(stdin: asyncio.StreamWriter, frame: str) -> None:
     stdin.write(f"{frame}\n".encode())
     with contextlib.suppress(ConnectionError):  # the process has ended
         await stdin.drain()

@@ -5,17 +5,14 @@ import contextlib
 import http
 import logging
 import socket
-import struct
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
-import cbor2
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from iiwa_sim.ros.outbox import Frame, Outbox, Turns
+from iiwa_sim.ros.outbox import Outbox, Turns
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.listening import open_listener, peer_of
 from iiwa_sim.server.web_access import WebAccess
@@ -31,17 +28,8 @@ CLOSING_S = 1.0
 """Time (s) for a client to answer the closing handshake."""
 
 logger = logging.getLogger(__name__)
-
-
-def _log_fault(record: logging.LogRecord) -> bool:
-    """Log a connection that failed in one line, in place of the records of the library."""
-    if record.levelno >= logging.ERROR and record.exc_info and (fault := record.exc_info[1]):
-        _log_refused(_name_of(record.websocket), str(fault.__cause__ or fault))  # type: ignore[attr-defined]
-    return False
-
-
-_of_library = logging.getLogger(f"{__name__}.connections")
-_of_library.addFilter(_log_fault)
+of_library = logging.getLogger(f"{__name__}.connections")
+of_library.setLevel(logging.CRITICAL)  # the answer of a handshake that fails has the reason
 
 
 class RosbridgeServer:
@@ -74,7 +62,7 @@ class RosbridgeServer:
             close_timeout=CLOSING_S,
             max_size=LONGEST_FRAME_BYTES,
             write_limit=0,
-            logger=_of_library,
+            logger=of_library,
         )
 
     @property
@@ -98,7 +86,8 @@ class RosbridgeServer:
         refusal = self._access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is None:
             return None
-        _log_refused(_name_of(connection), refusal)
+        name = _name_of(connection)
+        logger.warning("%s refused: %s", name, refusal, extra={"fields": {"session": name}})
         return connection.respond(http.HTTPStatus.FORBIDDEN, f"{refusal}\n")
 
     async def _serve(self, connection: ServerConnection) -> None:
@@ -106,7 +95,7 @@ class RosbridgeServer:
         name, outbox = _name_of(connection), Outbox()
         mark = {"fields": {"session": name}}
         session = self._open_session(name, outbox)
-        sending = asyncio.create_task(outbox.deliver(lambda frame: connection.send(encoded(frame))))
+        sending = asyncio.create_task(outbox.deliver(connection.send))
         logger.info("%s connected", name, extra=mark)
         try:
             while True:
@@ -124,25 +113,5 @@ class RosbridgeServer:
             logger.info("%s disconnected", name, extra=mark)
 
 
-def encoded(frame: Frame) -> str | bytes:
-    """Return a frame as the library sends it: a text, or CBOR."""
-    return frame if isinstance(frame, str) else cbor2.dumps(_with_arrays(frame))
-
-
-def _with_arrays(value: Any) -> Any:
-    """A message with its lists of floats as typed arrays (RFC 8746): 86 is float64, little-endian."""
-    if isinstance(value, dict):
-        return {name: _with_arrays(each) for name, each in value.items()}
-    if not isinstance(value, list) or not value:
-        return value
-    if isinstance(value[0], float):
-        return cbor2.CBORTag(86, struct.pack(f"<{len(value)}d", *value))
-    return [_with_arrays(each) for each in value]
-
-
 def _name_of(connection: ServerConnection) -> str:
     return f"{peer_of(connection.transport)} (rosbridge)"
-
-
-def _log_refused(name: str, reason: str) -> None:
-    logger.warning("%s refused: %s", name, reason, extra={"fields": {"session": name}})

@@ -1,4 +1,4 @@
-"""One client of rosbridge: the operations of protocol v2, JSON in and JSON or CBOR out, no sockets.
+"""One client of rosbridge: the operations of protocol v2, JSON in and out, no sockets.
 
 The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md. An operation that is
 not allowed or not possible is answered by a `status` of level `error` that echoes its `id`, and changes
@@ -9,8 +9,7 @@ ROS 2 from then on. Topics that ROS 1 does not have are always in that form.
 """
 
 from collections.abc import Callable
-from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import msgspec
 
@@ -20,28 +19,24 @@ from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import ROS_VERSION, Graph, Served, Topic, rooted, rosapi
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, short_name, to_ros1
-from iiwa_sim.ros.outbox import LONGEST_FEED, Frame, Outbox
+from iiwa_sim.ros.outbox import LONGEST_FEED, Outbox
 from iiwa_sim.wording import harmless, shortened
 
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 """How roslibjs cancels all goals of an action."""
 _UNKNOWN = 0  # of action_msgs/GoalStatus
-_Count = Annotated[float, msgspec.Meta(ge=0, le=2**31)] | None
-
-_encode = msgspec.json.Encoder().encode
-_decode = msgspec.json.Decoder(dict[str, Any]).decode
 
 
 class _Asked(msgspec.Struct):
     """An operation that a client asks for, with the fields of any of them."""
 
+    op: str = ""
     id: str | int | float | None = None
     topic: str = ""
     type: str | None = None
     msg: Any = {}
-    throttle_rate: _Count = None
-    queue_length: _Count = None
-    compression: Literal["none", "cbor"] | None = None
+    throttle_rate: float | None = None
+    queue_length: float | None = None
     service: str = ""
     action: str = ""
     action_type: str | None = None
@@ -58,7 +53,7 @@ class RosbridgeSession:
         self._graph, self._joints, self._outbox = graph, joints, outbox
         self._log, self._name = log, name
         self._speaks_ros2 = False
-        self._subscriptions: dict[str, dict[Any, _Asked]] = {}  # by topic, and by the ids of the client
+        self._subscriptions: dict[str, set[Any]] = {}  # the client's ids by topic
         self._ends: dict[str, Callable[[], None]] = {}
         self._goals: dict[str, int] = {}  # numbers by the client's ids
         self._operations: dict[str, Callable[[_Asked], None]] = {
@@ -72,15 +67,14 @@ class RosbridgeSession:
             **dict.fromkeys(("unadvertise", "auth", "set_level", "status"), lambda _: None),
         }
 
-    def receive(self, text: bytes, decode: Callable[[bytes], Any] = _decode) -> None:
+    def receive(self, text: bytes, decode: Callable[[bytes], Any] = msgspec.json.decode) -> None:
         """Handle one message of the client, a JSON object."""
-        identifier = None
+        asked = _Asked()
         try:
-            message = decode(text)
-            identifier, operation = message.get("id"), message.get("op")
-            if not isinstance(operation, str) or operation not in self._operations:
-                raise BadMessage(f"op {_shown(operation)}: expected {', '.join(self._operations)}")
-            self._operations[operation](msgspec.convert(message, _Asked))
+            asked = msgspec.convert(decode(text), _Asked)
+            if asked.op not in self._operations:
+                raise BadMessage(f"op {_shown(asked.op)}: expected {', '.join(self._operations)}")
+            self._operations[asked.op](asked)
             return
         except (BadMessage, msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as fault:
             reason = str(fault)
@@ -88,7 +82,7 @@ class RosbridgeSession:
         except Exception as fault:  # noqa: BLE001  # an internal error must not cost the client its connection
             reason = "internal error, see the log"
             self._log.exception(self._name, _shown(text), fault)
-        self._reply({"op": "status", "level": "error", "msg": reason}, identifier)
+        self._reply(asked, {"op": "status", "level": "error", "msg": reason})
 
     def end(self) -> None:
         """Notice that the client has gone. Its goal goes on, as everywhere in ROS."""
@@ -97,9 +91,8 @@ class RosbridgeSession:
         for number in self._goals.values():
             self._joints.forget(number)
 
-    def _reply(self, message: Message, identifier: Any) -> None:
-        told = message if identifier is None else {**message, "id": identifier}
-        self._outbox.reply(_encode(told).decode())
+    def _reply(self, asked: _Asked, message: Message) -> None:
+        self._outbox.reply(_encoded(message if asked.id is None else {**message, "id": asked.id}))
 
     def _notice(self, kind: str | None) -> None:
         """Notice the name of a type: the client may speak ROS 2."""
@@ -112,33 +105,37 @@ class RosbridgeSession:
     # Topics
 
     def _advertise(self, asked: _Asked) -> None:
-        topic = rooted(asked.topic)
         self._notice(asked.type)
-        _check_type(topic, self._heard(topic).kind, asked.type)
+        _check_type(asked.topic, self._heard(asked.topic).kind, asked.type)
 
     def _heard(self, topic: str) -> Served:
         """A topic that the robot subscribes to."""
-        if topic not in self._graph.subscribed:
+        if rooted(topic) not in self._graph.subscribed:
             raise BadMessage(f"nobody listens to {topic}: expected {', '.join(self._graph.subscribed)}")
-        return self._graph.subscribed[topic]
+        return self._graph.subscribed[rooted(topic)]
 
     def _publish(self, asked: _Asked) -> None:
-        topic = rooted(asked.topic)
-        in_ros2 = self._in_ros2(self._heard(topic))
-        self._graph.receive(topic, asked.msg if in_ros2 else from_ros1(asked.msg))
+        in_ros2 = self._in_ros2(self._heard(asked.topic))
+        self._graph.receive(rooted(asked.topic), asked.msg if in_ros2 else from_ros1(asked.msg))
 
     def _subscribe(self, asked: _Asked) -> None:
+        """Hear a topic. The options of the newest subscription count; all results wait to be sent."""
         topic = rooted(asked.topic)
         if topic not in self._graph.published:
             raise BadMessage(f"nobody publishes {topic}: expected one of {', '.join(self._graph.published)}")
         published = self._graph.published[topic]
         _check_type(topic, published.kind, asked.type)
         self._notice(asked.type)
-        self._subscriptions.setdefault(topic, {})[asked.id] = asked
-        self._set_feed(topic)
+        length = LONGEST_FEED if topic == COMMAND_RESULT else asked.queue_length or 1
+        self._outbox.set_feed(topic, 1e-3 * (asked.throttle_rate or 0.0), length)
+        self._subscriptions.setdefault(topic, set()).add(asked.id)
+
+        def frame(content: Message) -> str:
+            told = content if self._in_ros2(published) else to_ros1(content)
+            return _encoded({"op": "publish", "topic": asked.topic, "msg": told})
 
         def hear(content: Message) -> None:  # in the tick: the frame is made when it is sent
-            self._outbox.feed(topic, partial(self._frame, topic, content))
+            self._outbox.feed(topic, lambda: frame(content))
 
         if topic not in self._ends:
             self._ends[topic] = self._graph.listen(topic, hear)
@@ -147,40 +144,23 @@ class RosbridgeSession:
         topic = rooted(asked.topic)
         if topic not in self._subscriptions:
             raise BadMessage(f"{topic} is not subscribed to")
-        self._subscriptions[topic].pop(asked.id, None)
-        if self._subscriptions[topic] and asked.id is not None:
-            self._set_feed(topic)
-            return
-        del self._subscriptions[topic]
-        self._ends.pop(topic)()
-        self._outbox.end_feed(topic)
-
-    def _set_feed(self, topic: str) -> None:
-        """Combine several subscriptions: the most demanding options count. All results wait to be sent."""
-        wishes = self._subscriptions[topic].values()
-        throttle_s = 1e-3 * min(each.throttle_rate or 0.0 for each in wishes)
-        length = LONGEST_FEED if topic == COMMAND_RESULT else max(each.queue_length or 0 for each in wishes)
-        self._outbox.set_feed(topic, throttle_s, int(length))
-
-    def _frame(self, topic: str, content: Message) -> Frame:
-        wishes = list(self._subscriptions[topic].values())
-        told = content if self._in_ros2(self._graph.published[topic]) else to_ros1(content)
-        frame = {"op": "publish", "topic": wishes[-1].topic, "msg": told}  # clients tell topics by this name
-        in_cbor = any(each.compression == "cbor" for each in wishes)  # it counts, as in rosbridge_suite
-        return frame if in_cbor else _encode(frame).decode()
+        self._subscriptions[topic].discard(asked.id)
+        if asked.id is None or not self._subscriptions[topic]:
+            del self._subscriptions[topic]
+            self._ends.pop(topic)()
+            self._outbox.end_feed(topic)
 
     # Services
 
     def _call_service(self, asked: _Asked) -> None:
-        name = asked.service
         self._notice(asked.type)
         try:
-            values, result = self._answer(rooted(name), asked.args or {}), True
+            values, result = self._answer(rooted(asked.service), asked.args or {}), True
         except BadMessage as fault:
             values, result = str(fault), False
-            self._log.refused(self._name, f"call_service {_shown(name)}", COMMUNICATION_FAILURE, values)
-        response = {"op": "service_response", "service": name, "values": values, "result": result}
-        self._reply(response, asked.id)
+            self._log.refused(self._name, _shown(asked.service), COMMUNICATION_FAILURE, values)
+        told = {"op": "service_response", "service": asked.service, "values": values, "result": result}
+        self._reply(asked, told)
 
     def _answer(self, name: str, arguments: Any) -> Any:
         """The response of a service. Raises BadMessage."""
@@ -202,43 +182,40 @@ class RosbridgeSession:
     def _send_goal(self, asked: _Asked) -> None:
         """Follow a trajectory; everything that is told of it, also a refusal, is an `action_result`."""
         self._speaks_ros2 = True
-        identifier = str(asked.id)
-        feed = f"feedback {identifier}"
+        identifier, feed = str(asked.id), f"feedback {asked.id}"
 
-        def result(values: Any, status: int, *, ran: bool) -> None:
-            told = {"op": "action_result", "action": asked.action, "values": values, "status": status}
-            self._reply({**told, "result": ran}, asked.id)
-
-        def ended(status: int, values: Message) -> None:
+        def result(status: int, values: Any, *, ran: bool = True) -> None:
             self._goals.pop(identifier, None)
             self._outbox.end_feed(feed)  # clients take feedback behind the result for a fault
-            result(values, status, ran=True)
+            told = {"op": "action_result", "action": asked.action, "values": values, "status": status}
+            self._reply(asked, {**told, "result": ran})
 
         def hear(values: Message) -> None:
             told = {"op": "action_feedback", "action": asked.action, "values": values, "id": asked.id}
-            self._outbox.feed(feed, lambda: _encode(told).decode())
+            self._outbox.feed(feed, lambda: _encoded(told))
 
         try:
             if rooted(asked.action) != ACTION:
                 raise BadMessage(f"there is no action {_shown(asked.action)}: expected {ACTION}")
             _check_type(ACTION, ACTION_TYPE, asked.action_type)
-            if identifier in self._goals:
-                raise BadMessage("expected an id of its own")
-            wanted = hear if asked.feedback else None
-            self._goals[identifier] = self._joints.send_goal(asked.args or {}, ended, wanted)
+            number = self._joints.send_goal(asked.args or {}, result, hear if asked.feedback else None)
         except (BadMessage, Refused) as fault:
             reason = fault.reason if isinstance(fault, Refused) else str(fault)
             self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, reason)
-            result(f"Action goal was rejected: {reason}", _UNKNOWN, ran=False)
+            result(_UNKNOWN, f"Action goal was rejected: {reason}", ran=False)
             return
-        if asked.feedback:
-            self._outbox.set_feed(feed, 0.0, 1)
+        self._goals[identifier] = number
+        self._outbox.set_feed(feed, 0.0, 1)
 
     def _cancel_goal(self, asked: _Asked) -> None:
         number = self._goals.get(str(asked.id))
         if number is None:
             raise BadMessage("there is no such goal, or it has ended")
         self._joints.cancel(number)
+
+
+def _encoded(message: Message) -> str:
+    return msgspec.json.encode(message).decode()
 
 
 def _check_type(name: str, kind: str, told: Any) -> None:

@@ -104,9 +104,8 @@ class RosSide:
     def _rosbridge_server(self, settings: Settings, turns: Turns) -> "RosbridgeServer | None":
         if settings.rosbridge_port is None:
             return None
-        for library in ("websockets", "cbor2"):
-            if find_spec(library) is None:
-                raise RosFault(f"rosbridge needs {library}: pip install 'iiwa-sim[rosbridge]'")
+        if find_spec("websockets") is None:
+            raise RosFault("rosbridge needs websockets: pip install 'iiwa-sim[rosbridge]'")
         from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
         access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
