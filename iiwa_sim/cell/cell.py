@@ -116,14 +116,14 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
     handled = cells[0].handled
     if len(cells) == 1 and handled == NO_HANDLING:
         return None
-    from iiwa_sim.world.build import ArmSetup, ArmShape  # MuJoCo takes 0.2 s to load
+    from iiwa_sim.world.build import ArmSetup  # MuJoCo takes 0.2 s to load
     from iiwa_sim.world.world import World
 
     arms = []
     for cell in cells:
-        shape = ArmShape(cell.description, cell.tool_in_flange, cell.tool.capsules, cell.contact_radius_m)
-        gripper = None if cell.handled.gripper is None else Gripper(cell.handled.gripper)
-        arms.append(ArmSetup(shape, cell.start, gripper, cell.base, cell.name))
+        gripper = cell.handled.gripper and Gripper(cell.handled.gripper)
+        shape = cell.tool_in_flange, cell.tool.capsules, cell.contact_radius_m
+        arms.append(ArmSetup(cell.description, cell.start, *shape, gripper, cell.base, cell.name))
     scene = None if handled.scene is None else handled.scene.spec
     world = World(arms, cells[0].surfaces, handled.parts, scene, tick_s)
     bodies = {each.name for each in world.surfaces} | {each.name for each in world.parts}

@@ -20,7 +20,7 @@ from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
-from iiwa_sim.world.details import ARMS, PARTS, arm_bit
+from iiwa_sim.world.details import arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
 from iiwa_sim.world.material import law_of_imposed
 from iiwa_sim.world.tick_kernel import BASE, advance, leave_out
@@ -66,7 +66,7 @@ class Arm:
         self.name, self.gripper = setup.name, setup.gripper
         self.base: Transform | None = None if setup.base == IDENTITY else setup.base
         """Pose of the base in the world; None where they are the same."""
-        self.model = arm_model(setup.shape.description)
+        self.model = arm_model(setup.description)
         self.tell: Tell = lambda _line, _warns: None
         self.held = -1
         """The number of the part that the gripper holds; -1 for none."""
@@ -79,7 +79,7 @@ class Arm:
         self.joints = self.before = setup.joints
         self.coming: Joints | None = None
         self.tcp = self.tcp_before = self.tcp_older = self.in_world(
-            self.model.tcp(setup.shape.tool_in_flange).pose(setup.joints)
+            self.model.tcp(setup.tool_in_flange).pose(setup.joints)
         )
         self.coming_tcp: Transform | None = None
         self._next: _Told = self.joints, None, self.tcp, None, STAYS, STIFF
@@ -359,7 +359,6 @@ class Arm:
             if abs(gripper.opening_m - self._jaw_still_m) > least_m:
                 self._jaw_stall, self._jaw_still_m = 0, gripper.opening_m
             self._jaw_stall += 1
-            self._set_tip()
         if computed:
             drives = drives and gripper.opening_m != end_m
             mass = jaws.force_n * h / abs(wanted) if drives and not self._meets_held() else HEAVY
@@ -367,16 +366,6 @@ class Arm:
             self._jaw_mass[:] = mass
             self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
             self._jaw_push[:] = min(max(force, -jaws.force_n), jaws.force_n)
-
-    def _set_tip(self) -> None:
-        """Have the contact sphere meet parts only between jaws that are closer than it is thick."""
-        tip, gripper, model = self._numbers.tip, self.gripper, self._built.model
-        if tip is None or gripper is None or isinstance(gripper.kind, Cup):
-            return
-        bit = self.bit if gripper.opening_m < 2.0 * self.setup.shape.radius_m else 0
-        if model.geom_contype[tip] != bit:
-            model.geom_contype[tip], model.geom_conaffinity[tip] = bit, PARTS + ARMS - bit if bit else 0
-            self.world.wake_up()
 
     def _between_pads(self) -> int:
         """Return the number of a part that both pads press on along their axis; -1 for none."""
@@ -541,7 +530,7 @@ class Arm:
         inertia = TCP_INERTIA if self.compliance == COMPLIANT_TCP else np.full(6, HEAVY)
         if self.compliance == COMPLIANT_JOINTS:
             # No more than the joints have at the TCP, in the direction in which they have the least.
-            jacobian = self.model.tcp(self.setup.shape.tool_in_flange).jacobian(self.joints)[:3]
+            jacobian = self.model.tcp(self.setup.tool_in_flange).jacobian(self.joints)[:3]
             most = float(np.linalg.eigvalsh(jacobian @ jacobian.T)[-1])
             mass = min(JOINT_INERTIA_KGM2, 0.5 * JOINT_INERTIA_KGM2 / most)
             inertia = np.array([mass] * 3 + [TURNING_KGM2] * 3)
@@ -563,9 +552,8 @@ class Arm:
         self.tcp = self.tcp_before = self.tcp_older = tcp
         self._next = joints, None, tcp, None, *self._next[4:]
         advance(joints, tcp, self._at, self._levers, self.room, 0.0)
-        if tool_in_flange != self.setup.shape.tool_in_flange:
-            shape = self.setup.shape._replace(tool_in_flange=tool_in_flange)
-            self.setup = self.setup._replace(shape=shape)
+        if tool_in_flange != self.setup.tool_in_flange:
+            self.setup = self.setup._replace(tool_in_flange=tool_in_flange)
             world.rebuild()
         self.put(joints, tcp)
         self.rest()
@@ -612,7 +600,6 @@ class Arm:
         self.weigh_imposed()
         self.put(self.joints, self.tcp)
         self.rest()
-        self._set_tip()
 
     def _say(self, what: str, number: int) -> None:
         self.tell(harmless(what.format(self.world.parts[number].name)), what == SLIPS)

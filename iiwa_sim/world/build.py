@@ -25,7 +25,7 @@ from iiwa_sim.frames import (
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.model import Link, arm_model
+from iiwa_sim.robot.model import arm_model
 from iiwa_sim.world.details import ALL, ARMS, PARTS, PASSING, SURFACES, arm_bit, soften
 from iiwa_sim.world.gripper import Cup, Gripper, Jaws
 from iiwa_sim.world.material import RIGID_N_PER_M, Law, law_of_arms
@@ -34,59 +34,36 @@ from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
-YIELDS, FREE, GRASPED, LIGHT = -1, 1, 2, 3
-"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least. A light free
-part would swing on the spring of a held one."""
-LIGHTEST = 2.0
-"""A part is light if its stiffness times the square of a tick is more than so many times its mass."""
+YIELDS, FREE, GRASPED = -1, 1, 2
+"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05
 """Rolling and torsional friction of balls and cylinders, over their radius: they come to rest, also a disc
 that wobbles."""
-TIP, CUP = "tip", "cup"
-"""Names of what the gripper touches with, beside jaws and tool."""
-
-
-class ArmShape(NamedTuple):
-    """An arm, and what is fixed to its flange."""
-
-    description: RobotDescription
-    tool_in_flange: Transform
-    tool: tuple[Capsule, ...]  # in the flange
-    radius_m: float  # of the contact sphere round the TCP
 
 
 class ArmSetup(NamedTuple):
-    """An arm at the start."""
+    """An arm at the start, and what is fixed to its flange."""
 
-    shape: ArmShape
+    description: RobotDescription
     joints: Joints  # rad, at rest
-    gripper: Gripper | None = None
-    base: Transform = IDENTITY  # in the world
-    name: str = ""
+    tool_in_flange: Transform
+    tool: tuple[Capsule, ...]  # in the flange
+    radius_m: float  # of the contact sphere round the TCP, of an arm without gripper
+    gripper: Gripper | None
+    base: Transform  # in the world
+    name: str
 
 
 class BuiltArm(NamedTuple):
-    """Elements of an arm, by their numbers once the model is compiled."""
+    """Elements of an arm by their numbers."""
 
-    hinge: Any  # joint of the first link; those of the others follow, then gripper and jaws
-    gripper: Any  # body
-    touching: dict[Any, str]  # geoms, with the name of the link, jaw or tool
-    tip: Any = None  # geom of the contact sphere, if there is one
-    pads: Sequence[Any] = ()  # geoms of the pads, which collide with nothing, or of the cup
-    fingers: Sequence[Any] = ()  # geoms of the jaws, or of the cup
-
-    def compiled(self) -> BuiltArm:
-        """Return the numbers of the elements."""
-        return BuiltArm(
-            self.hinge.id,
-            self.gripper.id,
-            {geom.id: name for geom, name in self.touching.items()},
-            self.tip and self.tip.id,
-            [geom.id for geom in self.pads],
-            [geom.id for geom in self.fingers],
-        )
+    hinge: int  # joint of the first link; those of the others follow, then gripper and jaws
+    gripper: int  # body
+    touching: dict[int, str]  # geoms, with the name of the link, jaw or tool
+    pads: list[int]  # geoms of the pads, which collide with nothing, or of the cup
+    fingers: list[int]  # geoms of the jaws, or of the cup
 
 
 class Built(NamedTuple):
@@ -133,7 +110,7 @@ def build(
         if any(surface.surface_velocity):
             geom.surfacevel = [*surface.surface_velocity, 0.0, 0.0, 0.0]
         of_surfaces.append(body)
-    of_parts = [_add_part(spec, number, *each, tick_s, common) for number, each in enumerate(parts)]
+    of_parts = [_add_part(spec, number, *each, common) for number, each in enumerate(parts)]
     model = spec.compile()
     for body, surface in zip(of_surfaces, surfaces, strict=True):
         soften(model, body.id, surface.stiffness, law)
@@ -146,7 +123,16 @@ def build(
     told[foreign:] = OF_ARM
     told[geoms] = OF_PART
     told[model.body_weldid[model.geom_bodyid] == 0] = STANDS
-    built = tuple(each.compiled() for each in of_arms)
+    built = tuple(
+        BuiltArm(
+            hinge.id,
+            gripper.id,
+            {geom.id: name for geom, name in touching.items()},
+            [geom.id for geom in pads],
+            [geom.id for geom in fingers],
+        )
+        for hinge, gripper, touching, pads, fingers in of_arms
+    )
     for geom in (each for arm in built for each in arm.touching):
         soften(model, model.geom_bodyid[geom], RIGID_N_PER_M, law)
     first = int(model.body_dofadr[model.geom_bodyid[geoms[0]]]) if parts else model.nv
@@ -163,11 +149,6 @@ def build(
         model.dof_M0[first:].reshape(-1, 6).copy(),
         told,
     )
-
-
-def priority(part: Part, tick_s: float) -> int:
-    """Return the priority of a part that moves freely."""
-    return LIGHT if part.stiffness * tick_s * tick_s > LIGHTEST * part.mass_kg else FREE
 
 
 def wxyz(rotation: Rotation) -> list[float]:
@@ -192,21 +173,12 @@ def _add_body(parent: Any, pose: Transform) -> Any:
 
 
 def _add_shape(body: Any, shape: Shape, **more: Any) -> Any:
-    kinds = mj.mjtGeom
-    match shape:
-        case Plane():
-            return body.add_geom(type=kinds.mjGEOM_PLANE, size=[5.0, 5.0, 0.1], **more)
-        case Box():
-            return body.add_geom(type=kinds.mjGEOM_BOX, size=list(shape), **more)
-        case Cylinder():
-            return body.add_geom(type=kinds.mjGEOM_CYLINDER, size=[shape.radius, shape.half_z, 0.0], **more)
-        case Sphere():
-            return body.add_geom(type=kinds.mjGEOM_SPHERE, size=[shape.radius, 0.0, 0.0], **more)
+    kind = getattr(mj.mjtGeom, f"mjGEOM_{type(shape).__name__.upper()}")
+    size = [5.0, 5.0, 0.1] if isinstance(shape, Plane) else [*shape, 0.0, 0.0][:3]
+    return body.add_geom(type=kind, size=size, **more)
 
 
-def _add_part(
-    spec: Any, number: int, part: Part, pose: Transform, tick_s: float, common: dict[str, Any]
-) -> Any:
+def _add_part(spec: Any, number: int, part: Part, pose: Transform, common: dict[str, Any]) -> Any:
     """Add a part; returns its geom."""
     shape, is_mesh = part.shape, isinstance(part.shape, Mesh)
     body = _add_body(spec.worldbody, pose)
@@ -217,7 +189,7 @@ def _add_part(
         "contype": PARTS,
         "conaffinity": ALL,
         "mass": part.mass_kg,
-        "priority": priority(part, tick_s),
+        "priority": FREE,
         "friction": [part.friction, SPINNING * radius, ROLLING * radius],
         "condim": 6 if radius else 3,
     }
@@ -234,33 +206,22 @@ def _make_light(body: Any) -> None:
     body.gravcomp = 1.0
 
 
-def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> BuiltArm:
+def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> tuple[Any, ...]:
     """Add an arm: the moving links as capsules on a chain of hinges, then its gripper."""
-    description, bit, on = arm.shape.description, arm_bit(number), law_of_arms(law)
+    bit, on, hinges, links = arm_bit(number), law_of_arms(law), [], []
     rigid = {"solref": on.solref, "solimp": on.solimp, "margin": MARGIN_M, "condim": 1, "priority": YIELDS}
     rigid |= {"contype": bit, "conaffinity": PARTS + ARMS - bit, "mass": 0.0}
-    all_links = arm_model(description).links
-    chain: list[Link] = []
-    link: Link | None = next(each for each in all_links if each.name == description.flange)
-    while link is not None and link.parent is not None:
-        chain.insert(0, link)
-        link = all_links[link.parent]
     body, pose = _add_body(spec.worldbody, arm.base), IDENTITY
-    links: list[tuple[Any, Transform]] = [(body, inverse(pose))]
-    hinges: list[Any] = []
-    for each in chain:
-        body = _add_body(body, each.pose)
-        pose = compose(pose, each.pose)
-        if each.joint is not None:
-            hinge = {"type": mj.mjtJoint.mjJNT_HINGE, "axis": list(each.axis), "armature": HEAVY}
-            hinges.append(body.add_joint(**hinge))
-            _make_light(body)
-            links.append((body, inverse(pose)))
-    added = _add_gripper(spec, arm, hinges[0], rigid)
-    for capsule in capsules_of(description):
+    for each in arm_model(arm.description).fixed_poses[:-1]:
+        body, pose = _add_body(body, each), compose(pose, each)
+        hinges.append(body.add_joint(type=mj.mjtJoint.mjJNT_HINGE, armature=HEAVY))
+        _make_light(body)
+        links.append((body, inverse(pose)))
+    gripper, touching, pads, fingers = _add_gripper(spec, arm, rigid)
+    for capsule in capsules_of(arm.description):
         if capsule.joints > 0:
-            added.touching[_add_capsule(*links[capsule.joints], capsule, rigid)] = capsule.link
-    return added
+            touching[_add_capsule(*links[capsule.joints - 1], capsule, rigid)] = capsule.link
+    return hinges[0], gripper, touching, pads, fingers
 
 
 def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, Any]) -> Any:
@@ -272,29 +233,24 @@ def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, 
     return body.add_geom(type=kinds.mjGEOM_CAPSULE, size=size, fromto=[*start, *end], **rigid)
 
 
-def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) -> BuiltArm:
-    """Add the gripper as a free body at the TCP, with jaws, or a cup, the contact sphere and the tool.
+def _add_gripper(spec: Any, arm: ArmSetup, rigid: dict[str, Any]) -> tuple[Any, ...]:
+    """Add the gripper as a free body at the TCP, with jaws, a cup or the contact sphere, and the tool.
 
     It is no link of the chain: MuJoCo leaves out of contacts what turning links add to accelerations (the
     derivative of the Jacobian), so a part that is carried fast round the base would drift at the end of a
     chain, by some 4 mm/s. The constraint forces on its six dofs are the wrench at the TCP.
     """
-    shape, kind = arm.shape, None if arm.gripper is None else arm.gripper.kind
-    body = spec.worldbody.add_body()
+    kind, body = arm.gripper and arm.gripper.kind, spec.worldbody.add_body()
     _make_light(body)
     body.add_joint(type=mj.mjtJoint.mjJNT_FREE, armature=HEAVY)
-    touching: dict[Any, str] = {}
-    tip, pads, fingers = None, [], []
-    if shape.radius_m > 0.0:
-        tip = _add_shape(body, Sphere(shape.radius_m), **rigid)
-        touching[tip] = TIP
-    for capsule in shape.tool:
-        touching[_add_capsule(body, inverse(shape.tool_in_flange), capsule, rigid)] = capsule.link
+    back, pads, fingers = inverse(arm.tool_in_flange), [], []
+    touching = {_add_capsule(body, back, capsule, rigid): capsule.link for capsule in arm.tool}
+    if kind is None and arm.radius_m > 0.0:
+        touching[_add_shape(body, Sphere(arm.radius_m), **rigid)] = "tip"
     if isinstance(kind, Cup):
         half = 0.5 * kind.length_m
-        cup = _add_shape(body, Cylinder(kind.radius_m, half), pos=[0.0, 0.0, -half], **rigid)
-        touching[cup] = CUP
-        pads, fingers = [cup], [cup]
+        pads = fingers = [_add_shape(body, Cylinder(kind.radius_m, half), pos=[0.0, 0.0, -half], **rigid)]
+        touching[fingers[0]] = "cup"
     if isinstance(kind, Jaws):
         wide, thick, long = kind.jaw_m
         for name, side in (("jaw 1", 1.0), ("jaw 2", -1.0)):
@@ -302,11 +258,10 @@ def _add_gripper(spec: Any, arm: ArmSetup, hinge: Any, rigid: dict[str, Any]) ->
             _make_light(jaw)
             jaw.add_joint(type=mj.mjtJoint.mjJNT_SLIDE, axis=[0.0, side, 0.0], armature=HEAVY)
             middle = [0.0, 0.5 * side * thick, -0.5 * long]
-            geom = _add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), pos=middle, **rigid)
-            touching[geom] = name
-            fingers.append(geom)
+            fingers.append(_add_shape(jaw, Box(0.5 * wide, 0.5 * thick, 0.5 * long), pos=middle, **rigid))
+            touching[fingers[-1]] = name
             # The pad, against which it is measured whether a part is between the jaws.
             pad = Box(0.5 * kind.pad_wide_m, 0.25 * thick, 0.5 * kind.pad_long_m)
             middle = [0.0, 0.25 * side * thick, -0.5 * kind.pad_long_m]
             pads.append(_add_shape(jaw, pad, pos=middle, contype=0, conaffinity=0, mass=0.0))
-    return BuiltArm(hinge, body, touching, tip, pads, fingers)
+    return body, touching, pads, fingers

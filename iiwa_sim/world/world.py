@@ -19,7 +19,7 @@ from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.arm import NOWHERE, Arm, Vector, ways_m
-from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, priority, wxyz
+from iiwa_sim.world.build import FREE, ArmSetup, Built, build, pose_of, wxyz
 from iiwa_sim.world.details import find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
@@ -273,7 +273,7 @@ class World:
         """Let a part that is held no more move freely."""
         model, geom = self.model, self.geoms[number]
         details.set_free(model, self.data, self.bodies[number], self._built.masses[number])
-        details.set_law(model, geom, self.law, priority(self.parts[number], self.tick_s))
+        details.set_law(model, geom, self.law, FREE)
         self.set_bits(number)
 
     def set_bits(self, number: int) -> None:
@@ -302,9 +302,8 @@ class World:
 
     def _watch_lost(self, arm: Arm) -> None:
         """Have a part that a gripper has lost meet the arm again, when it is out of it."""
-        number, numbers = arm.lost, self._built.arms[self.arms.index(arm)]
-        near = [*numbers.fingers, *([] if numbers.tip is None else [numbers.tip])]
-        if all(self.apart(self.geoms[number], other) > ROOM_M for other in near):
+        number, fingers = arm.lost, self._built.arms[self.arms.index(arm)].fingers
+        if all(self.apart(self.geoms[number], finger) > ROOM_M for finger in fingers):
             arm.lost = -1
             self.set_bits(number)
             self.wake_up()
