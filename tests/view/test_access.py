@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import http.client
-import logging
 import socket
 from collections.abc import Callable, Iterator
 from http.client import HTTPMessage
@@ -52,9 +51,7 @@ def test_pages_of_others_open_nothing(page: Page, origin: str, host: str) -> Non
     assert refused.value.response.status_code == 403
 
 
-def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listening,
         open_page(listening, Token("swordfish")) as page,
@@ -73,15 +70,13 @@ def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it(
         assert ("HttpOnly" in rest, "SameSite=Strict" in rest, "swordfish" in cookie) == (True, True, False)
         with viewing(port, Cookie=f"other=1; {cookie}") as viewer:
             viewer.until(lambda message: message["type"] == "ThemeConfigurationMessage")
-    assert "swordfish" not in caplog.text
 
 
-def test_it_hears_a_click_and_drops_messages_without_use(page: Page) -> None:
+def test_it_hears_a_click_and_shares_itself_with_nobody(page: Page) -> None:
     server, port = page
     clicked: list[Any] = []
     server.gui.add_button("Click me").on_click(clicked.append)
-    _, body, headers = get(port, "/")
-    assert b"<title>iiwa-sim</title>" in body
+    _, _, headers = get(port, "/")
     assert headers["Content-Security-Policy"] == "frame-ancestors 'self'"
     with viewing(port, f"http://127.0.0.1:{port}") as viewer:
         viewer.send(type="ShareUrlRequest")
@@ -94,24 +89,20 @@ def test_it_hears_a_click_and_drops_messages_without_use(page: Page) -> None:
     "rubbish",
     [
         lambda viewer: viewer.connection.send("text"),
-        lambda viewer: viewer.send(type="GuiUpdateMessage", uuid="a", updates={"update_cb": []}),
         lambda viewer: viewer.send(type="ViewerCameraMessage"),
         lambda viewer: viewer.connection.send(b"\xff" * 20),
     ],
-    ids=["text", "attribute", "no camera", "bytes"],
+    ids=["text", "no camera", "bytes"],
 )
 def test_a_client_that_sends_rubbish_is_dropped_and_others_see_on(
-    page: Page, rubbish: Callable[[Viewer], None], caplog: pytest.LogCaptureFixture
+    page: Page, rubbish: Callable[[Viewer], None]
 ) -> None:
     server, port = page
     element = server.gui.add_html("before")
-    with caplog.at_level(logging.WARNING, "iiwa_sim"), viewing(port) as other:
+    with viewing(port) as other:
         with viewing(port) as viewer:
             with contextlib.suppress(ConnectionClosed):  # it may be dropped while it sends
                 rubbish(viewer)
             assert viewer.is_closed()
         element.content = "after"
         other.shows("after")
-        wait_until(lambda: caplog.messages != [])
-    assert len(caplog.messages) <= 2, caplog.messages
-    assert all(line.startswith("page: ") and "\n" not in line for line in caplog.messages)
