@@ -1,19 +1,15 @@
-"""The tab Force: a spring from the point of the arm that a viewer grabs to the mouse."""
+"""A spring from the TCP to the mouse, for a viewer who drags the arm."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from iiwa_sim.controller.errors import Refused
-from iiwa_sim.frames import Transform, Vector, apply, inverse
-from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.view.connection import Station, tell
+from iiwa_sim.frames import rotate, transpose
+from iiwa_sim.view.connection import Station
 from iiwa_sim.view.scene import FORCE, Scene, line
 
 if TYPE_CHECKING:
@@ -21,25 +17,11 @@ if TYPE_CHECKING:
 
 STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
 """N/m"""
-MOST_N, LEAST_M, STEP_RAD = 150.0, 1e-6, 1e-6
+MOST_N = 150.0
 HELP = """\
-Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold, such as
+Drag the arm: a spring pulls the TCP. It yields in a stiffness move and in a gravity hold, such as
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
 goes on."""
-
-Array = NDArray[np.float64]
-
-
-class Grabbed(NamedTuple):
-    """A point of the arm that a viewer pulls at."""
-
-    link: int
-    """Index of the link."""
-    point: Vector
-    """The point in the frame of the link (m)."""
-    target: Vector
-    """The mouse in the base (m)."""
-    client: Any
 
 
 class Push:
@@ -51,92 +33,49 @@ class Push:
             "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
         )
         server.gui.add_markdown(HELP)
-        self._grabbed: Grabbed | None = None
-        self._force_n, self._pushes = 0.0, False
+        self._client: Any = None
+        """The client that drags the arm."""
+        self._target = np.zeros(3)  # the other end of the spring, m in the base
+        self._force_n = 0.0
         self._lock = threading.Lock()
-        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE, 3.0)
-        self._line.visible = False
+        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE)
         self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
-        for index, handle in scene.handles:
-            if scene.arm.links[index].moved_by:
-                handle.on_drag("left")(self._dragging(index))
-        station.after_states.append(self._push)
+        for handle in scene.handles:
+            handle.on_drag("left")(self._dragged)
+        station.after_state = self._push
 
     def leave(self, client: Any = None) -> None:
-        """End the push, if it is of this client."""
-        grabbed = self._grabbed
-        if grabbed is None or client is None or grabbed.client.client_id == client.client_id:
-            self._grabbed = None
-            with suppress(OSError):
-                self._push()  # the station follows no longer if this was the last client
+        """End the push, if there is one, of this client or of any."""
+        with self._lock, suppress(OSError):
+            if self._client is not None and client in (None, self._client):
+                self._client = None
+                self._station.backdoor.release()
 
     def show(self) -> None:
         """Draw the spring and its force."""
-        grabbed = self._grabbed
-        self._line.visible = self._label.visible = grabbed is not None
-        if grabbed is not None:
-            point = apply(self._scene.poses[grabbed.link], grabbed.point)
-            self._line.points = np.array([[point, grabbed.target]], np.float32)
-            self._label.position = grabbed.target
-            stiff = "" if self._station.state.mode == "impedance" else ", stiff: see Force"
-            self._label.text = f"{self._force_n:.0f} N{stiff}"
+        self._line.visible = self._label.visible = self._client is not None
+        if self._client is not None:
+            tcp = self._station.state.tool_frame.to_transform().translation
+            self._line.points = np.array([[tcp, self._target]], np.float32)
+            self._label.position = self._target
+            self._label.text = f"{self._force_n:.0f} N"
 
-    def _dragging(self, link: int) -> Any:
-        async def dragged(event: Any) -> None:  # in viser's loop, in order
-            ends = event.start_position, event.end_position
-            start, target = (apply(inverse(self._scene.place), tuple(each)) for each in ends)
-            grabbed = self._grabbed
-            if event.phase == "end":
-                self._grabbed = None
-                return
-            if grabbed is None or grabbed.link != link:
-                point = apply(inverse(self._scene.poses[link]), start)
-                grabbed = Grabbed(link, point, target, event.client)
-            self._grabbed = grabbed._replace(target=target)
-
-        return dragged
+    async def _dragged(self, event: Any) -> None:  # in viser's loop, in order
+        if event.phase == "end":
+            self.leave(event.client)
+            return
+        way = np.subtract(event.end_position, event.start_position)  # from where the viewer holds the arm
+        tcp = self._station.state.tool_frame.to_transform().translation
+        self._target = np.add(tcp, rotate(transpose(self._scene.place.rotation), way.tolist()))
+        self._client = event.client
 
     def _push(self) -> None:
-        """Have the backdoor push with the force of the spring, or end the push."""
+        """Have the backdoor push with the force of the spring."""
         with self._lock:
-            station, grabbed = self._station, self._grabbed
-            if grabbed is None:
-                if self._pushes:
-                    station.act("release")
-                    self._pushes = False
-                return
-            state, arm, link = station.state, self._scene.arm, grabbed.link
-            point = apply(arm.poses(state.joint_position)[link], grabbed.point)
-            stretch = np.subtract(grabbed.target, point)
-            most = MOST_N / max(float(np.linalg.norm(stretch)), LEAST_M)
-            force = np.asarray(min(float(self._stiffness.value), most) * stretch)
-            self._pushes, self._force_n = True, float(np.linalg.norm(force))
-            try:
-                if arm.links[link].moved_by == len(state.joint_position):
-                    station.act("push", wrench_at_tcp(state.tool_frame.to_transform(), point, force))
-                else:
-                    torques = joint_torques(arm, state.joint_position, link, grabbed.point, force)
-                    station.act("push_joints", torques)
-            except Refused as fault:
-                self._grabbed = None
-                tell(grabbed.client, f"no push: {fault}")
-
-
-def wrench_at_tcp(tcp: Transform, point: Vector, force: Array) -> list[float]:
-    """Return a force (N) at a point (m), both in the base, as a wrench at the TCP along its axes."""
-    back = np.array(tcp.rotation).reshape(3, 3).T
-    torque = np.cross(np.subtract(point, tcp.translation), force)
-    return [*(back @ force).tolist(), *(back @ torque).tolist()]
-
-
-def joint_torques(arm: Arm, joints: Sequence[float], link: int, point: Vector, force: Array) -> list[float]:
-    """Return the torques on the joints (Nm) of a force (N in the base) at a point (m) in a link's frame.
-
-    A torque is the force times the way of the point per angle of the joint, found by a small step.
-    """
-    start, torques = apply(arm.poses(joints)[link], point), []
-    for joint in range(len(joints)):
-        moved = [*joints[:joint], joints[joint] + STEP_RAD, *joints[joint + 1 :]]
-        distance = np.subtract(apply(arm.poses(moved)[link], point), start)
-        torques.append(float(force @ distance) / STEP_RAD)
-    return torques
+            if self._client is not None:
+                tcp = self._station.state.tool_frame.to_transform()
+                force = float(self._stiffness.value) * (self._target - tcp.translation)
+                force *= min(1.0, MOST_N / max(float(np.linalg.norm(force)), MOST_N))
+                self._force_n = float(np.linalg.norm(force))
+                force_in_tcp = rotate(transpose(tcp.rotation), force.tolist())
+                self._station.backdoor.push((*force_in_tcp, 0.0, 0.0, 0.0))

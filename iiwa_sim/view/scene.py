@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,45 +47,36 @@ class Scene:
 
         `place` is the pose of its base; one of the robots of a cell shows what they share.
         """
-        self._shows_cell = shows_cell
-        self._scene, self.root, self.place = scene, root, place
-        self.arm = arm = Arm(robot)
+        self._scene, self.root, self.place, self._shows_cell = scene, root, place, shows_cell
+        self._arm = arm = Arm(robot)
         self._frame(root, place)
         self._links: list[Any] = []
-        self.handles: list[tuple[int, Any]] = []
-        """Nodes that a viewer can click and drag, each with the index of its link."""
-        for index, link in enumerate(arm.links):
+        self.handles: list[Any] = []
+        """Nodes of the arm that a viewer can click and drag."""
+        for link in arm.links:
             path = f"{root}/arm/{link.name.replace('/', '_')}"
-            self._links.append(self._frame(path, IDENTITY))
-            meshes = arm.meshes.get(link.name, ())
-            shown = [self._add_mesh(f"{path}/{number}", mesh) for number, mesh in enumerate(meshes)]
-            shown = shown or [
-                self._add_shape(f"{path}/{number}", each) for number, each in enumerate(arm.shapes(link))
-            ]
-            self.handles += [(index, each) for each in shown if each is not None]
+            self._links.append(self._frame(path))
+            meshes = enumerate(arm.meshes.get(link.name, ()))
+            shown = [self._add_mesh(f"{path}/{number}", mesh) for number, mesh in meshes]
+            self.handles += [each for each in shown or self._add_shapes(path, arm.shapes(link)) if each]
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
         flange = f"{root}/arm/{arm.flange.replace('/', '_')}/body"
         self._parents = {BASE: f"{root}/cell", FLANGE: flange, TCP: f"{root}/tcp/body"}
         self._parents |= dict.fromkeys(JAWS, f"{root}/tcp/jaws")
         sizes: dict[str, Any] = {"shaft_radius": 0.006, "head_radius": 0.016, "head_length": 0.035}
-        points = np.array([[(0.0, 0.0, 0.0), (0.0, 0.0, 0.1)]], np.float32)
+        points = np.zeros((1, 2, 3), np.float32)
         self._force: Any = scene.add_arrows(f"{root}/tcp/force", points, FORCE, visible=False, **sizes)
         self._contacts = [
             scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
             for number in range(MOST_CONTACTS)
         ]
-        self._tool: Any = line(scene, f"{root}/tool", (90, 90, 90), 5.0)
-        self._trail: Any = line(scene, f"{root}/trail", TRAIL, 3.0)
-        self._trail.visible = False
+        self._trail = line(scene, f"{root}/trail", TRAIL)
         self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
-        self._path_s = 0.0
-        self._bodies: dict[str, tuple[Any, list[Any]]] = {}  # node of each, and shapes with their colours
+        self._bodies: dict[str, tuple[Any, list[Any], Sequence[Shape]]] = {}  # node, its shapes as drawn
         self._count = 0
         self._cell: Mapping[str, Any] = {}
         self._state: Snapshot | None = None
-        self.poses: list[Transform] = []
-        """Poses of all links in the base (m), as drawn."""
 
     def show(self, state: Snapshot, cell: Mapping[str, Any]) -> None:
         """Draw a state, and the cell as the backdoor describes it."""
@@ -93,24 +84,24 @@ class Scene:
             return
         if cell != self._cell:
             self._show_cell(cell)
+        before_s = state.time_s if self._state is None else self._state.time_s
         self._state, self._cell = state, cell
         tcp = state.tool_frame.to_transform()
-        self.poses = self.arm.poses(state.joint_position)
-        for node, pose in zip(self._links, self.poses, strict=True):
+        for node, pose in zip(self._links, self._arm.poses(state.joint_position), strict=True):
             _place(node, pose)
         _place(self._tcp, tcp)
-        self._tool.points = np.round([[state.flange_frame[:3], state.tool_frame[:3]]], 1) * 1e-3
-        self._add_to_path(state.time_s, tcp.translation)
+        self._add_to_path(state.time_s - before_s, tcp.translation)
         for name, pose, is_held in moving_bodies(state):
             if name in self._bodies:
-                node, looks = self._bodies[name]
+                node, nodes, shapes = self._bodies[name]
                 _place(node, pose)
-                for shape, colour in looks:
-                    shape.color = _rgb(HELD if is_held else colour)
-        force_n = float(np.linalg.norm(state.cartesian_force[:3]))
+                for each, shape in zip(nodes, shapes, strict=True):
+                    each.color = _rgb(HELD if is_held else shape["colour"])
+        force = np.array(state.cartesian_force[:3])
+        force_n = float(np.linalg.norm(force))
         self._force.visible = force_n >= LEAST_N
         if self._force.visible:
-            way = min(M_PER_N, LONGEST_ARROW_M / force_n) * np.array(state.cartesian_force[:3])
+            way = min(M_PER_N, LONGEST_ARROW_M / force_n) * force
             self._force.points = np.round([[(0.0, 0.0, 0.0), way]], 3)
         for number, mark in enumerate(self._contacts):
             mark.visible = number < len(state.link_touches)
@@ -118,28 +109,22 @@ class Scene:
                 mark.position = 1e-3 * np.array(state.link_touches[number].point)
 
     def _show_cell(self, cell: Mapping[str, Any]) -> None:
-        for node, _ in self._bodies.values():
+        for node, *_ in self._bodies.values():
             node.remove()
         self._bodies = {}
         for body in bodies_of(cell, self._shows_cell):
             self._count += 1  # a node that is removed and added within one frame keeps its old look
             path = f"{self._parents.get(body.frame, f'{self.root}/bodies')}/{self._count}"
-            node = self._frame(path, IDENTITY)
-            looks = [
-                (self._add_shape(f"{path}/{number}", each), each["colour"])
-                for number, each in enumerate(body.shapes)
-            ]
-            self._bodies[body.name] = node, looks
+            self._bodies[body.name] = self._frame(path), self._add_shapes(path, body.shapes), body.shapes
 
     def points(self) -> NDArray[np.float64]:
         """Return points (n, 3; m) of what is drawn that a picture of arm and cell should show."""
-        points = [pose.translation for pose in self.poses]
-        for node, looks in self._bodies.values():
-            points += [tuple(np.add(node.position, shape.position)) for shape, _ in looks]
-        near = [each for each in points if np.linalg.norm(each) < FAR_M]
-        return np.array([apply(self.place, each) for each in near], float)
+        points = [tuple(node.position) for node in self._links]
+        for node, shapes, _ in self._bodies.values():
+            points += [tuple(np.add(node.position, shape.position)) for shape in shapes]
+        return np.array([apply(self.place, each) for each in points if np.linalg.norm(each) < FAR_M])
 
-    def _frame(self, path: str, pose: Transform) -> Any:
+    def _frame(self, path: str, pose: Transform = IDENTITY) -> Any:
         return self._scene.add_frame(path, show_axes=False, **_at(pose))
 
     def _add_mesh(self, path: str, mesh: LinkMesh) -> Any:
@@ -153,6 +138,9 @@ class Scene:
             return None
         vertices, colour = loaded.vertices * np.array(mesh.scale), _rgb(mesh.colour or GREY)
         return scene.add_mesh_simple(path, vertices, loaded.faces, color=colour, side="double", **at)
+
+    def _add_shapes(self, path: str, shapes: Iterable[Shape]) -> list[Any]:
+        return [self._add_shape(f"{path}/{number}", each) for number, each in enumerate(shapes)]
 
     def _add_shape(self, path: str, shape: Shape) -> Any:
         scene, (*colour, alpha) = self._scene, shape["colour"]
@@ -170,11 +158,10 @@ class Scene:
         radius_m, length_m = 1e-3 * shape["radius_mm"], 1e-3 * shape["length_mm"]
         return scene.add_cylinder(path, radius=radius_m, height=length_m, **look)
 
-    def _add_to_path(self, time_s: float, point: Vector) -> None:
+    def _add_to_path(self, passed_s: float, point: Vector) -> None:
         """Add a point (m) to the path of the TCP. Time that goes back or jumps begins a new one."""
-        if not 0.0 <= time_s - self._path_s <= TRAIL_JUMP_S:
+        if not 0.0 <= passed_s <= TRAIL_JUMP_S:
             self._path.clear()
-        self._path_s = time_s
         if not self._path or np.linalg.norm(np.subtract(point, self._path[-1])) > TRAIL_STEP_M:
             self._path.append(point)
         self._trail.visible = len(self._path) > 1
@@ -183,10 +170,12 @@ class Scene:
             self._trail.points = np.stack([points[:-1], points[1:]], axis=1)
 
 
-def line(scene: viser.SceneApi, path: str, colour: tuple[int, int, int], pixels: float) -> Any:
-    """Add a line of one segment, to be moved later."""
+def line(scene: viser.SceneApi, path: str, colour: tuple[int, int, int]) -> Any:
+    """Add a line that nobody sees yet."""
     nothing = np.zeros((1, 2, 3), np.float32)
-    return scene.add_line_segments(path, nothing, colour, thickness=pixels, thickness_units="screen")
+    return scene.add_line_segments(
+        path, nothing, colour, thickness=3.0, thickness_units="screen", visible=False
+    )
 
 
 def _at(pose: Transform) -> dict[str, Any]:

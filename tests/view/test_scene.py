@@ -14,16 +14,13 @@ import viser
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.frames import Frame, apply, compose
 from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
-from iiwa_sim.view.push import joint_torques, wrench_at_tcp
 from iiwa_sim.view.scene import Scene
 
 ARMS = {name: Arm(load_robot(name)) for name in built_in_robots()}
 JOINTS = st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7)
-VECTOR = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 URDF = """<robot name="two"><link name="base"/>
 <link name="arm"><visual><origin xyz="0 0 0.1"/><geometry><mesh filename="arm.stl" scale="1 1 2"/></geometry>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link><link name="hand"/>
@@ -83,23 +80,3 @@ def test_links_have_their_meshes_else_rods(tmp_path: Path) -> None:
     kind, (vertices, _), options = looks()["arm/0"]
     assert (kind, options["color"], options["position"]) == ("add_mesh_simple", (255, 0, 0), (0.0, 0.0, 0.1))
     assert np.ptp(vertices, axis=0) == pytest.approx([0.2, 0.2, 0.4])
-
-
-@given(JOINTS, VECTOR, VECTOR)
-def test_a_push_at_the_flange_has_the_torques_of_its_wrench(
-    joints: Sequence[float], point: tuple[float, float, float], force: tuple[float, float, float]
-) -> None:
-    model, arm = Model(load_robot()), ARMS["lbr_iiwa_7_r800"]
-    flange = model.flange(joints)
-    tcp = compose(flange, Frame(10, 20, 150, 0.3, 0.2, 0.1).to_transform())
-    where = apply(flange, point)
-    wrench = np.array(wrench_at_tcp(tcp, where, np.array(force)))
-    turned = np.array(tcp.rotation).reshape(3, 3)
-    lever = np.subtract(flange.translation, tcp.translation)
-    pull = turned @ wrench[:3]
-    at_flange = np.concatenate([pull, turned @ wrench[3:] - np.cross(lever, pull)])
-    last = [link.name for link in arm.links].index(load_robot().flange)
-    torques = joint_torques(arm, joints, last, point, np.array(force))
-    assert torques == pytest.approx(model.tcp_of_flange.jacobian(joints).T @ at_flange, abs=1e-5)
-    third = next(place for place, link in enumerate(arm.links) if link.joint == 2)
-    assert joint_torques(arm, joints, third, point, np.array(force))[3:] == [0.0] * 4
