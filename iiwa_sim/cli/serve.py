@@ -162,7 +162,7 @@ async def _page(
         "log_json": settings.log_json,
     }
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "iiwa_sim.view"),
+        *(sys.executable, "-m", "iiwa_sim.view.app"),
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.DEVNULL,
         pass_fds=(listening.fileno(),),

@@ -1,22 +1,26 @@
-"""The live page: robots in a scene with a panel, drawn 30 times a second while a browser has it open."""
+"""The live page: robots in a scene with a panel, drawn 30 times a second while a browser has it open.
+
+`iiwa_sim.cli.serve` starts it as a process, writes its settings as JSON to stdin, and closes that at the end.
+"""
 
 from __future__ import annotations
 
-import logging
+import os
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from functools import partial
 from math import ceil, sin, sqrt, tan
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim import log
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
-from iiwa_sim.log import Throttle
 from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.connection import Place, Station
@@ -37,15 +41,23 @@ PANEL_PX = 320.0
 MARGIN, LEAST_RADIUS_M = 1.15, 0.55
 BESIDE_M = 0.12
 """Thickness of links beside the points that a picture is fitted to."""
-VIEWS = {
-    "Fit": (1.05, -1.4, 0.6),
-    "Front": (1.0, 0.0, 0.15),
-    "Side": (0.0, -1.0, 0.15),
-    "Top": (0.001, 0.0, 1.0),
-}
+VIEWS = {"Fit": (1.05, -1.4, 0.6), "Front": (1, 0, 0.15), "Side": (0, -1, 0.15), "Top": (0.001, 0, 1)}
 """Directions from the robot to the camera."""
 
-logger = logging.getLogger(__name__)
+
+def main() -> None:
+    """Serve until stdin ends."""
+    task = msgspec.json.decode(sys.stdin.buffer.readline())
+    log.configure(task["log_level"], task["log_json"], 2)
+    over = threading.Event()
+
+    def wait() -> None:
+        os.read(0, 1)  # nothing comes but the end
+        over.set()
+
+    threading.Thread(target=wait, daemon=True).start()
+    token, places = task["token"], msgspec.convert(task["places"], list[Place])
+    run_page(socket.socket(fileno=task["listening"]), places, over, token and Token(token))
 
 
 def run_page(
@@ -56,46 +68,35 @@ def run_page(
     Browsers have to send the token, if there is one. Raises OSError if nobody answers at an address, and
     RobotFault for a robot that cannot be drawn.
     """
-    if len(places) > MOST_ROBOTS:
-        logger.warning("the page shows the first %d of %d robots", MOST_ROBOTS, len(places))
-    shown = places[:MOST_ROBOTS]
-    stations = [Station(place, max(FRAME_S, len(shown) / MOST_STATES_HZ)) for place in shown]
-    with ExitStack() as running:
-        server, ready = running.enter_context(open_page(listening, token))
-        page = _Page(server, stations)
-        for station, panel in zip(stations, page.panels, strict=True):
-            running.callback(station.stop)
-            running.callback(panel.leave)
+    places = places[:MOST_ROBOTS]
+    period_s = max(FRAME_S, len(places) / MOST_STATES_HZ)
+    with open_page(listening, token) as (server, ready):
+        page = _Page(server, [Station(place, period_s) for place in places])
         ready.set()
-        run_frames(server, over, page.show)
+        try:
+            run_frames(server, over, page.show)
+        finally:
+            page.stop()
 
 
 def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[[bool], None]) -> None:
     """Call `draw` for each picture until `over` is set, with True if a browser has the page open."""
-    throttle = Throttle(1)
     while not over.is_set():
         began_s, is_open = time.monotonic(), bool(server.get_clients())
-        try:
-            with server.atomic():
-                draw(is_open)
-        except Exception as fault:
-            if throttle.count("frame", time.monotonic_ns()) is not None:
-                logger.exception("the page cannot show a state: %s", fault)
+        with server.atomic():
+            draw(is_open)
         over.wait(max((FRAME_S if is_open else IDLE_S) - (time.monotonic() - began_s), 0.0))
 
 
-def add_surroundings(
-    server: viser.ViserServer, scenes: Sequence[Scene], chosen: Callable[[], Scene], size_m: float = 4.0
-) -> None:
+def add_surroundings(server: viser.ViserServer, scenes: Sequence[Scene], chosen: Callable[[], Scene]) -> None:
     """Add a calm grid, and buttons that put the camera of a client in front of a robot.
 
     A new client sees all `scenes`.
     """
     colours: dict[str, Any] = {"cell_color": (225, 225, 228), "section_color": (205, 205, 210)}
     server.scene.add_grid(
-        "/ground", size_m, size_m, cell_size=0.5, section_size=1.0, position=(0, 0, -0.002),
-        fade_distance=3.0 * size_m, fade_from="origin", **colours,
-    )  # fmt: skip
+        "/ground", infinite_grid=True, fade_distance=12.0, position=(0, 0, -0.002), **colours
+    )
     group: Any = server.gui.add_button_group("Camera", tuple(VIEWS))
     group.on_click(acting(lambda event: look_at(event.client, chosen().points(), group.value)))
     server.on_client_connect(
@@ -125,56 +126,61 @@ class _Page:
 
     def __init__(self, server: viser.ViserServer, stations: Sequence[Station]) -> None:
         self._stations = stations
-        self._chosen = 0
-        cells = list(dict.fromkeys(station.place.backdoor for station in stations))
+        self._names = [each.place.name for each in stations]
+        cells = list(dict.fromkeys(each.place.backdoor for each in stations))
         row, several = ceil(sqrt(len(cells))), len(stations) > 1
+        self._choice: Any = server.gui.add_dropdown("Robot", self._names, visible=several)
+        self._choice.on_update(acting(lambda event: self._enter(self._choice.value, event)))
         self._scenes: list[Scene] = []
         self._boxes: list[Any] = []
-        self.panels: list[Panel] = []
-        if several:
-            self._choice: Any = server.gui.add_dropdown("Robot", tuple(each.name for each in stations))
-            self._choice.on_update(
-                acting(lambda event: self._enter(self._choice.options.index(self._choice.value), event))
-            )
+        self._panels: list[Panel] = []
+        shown = set()
         for number, station in enumerate(stations):
-            cell = cells.index(station.place.backdoor)
+            name, backdoor = station.place.name, station.place.backdoor
+            cell = cells.index(backdoor)
             apart = Transform(IDENTITY.rotation, (APART_M * (cell // row), APART_M * (cell % row), 0.0))
             place = compose(apart, Frame(*station.place.base).to_transform())
-            is_first = all(each.place.backdoor != station.place.backdoor for each in stations[:number])
-            scene = Scene(server.scene, station.robot, f"/robots/{number}", place, is_first)
+            scene = Scene(server.scene, station.robot, f"/robots/{number}", place, backdoor not in shown)
+            shown.add(backdoor)
+            scene.show(station.state, station.cell)
             self._scenes.append(scene)
             if several:
-                server.scene.add_label(f"{scene.root}/name", station.name, position=(0.0, 0.0, NAME_M))
-                for _, handle in scene.handles:
-                    handle.on_click(acting(partial(self._enter, number)))
+                server.scene.add_label(f"{scene.root}/name", name, position=(0.0, 0.0, NAME_M))
+                for handle in scene.handles:
+                    handle.on_click(acting(partial(self._enter, name)))
             self._boxes.append(server.gui.add_folder(None, visible=number == 0))
             with self._boxes[-1]:
-                self.panels.append(Panel(server, station, scene))
-        size_m = 4.0 + 2.0 * APART_M * (row - 1)
-        self._draw()
-        add_surroundings(server, self._scenes, lambda: self._scenes[self._chosen], size_m)
-        server.on_client_disconnect(self._leave)
+                self._panels.append(Panel(server, station, scene))
+        add_surroundings(server, self._scenes, lambda: self._scenes[self._chosen])
+        for panel in self._panels:
+            server.on_client_disconnect(panel.leave)
 
     def show(self, is_open: bool) -> None:
         """Draw the newest states, if a browser has the page open."""
-        for station in self._stations:
-            station.want(is_open)
-        if is_open:
-            self._draw()
-            self.panels[self._chosen].show()
-
-    def _draw(self) -> None:
         for station, scene in zip(self._stations, self._scenes, strict=True):
-            scene.show(station.state, station.cell)
+            (station.wanted.set if is_open else station.wanted.clear)()
+            if is_open:
+                scene.show(station.state, station.cell)
+        if is_open:
+            self._panels[self._chosen].show()
 
-    def _leave(self, client: Any) -> None:
-        for panel in self.panels:
-            panel.leave(client)
+    def stop(self) -> None:
+        """End what viewers do, and connections."""
+        for panel, station in zip(self._panels, self._stations, strict=True):
+            panel.stop()
+            station.stop()
 
-    def _enter(self, number: int, event: Any) -> None:
+    @property
+    def _chosen(self) -> int:
+        return self._names.index(self._choice.value)
+
+    def _enter(self, name: str, event: Any) -> None:
         """Show the panel of a robot, and the robot."""
-        self._chosen = number
-        self._choice.value = self._stations[number].name
+        self._choice.value = name
         for place, box in enumerate(self._boxes):
-            box.visible = place == number
-        look_at(event.client, self._scenes[number].points())
+            box.visible = place == self._chosen
+        look_at(event.client, self._scenes[self._chosen].points())
+
+
+if __name__ == "__main__":
+    main()

@@ -46,80 +46,67 @@ def tell(client: Any, text: str) -> None:
 
 
 class Station:
-    """A robot that a thread follows up to `stop`, while a browser has the page open."""
+    """A robot that a thread follows up to `stop`, while `wanted` is set."""
 
     def __init__(self, place: Place, period_s: float) -> None:
         """Raises OSError if nobody answers."""
-        self.place, self.name = place, place.name
-        self.backdoor = backdoor = BackdoorClient(
-            *place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell
-        )
-        self.robot = msgspec.convert(backdoor.robot(), RobotDescription)
-        self.state = msgspec.convert(backdoor.state(), Snapshot)
+        self.place = place
+        self.backdoor = BackdoorClient(*place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell)
+        self.robot = msgspec.convert(self.backdoor.robot(), RobotDescription)
+        self.state = msgspec.convert(self.backdoor.state(), Snapshot)
         """The newest state."""
-        self.cell, self.clock, self.moves = backdoor.cell(), "", 0
+        self.cell, self.clock, self.moves = self.backdoor.cell(), "", 0
         self.said: deque[DialogueLine] = deque(maxlen=MOST_SAID)
         """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""
-        self.after_states: list[Callable[[], None]] = []
+        self.after_state: Callable[[], None] = lambda: None
         """Called in the thread after each state."""
+        self.wanted = threading.Event()
         self._client: Iiwa | None = None
-        self._client_lock = threading.Lock()
-        self._period_s, self._said_next = period_s, 0
-        self._looks_s = 0.0  # when the next look is due
-        self._wanted, self._over = threading.Event(), False
-        self._thread = threading.Thread(target=self._follow, name="iiwa-sim-page", daemon=True)
+        self._lock = threading.Lock()
+        self._is_over = False
+        self._thread = threading.Thread(target=self._follow, args=(period_s,), daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
         """End the thread, and the client connection; the robot stops a move of it."""
-        self._over = True
-        self._wanted.set()
+        self._is_over = True
+        self.wanted.set()
         self._thread.join()
         if self._client is not None:
             self._client.close()
 
-    def want(self, wanted: bool) -> None:
-        """Follow the robot, or no longer."""
-        (self._wanted.set if wanted else self._wanted.clear)()
-
-    def act(self, method: str, *values: Any) -> None:
-        """Call a method of the backdoor. Raises Refused and OSError."""
-        self._looks_s = 0.0
-        getattr(self.backdoor, method)(*values)
-
     def command(self, name: str, *values: float | str) -> str:
         """Send a command as a client and return its reply. Raises CommandError and OSError."""
-        assert self.place.driver is not None
-        with self._client_lock:
-            if self._client is None:
-                self._client = Iiwa(*self.place.driver, REPLY_S)
+        if self.place.driver is None:
+            raise ConnectionError("the robot does not speak the text protocol")
+        with self._lock:
             try:
+                self._client = self._client or Iiwa(*self.place.driver, REPLY_S)
                 return self._client.command(name, *values)
             except OSError:
                 self._client = None  # it has closed itself
                 raise
 
-    def _follow(self) -> None:
-        while self._wanted.wait() and not self._over:
+    def _follow(self, period_s: float) -> None:
+        backdoor, looks_s, said_next = self.backdoor, 0.0, 0
+        while self.wanted.wait() and not self._is_over:
             began_s, fault = time.monotonic(), ""
             try:
-                if began_s >= self._looks_s:
-                    self._looks_s = began_s + LOOKS_S
-                    self._look()
-                self.state = msgspec.convert(self.backdoor.state(), Snapshot)
-                for each in self.after_states:
-                    each()
+                if began_s >= looks_s:
+                    looks_s = began_s + LOOKS_S
+                    self.cell, self.clock, self.moves = (
+                        backdoor.cell(),
+                        backdoor.get_clock(),
+                        backdoor.moves(),
+                    )
+                    said = msgspec.convert(backdoor.dialogue(said_next), RecentLines)
+                    said_next = said.next
+                    self.said.extendleft(said.lines)
+                self.state = msgspec.convert(backdoor.state(), Snapshot)
+                self.after_state()
             except (OSError, Refused) as found:
                 fault = why(found)
             self.fault = fault
-            time.sleep(max(began_s + (AGAIN_S if fault else self._period_s) - time.monotonic(), 0.0))
-
-    def _look(self) -> None:
-        backdoor = self.backdoor
-        self.cell, self.clock = backdoor.cell(), backdoor.get_clock()
-        self.moves = backdoor.moves()
-        said = msgspec.convert(backdoor.dialogue(self._said_next), RecentLines)
-        self._said_next = said.next
-        self.said.extendleft(said.lines)
+            time.sleep(max(began_s + (AGAIN_S if fault else period_s) - time.monotonic(), 0.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import partial
 from math import degrees, dist
 from typing import TYPE_CHECKING, Any
@@ -26,21 +26,21 @@ PERIOD_S = 0.1
 MOST_INPUTS = 64
 HOLD_S = 0.7
 """Time for which an element keeps the value that a viewer has set, though the state does not show it yet."""
-LONGEST_STEP_S = 10.0
 NEAR_DEG = 5.0
 """Distance from a limit at which the bar of a joint is yellow."""
 STOP, STOPPED = "Emergency stop", "Emergency stop is PRESSED"
-Calls = dict[str, tuple[Any, ...]]
-"""Method of the backdoor and its values, by the word on a button."""
-
-SAFETY: Calls = {
-    "Release": ("emergency_stop", False),
-    "Reset error": ("reset_error",),
-    "Protective stop": ("fail", 3060, "protective stop"),
+GROUPS: dict[str, dict[str, tuple[Any, ...]]] = {
+    "Safety": {
+        "Release": ("emergency_stop", False),
+        "Reset error": ("reset_error",),
+        "Protective stop": ("fail", 3060, "protective stop"),
+    },
+    "Drives": {"On": ("switch_drives", True), "Off": ("switch_drives", False)},
+    "Clock": {name: ("set_clock", name) for name in ("real", "10x", "fast", "stepped")}
+    | {"pause": ("pause",), "resume": ("pause", False)},
+    "Advance (s)": {text: ("advance", float(text)) for text in ("0.002", "0.1", "1", "10")},
 }
-DRIVES: Calls = {"On": ("switch_drives", True), "Off": ("switch_drives", False)}
-CLOCKS: Calls = {name: ("set_clock", name) for name in ("real", "10x", "fast", "stepped")}
-CLOCKS |= {"pause": ("pause",), "resume": ("pause", False)}
+"""Groups of buttons: method of the backdoor and its values, by the word on the button."""
 
 _RED, _GREEN, _GREY = "#c92a2a", "#2f9e44", "#8888"
 _COLOURS = {">": "#1971c2", "#": "#868e96", "~": "#e8590c"}
@@ -83,66 +83,70 @@ class Readout:
         ]
         if gripper is not None:
             lit += [(f"GRIPPER {gripper.state} {gripper.opening_mm:.0f} mm", gripper.state == "holds")]
-        words = [robot.name, state.mode, state.status] + ([f"load {load_kg:g} kg"] if load_kg else [])
-        red = [fault, "E-STOP pressed" if status.e_stopped == 1 else ""]
-        red += [f"{state.error.code} {state.error.reason}" if state.error.code else ""]
+        words = ", ".join([robot.name, state.mode, state.status] + [f"load {load_kg:g} kg"] * bool(load_kg))
+        error = f"{state.error.code} {state.error.reason}" if state.error.code else ""
         limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
         bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
         place = _rounded((*state.tool_frame[:3], *map(degrees, state.tool_frame[3:])))
-        self._html.content = (
-            f"<div style='{_PAD}'><div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
-            f"<div style='color:{_RED}'>{'<br>'.join(html.escape(each) for each in red if each)}</div>"
-            f"<table style='width:100%;border-spacing:0'>{bars}</table>"
-            f"<div>TCP {place} mm, deg<br>Speed of the TCP {self._speed(state):.0f} mm/s</div></div>"
-        )
-
-    def _speed(self, state: Snapshot) -> float:
-        """Return the mean speed of the TCP (mm/s) since the state that was shown before."""
-        before, self._before = self._before, state
-        if before is not None and state.time_s != before.time_s:
+        before, self._before = self._before or state, state
+        if state.time_s > before.time_s:
             distance_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
-            self._speed_mm_s = max(distance_mm / (state.time_s - before.time_s), 0.0)
-        return self._speed_mm_s
+            self._speed_mm_s = distance_mm / (state.time_s - before.time_s)
+        self._html.content = (
+            f"<div style='{_PAD}'><div>{html.escape(words)}</div>{lamps(lit)}"
+            f"<div style='color:{_RED}'>{html.escape(fault)}</div>"
+            f"<div style='color:{_RED}'>{html.escape(error)}</div>"
+            f"<table style='width:100%;border-spacing:0'>{bars}</table>"
+            f"<div>TCP {place} mm, deg<br>Speed of the TCP {self._speed_mm_s:.0f} mm/s</div></div>"
+        )
 
 
 class Panel:
-    """Elements of one robot, which can act until `leave`."""
+    """Elements of one robot, which can act until `stop`."""
 
     def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
         self._gui = gui = server.gui
         self._station = station
         self._held_until_s = self._next_s = 0.0
         self._stop: Any = gui.add_button(STOP, color="red")
-        self._stop.on_click(self._does("emergency_stop"))
-        self._group("Safety", SAFETY)
+        self._stop.on_click(acting(lambda _: station.backdoor.emergency_stop()))
+        self._group("Safety")
         self._readout = Readout(gui, station.robot)
-        has_driver = station.place.driver is not None
         tabs: Any = gui.add_tab_group()
-        self._jog = None
-        if has_driver:
-            with tabs.add_tab("Jog"):
-                self._jog = Jog(gui, station)
+        with tabs.add_tab("Jog"):
+            self._jog = Jog(gui, station)
         with tabs.add_tab("Program"):
-            self._add_program(has_driver)
+            self._override: Any = gui.add_slider("Override (%)", 0, 100, 1, initial_value=100)
+            self._sets(self._override, lambda value: station.backdoor.set_override(value / 100.0))
+            gui.add_button("Stop the moves").on_click(acting(lambda _: station.command("stop")))
+            self._moves: Any = gui.add_html("")
+            for label in ("Drives", "Clock", "Advance (s)"):
+                self._group(label)
         with tabs.add_tab("I/O"):
             self._outputs: Any = gui.add_html("")
-            names = station.cell["inputs"][:MOST_INPUTS]
-            self._inputs = [self._add_input(number, name) for number, name in enumerate(names, 1)]
+            self._inputs: list[Any] = [
+                gui.add_checkbox(name, False) for name in station.cell["inputs"][:MOST_INPUTS]
+            ]
+            for number, switch in enumerate(self._inputs, 1):
+                self._sets(switch, partial(station.backdoor.set_input, number))
         with tabs.add_tab("Force"):
             self._force: Any = gui.add_html("")
             self._push = Push(server, station, scene)
         with tabs.add_tab("Dialogue"):
-            if has_driver:
-                self._add_command()
+            with gui.add_form(None) as form:
+                self._command: Any = gui.add_text("Command", "", hint="such as get status; Enter sends it")
+            form.on_submit(acting(self._send))
             self._dialogue: Any = gui.add_html("")
 
-    def leave(self, client: Any = None) -> None:
-        """End jogging and pushing of a client that is gone; without a client, of all for good."""
-        if self._jog is not None and client is not None:
-            self._jog.leave(client)
-        elif self._jog is not None:
-            self._jog.stop()
+    def leave(self, client: Any) -> None:
+        """End jogging and pushing of a client that is gone."""
+        self._jog.leave(client)
         self._push.leave(client)
+
+    def stop(self) -> None:
+        """End jogging and pushing for good."""
+        self._jog.stop()
+        self._push.leave()
 
     def show(self) -> None:
         """Show the newest state, and what the backdoor tells."""
@@ -165,48 +169,27 @@ class Panel:
         self._force.content = listed(rows)
         self._dialogue.content = dialogue(list(station.said))
 
-    def _add_program(self, has_driver: bool) -> None:
-        gui, station = self._gui, self._station
-        self._override: Any = gui.add_slider("Override (%)", min=0, max=100, step=1, initial_value=100)
-        self._override.on_update(self._does("set_override", lambda: float(self._override.value) / 100.0))
-        if has_driver:
-            gui.add_button("Stop the moves").on_click(acting(lambda _: station.command("stop")))
-        self._group("Drives", DRIVES)
-        self._moves: Any = gui.add_html("")
-        self._group("Clock", CLOCKS)
-        step_s: Any = gui.add_number("Advance (s)", 0.1, min=0.001, max=LONGEST_STEP_S, step=0.001)
-        step = self._does("advance", lambda: float(step_s.value))
-        gui.add_button("Advance", hint="lets this time pass at once, with any clock").on_click(step)
+    def _send(self, event: Any) -> None:
+        command, self._command.value = " ".join(self._command.value.split()), ""
+        if command:
+            reply = self._station.command(command)
+            event.client.add_notification("Reply", reply, auto_close_seconds=NOTE_S)
 
-    def _add_input(self, number: int, name: str) -> Any:
-        switch: Any = self._gui.add_checkbox(name, False)
-        switch.on_update(self._does("set_input", partial(int, number), lambda: switch.value))
-        return switch
+    def _sets(self, element: Any, act: Callable[[Any], object]) -> None:
+        """Have an element call a function with the value that a viewer sets."""
 
-    def _add_command(self) -> None:
-        with self._gui.add_form(None) as form:
-            command: Any = self._gui.add_text("Command", "", hint="such as get status; Enter sends it")
-
-        def send(event: Any) -> None:
-            line, command.value = " ".join(command.value.split()), ""
-            if line:
-                reply = self._station.command(line)
-                event.client.add_notification("Reply", reply, auto_close_seconds=NOTE_S)
-
-        form.on_submit(acting(send))
-
-    def _does(self, method: str, *values: Callable[[], Any]) -> Callable[[Any], None]:
-        """Return a callback that calls a method of the backdoor with values."""
-
-        def act(_: Any) -> None:
+        def changed(_: Any) -> None:
             self._held_until_s = time.monotonic() + HOLD_S
-            self._station.act(method, *(value() for value in values))
+            act(element.value)
 
-        return acting(act)
+        element.on_update(acting(changed))
 
-    def _group(self, label: str, calls: Calls) -> None:
-        group = self._gui.add_button_group(label, tuple(calls))
-        group.on_click(acting(lambda event: self._station.act(*calls[event.target.value])))
+    def _group(self, label: str) -> None:
+        def act(event: Any) -> None:
+            method, *values = GROUPS[label][event.target.value]
+            getattr(self._station.backdoor, method)(*values)
+
+        self._gui.add_button_group(label, tuple(GROUPS[label])).on_click(acting(act))
 
 
 def lamps(states: Iterable[tuple[str, bool]]) -> str:
@@ -239,7 +222,7 @@ def _bar(name: str, value: float, low: float, high: float) -> str:
     return f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
-def listed(rows: Sequence[str]) -> str:
+def listed(rows: Iterable[str]) -> str:
     """Return rows of text as HTML."""
     return f"<div style='{_PAD}'>{'<br>'.join(map(html.escape, rows))}</div>"
 

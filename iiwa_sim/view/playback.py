@@ -18,7 +18,7 @@ from iiwa_sim.view.scene import Scene
 if TYPE_CHECKING:
     import viser
 
-LINES_S = 0.4
+PERIOD_S = 0.2
 """Period of updates of dialogue and events."""
 MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
@@ -33,7 +33,7 @@ def run_playback(listening: socket.socket, timeline: Timeline, over: threading.E
     with open_page(listening) as (server, ready):
         playback = Playback(server, timeline)
         ready.set()
-        run_frames(server, over, lambda is_open: playback.show() if is_open else None)
+        run_frames(server, over, playback.show)
 
 
 class Playback:
@@ -41,18 +41,15 @@ class Playback:
 
     def __init__(self, server: viser.ViserServer, timeline: Timeline) -> None:
         gui, robot = server.gui, timeline.recorded.description()
-        self._timeline = timeline
-        self._time_s = timeline.start_s  # which is shown
-        self._is_playing = False
-        self._shown_at_s = time.monotonic()
-        self._listed_s, self._next_list_s = -1.0, 0.0
-        end_s = max(timeline.end_s, timeline.start_s + SLIDER_STEP_S)
+        self._timeline, self._time_s = timeline, timeline.start_s  # that is shown
+        self._end_s = max(timeline.end_s, timeline.start_s + SLIDER_STEP_S)
+        self._is_playing, self._shown_at_s, self._next_s = False, 0.0, 0.0
         self._slider: Any = gui.add_slider(
-            "Time (s)", timeline.start_s, end_s, SLIDER_STEP_S, initial_value=timeline.start_s
+            "Time (s)", timeline.start_s, self._end_s, SLIDER_STEP_S, initial_value=timeline.start_s
         )
-        self._slider.on_update(acting(lambda _: self._go_to(float(self._slider.value))))
+        self._slider.on_update(acting(lambda _: setattr(self, "_time_s", float(self._slider.value))))
         self._button: Any = gui.add_button("Play")
-        self._button.on_click(acting(lambda _: self._turn()))
+        self._button.on_click(acting(self._turn))
         self._speed: Any = gui.add_dropdown("Speed", SPEEDS, initial_value="1x")
         self._readout = Readout(gui, robot)
         tabs = gui.add_tab_group()
@@ -61,37 +58,32 @@ class Playback:
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
         self._scene = Scene(server.scene, robot)
-        self._draw()
+        self.show(is_open=True)
         add_surroundings(server, [self._scene], lambda: self._scene)
 
-    def show(self) -> None:
-        """Show the recording at the time that the player has reached."""
-        was_playing, now_s = self._is_playing, time.monotonic()
-        if was_playing:
-            speed = float(self._speed.value.rstrip("x"))
-            self._go_to(self._time_s + speed * min(now_s - self._shown_at_s, LONGEST_S))
-            self._is_playing = self._time_s < self._timeline.end_s
+    def show(self, is_open: bool) -> None:
+        """Show the recording at the time that the player has reached, if a browser has the page open."""
+        if not is_open:
+            return
+        now_s, timeline = time.monotonic(), self._timeline
+        if self._is_playing:
+            passed_s = float(self._speed.value.rstrip("x")) * min(now_s - self._shown_at_s, LONGEST_S)
+            self._time_s = min(self._time_s + passed_s, self._end_s)
+            self._is_playing = self._time_s < self._end_s
             self._slider.value = round(self._time_s, 2)
         self._shown_at_s = now_s
-        self._draw()
         self._button.label = "Pause" if self._is_playing else "Play"
-        if self._time_s != self._listed_s and now_s >= self._next_list_s:
-            self._listed_s, self._next_list_s = self._time_s, now_s + LINES_S
-            lines = self._timeline.last(DIALOGUE, self._time_s, MOST_SAID)
-            self._dialogue.content = dialogue(reversed(lines))
-            events = self._timeline.last(EVENTS, self._time_s, MOST_EVENTS)
-            self._events.content = listed([f"{each.time_s:.3f} {each}" for each in reversed(events)])
-
-    def _draw(self) -> None:
-        ((state,), (cell,)) = (self._timeline.last(topic, self._time_s) for topic in (STATE, CELL))
+        ((state,), (cell,)) = (timeline.last(topic, self._time_s) for topic in (STATE, CELL))
         self._scene.show(state, cell)
         self._readout.show(state)
+        if now_s >= self._next_s:
+            self._next_s = now_s + PERIOD_S
+            self._dialogue.content = dialogue(reversed(timeline.last(DIALOGUE, self._time_s, MOST_SAID)))
+            events = timeline.last(EVENTS, self._time_s, MOST_EVENTS)
+            self._events.content = listed(f"{each.time_s:.3f} {each}" for each in reversed(events))
 
-    def _go_to(self, time_s: float) -> None:
-        self._time_s = min(max(time_s, self._timeline.start_s), self._timeline.end_s)
-
-    def _turn(self) -> None:
+    def _turn(self, _: Any) -> None:
         """Play or pause; at the end, play from the beginning."""
         self._is_playing = not self._is_playing
-        if self._is_playing and self._time_s >= self._timeline.end_s:
+        if self._is_playing and self._time_s >= self._end_s:
             self._time_s = self._timeline.start_s

@@ -159,9 +159,8 @@ def test_the_tabs_switch_and_show(simulator: Simulator, viewer: Viewer, robot: I
     viewer.clicks("Clock", "pause")
     viewer.shows("Clock: 10x paused")
     tick = simulator.state().tick
-    viewer.clicks("Advance (s)", 0.2)
-    viewer.clicks("Advance")
-    wait_until(lambda: simulator.state().tick == tick + 100)
+    viewer.clicks("Advance (s)", "0.1")
+    wait_until(lambda: simulator.state().tick == tick + 50)
 
 
 def test_a_command_is_typed_and_its_garbled_reply_is_in_the_dialogue(
