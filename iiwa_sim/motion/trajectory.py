@@ -40,8 +40,8 @@ BESIDE_BRAKING_S = 0.1
 AHEAD_SEGMENTS = 2
 LATE = 0.95
 """Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
-LITTLE_KEPT_S = 0.04
-"""Time in which x is kept if a trajectory is to end sooner, and no profile was found with more of it."""
+LITTLE_KEPT_S = 0.1
+"""Time in which x is kept if a trajectory is to end sooner."""
 LEAST_BLEND = 0.1
 """If less than this part of a blend is left, it is too late for it."""
 STILL = 1e-12
@@ -315,8 +315,8 @@ def planned_on(
     return (yield from planned(_gone_on(path, float(front.quintics[0, 0]), moves, blends), front))
 
 
-def ending(trajectory: Trajectory, now_s: float, time_s: float) -> Trajectory | None:
-    """Return a trajectory, unchanged from now up to a time, that ends with the move under way.
+def ending(trajectory: Trajectory, now_s: float) -> Trajectory | None:
+    """Return a trajectory that goes on from now to end with the move under way.
 
     Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time:
     then it mostly is too fast, as it would not have had to stop at that target.
@@ -325,17 +325,15 @@ def ending(trajectory: Trajectory, now_s: float, time_s: float) -> Trajectory | 
         return trajectory
     move = trajectory.move_at(now_s)
     leaves_x = float(blend_spans(trajectory.path)[0][trajectory.moves.index(move)])
-    # What is kept of x may end beside a blend, where it is too fast to rest at the target.
-    for until_x in (leaves_x, min(leaves_x, trajectory.x(time_s + LITTLE_KEPT_S))):
-        front = trajectory.front(now_s, time_s, trajectory.end_s, until_x)
-        if front.state[0] < leaves_x:
-            path = _gone_on(trajectory.path, float(front.quintics[0, 0]), [], [])
-            count = path.moves.index(move) + 1
-            path = BlendedPath(path.moves[:count], path.blends[: count - 1], path.first_x, path.window_s)
-            found = at_once(planned(path, front))
-            if found is not None:
-                return found
-    return None
+    # What is kept of x must not end beside a blend, where it is too fast to rest at the target.
+    until_x = min(leaves_x, trajectory.x(now_s + LITTLE_KEPT_S))
+    front = trajectory.front(now_s, now_s, trajectory.end_s, until_x)
+    if front.state[0] >= leaves_x:
+        return None
+    path = _gone_on(trajectory.path, float(front.quintics[0, 0]), [], [])
+    count = path.moves.index(move) + 1
+    path = BlendedPath(path.moves[:count], path.blends[: count - 1], path.first_x, path.window_s)
+    return at_once(planned(path, front))
 
 
 def _gone_on(path: BlendedPath, x: float, moves: Sequence[Move], blends: Sequence[Blend]) -> BlendedPath:
