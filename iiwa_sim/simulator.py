@@ -1,6 +1,5 @@
 """The simulator put together: a cell with its robots, the clock that steps them and the servers that talk."""
 
-import logging
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import AsyncExitStack, ExitStack
 from functools import partial
@@ -21,7 +20,7 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.options.model import SettingError, Settings, file_of
 from iiwa_sim.options.sources import from_keywords
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, IIWA
@@ -44,7 +43,6 @@ LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
 
 T = TypeVar("T")
-logger = logging.getLogger(__name__)
 
 
 class SimulatedRobot:
@@ -293,17 +291,17 @@ class Simulator(OnlyRobot):
 
                 from iiwa_sim.transcript.record import recorded
 
-                path, version = Path(self.settings.transcript), metadata.version("iiwa-sim")
+                file, version = self.settings.transcript, metadata.version("iiwa-sim")
                 for robot in self.robots.values():
-                    own = path.with_stem(f"{path.stem}-{robot.name}") if len(self.robots) > 1 else path
+                    own = file_of(robot.name, file) if len(self.robots) > 1 else file
                     title = f"{robot.cell.description.name}, recorded by iiwa-sim {version}"
                     opened.enter_context(
-                        recorded(own, robot.dialogue, self.clock.tick_s, title, list(robot.servers))
+                        recorded(Path(own), robot.dialogue, self.clock.tick_s, title, list(robot.servers))
                     )
             opened.callback(self.recordings.end_all)
             if self.settings.record is not None:
-                file, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
-                self.recordings.begin(file, rate_hz, [each.source for each in self.robots.values()])
+                path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
+                self.recordings.begin(path, rate_hz, [each.source for each in self.robots.values()])
             opened.callback(self.clock.stop)
             for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open

@@ -37,7 +37,7 @@ logger = logging.getLogger(__name__)
 
 def run(words: Sequence[str]) -> int:
     given = from_command_line(words)
-    if "version" in given:
+    if "--version" in words:
         from importlib import metadata
 
         print(f"iiwa-sim {metadata.version('iiwa-sim')}")

@@ -26,15 +26,14 @@ def robots_of(given: Given) -> Robots:
         common, before = Settings(**given), ""
         names = [""] if common.count is None else [f"robot-{number}" for number in range(common.count)]
         robots = {name: _numbered(common, number, name) for number, name in enumerate(names)}
-    if len(robots) > 1 and given.get("ros"):
+    if len(robots) > 1 and any(robot.ros for robot in robots.values()):
         raise SettingError("--ros: expected one robot: a process is one node of ROS 1")
     spaces = [robot.ros_namespace.strip("/") for robot in robots.values() if robot.ros2]
     if len(set(spaces)) < len(spaces):
         raise SettingError(f"{before}--ros-namespace: expected a different one for each robot on ROS 2")
     written = [file for robot in robots.values() for key in model.WRITTEN if (file := getattr(robot, key))]
-    for file in written:
-        if written.count(file) > 1 and not Path(file).is_char_device():
-            raise SettingError(f"{before}{file}: expected a file of its own for each robot and option")
+    if len(set(written)) < len(written):
+        raise SettingError(f"{before}--transcript, --record: expected a file of its own for each robot")
     return robots
 
 
@@ -93,5 +92,5 @@ def _numbered(robot: Settings, index: int, name: str, own: Given | None = None) 
         changed.setdefault("backdoor_port", robot.backdoor_port or 0)
     for key in model.WRITTEN:
         if name and key not in own and (file := getattr(robot, key)):
-            changed[key] = str(Path(file).with_stem(f"{Path(file).stem}-{name}"))
+            changed[key] = model.file_of(name, file)
     return msgspec.structs.replace(robot, **changed)
