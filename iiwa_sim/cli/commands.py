@@ -161,8 +161,7 @@ def show(parser: Parser, words: Sequence[str]) -> int:
         over = threading.Event()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: over.set())
-        if sys.stderr is not None:
-            log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
+        log.configure("warning", as_json=False)
         print(f"page on {page_url(listening)}", flush=True)
         run_playback(listening, timeline, over)
     return 0
