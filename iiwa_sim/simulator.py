@@ -94,7 +94,6 @@ class SimulatedRobot:
                 on_answered=clock.commanded,
                 on_good_bye=on_bye if on_bye and protocol == IIWA else lambda: None,
                 faults=faults,
-                protocol=protocol,
             )
             for protocol, port in ports.items()
         }
