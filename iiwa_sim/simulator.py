@@ -241,7 +241,7 @@ class Simulator(OnlyRobot):
             own = each.stepped, each.faults, each.servers.values()
             each.backdoor = Backdoor(*own, self.clock, each.dialogue, self.call, self._group, states)
         first = robots[0]
-        self._opened, self._is_open = AsyncExitStack(), False
+        self._opened: AsyncExitStack | None = None
         self._backdoor_http: BackdoorHttp | None = None
         if settings.backdoor_port is not None:
             from iiwa_sim.backdoor import http
@@ -282,21 +282,17 @@ class Simulator(OnlyRobot):
             raise AttributeError(f"{name!r}: {hint}", name=name, obj=self)
 
     async def __aenter__(self) -> Self:
-        if self._is_open:
+        if self._opened is not None:
             raise RuntimeError("the simulator runs already")
         async with AsyncExitStack() as opened:
             if self.settings.transcript is not None:
-                from importlib import metadata
-
                 from iiwa_sim.transcript.record import recorded
 
-                file, version = self.settings.transcript, metadata.version("iiwa-sim")
                 for robot in self.robots.values():
-                    own = file_of(robot.name, file) if len(self.robots) > 1 else file
-                    title = f"{robot.cell.description.name}, recorded by iiwa-sim {version}"
-                    opened.enter_context(
-                        recorded(Path(own), robot.dialogue, self.clock.tick_s, title, list(robot.servers))
-                    )
+                    file = Path(file_of(robot.name, self.settings.transcript))
+                    title = f"{robot.cell.description.name}, recorded by iiwa-sim"
+                    told = robot.dialogue, self.clock.tick_s, title, list(robot.servers)
+                    opened.enter_context(recorded(file, *told))
             opened.callback(self.recordings.end_all)
             if self.settings.record is not None:
                 path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
@@ -312,17 +308,17 @@ class Simulator(OnlyRobot):
                         await port.start()
                         opened.push_async_callback(port.close)
             self._opened = opened.pop_all()
-        self._is_open = True
         self.clock.start(self._watched())
         return self
 
     async def __aexit__(self, *_: object) -> None:
         self._group.stop()  # or the log would say that the clients have vanished
-        self._is_open = False
-        await self._opened.aclose()
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            await opened.aclose()
 
     def __enter__(self) -> Self:
-        if self._thread is not None or self._is_open:
+        if self._thread is not None or self._opened is not None:
             raise RuntimeError("the simulator runs already")
         self._thread = LoopThread()
         try:

@@ -33,9 +33,9 @@ def flag_of(field: str) -> str:
 
 
 def file_of(robot: str, file: str) -> str:
-    """Return the file that one of several robots writes."""
+    """Return the file that one of several robots writes; a robot without a name writes the file itself."""
     path = Path(file)
-    return str(path.parent / f"{path.stem}-{robot}{path.suffix}")
+    return str(path.parent / f"{path.stem}-{robot}{path.suffix}") if robot else file
 
 
 def _text(metavar: str, expected: str = "a text", check: Callable[[str], object] = str) -> Meta:

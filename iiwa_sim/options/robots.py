@@ -84,6 +84,6 @@ def _numbered(robot: Settings, index: int, name: str, own: Container[str] = ()) 
     if robot.view_port is not None:  # the page is a client of the backdoor
         changed.setdefault("backdoor_port", robot.backdoor_port or 0)
     for key in model.WRITTEN:
-        if name and key not in own and (file := getattr(robot, key)):
+        if key not in own and (file := getattr(robot, key)):
             changed[key] = model.file_of(name, file)
     return msgspec.structs.replace(robot, **changed)
