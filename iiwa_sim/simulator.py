@@ -61,9 +61,7 @@ class SimulatedRobot:
         on_bye: Callable[[], None] | None,
     ) -> None:
         settings, clock = simulator.settings, simulator.clock
-        self._call, self._clock, self._recordings = simulator.call, clock, simulator.recordings
-        self._strict = settings.strict
-        self.cell = cell
+        self._call, self._clock, self.cell = simulator.call, clock, cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
@@ -84,9 +82,14 @@ class SimulatedRobot:
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         for protocol in ports:
             check_axes(protocol, cell.description)
+
+        def session(protocol: str, name: str) -> Session:
+            told = name, self.dialogue, settings.strict, faults.canned
+            return open_session(protocol, controller, self.log, *told)
+
         self.servers = {
             protocol: TcpServer(
-                open_session=partial(self._open_session, protocol),
+                open_session=partial(session, protocol),
                 host=settings.host,
                 port=port,
                 admission=admission,
@@ -133,22 +136,6 @@ class SimulatedRobot:
         """
         self._call(lambda: self.faults.canned.set(command, reply, times))
 
-    def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
-        """Record the robot from now on into an MCAP file, which is overwritten: see docs/recordings.md.
-
-        Args:
-            path: The file.
-            rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
-
-        Returns:
-            The recording: it ends with its context, by `close`, or with the simulator.
-
-        Raises:
-            RecordingFault: The file cannot be written, or mcap is not installed.
-            ValueError: The rate is out of range.
-        """
-        return self._recordings.begin(Path(path), rate_hz, [self.source], self._call)
-
     @property
     def host(self) -> str:
         """Address listened on."""
@@ -163,10 +150,6 @@ class SimulatedRobot:
     def ports(self) -> dict[str, int]:
         """Port of each protocol, in the order in which they were named."""
         return {name: server.acceptor.address[1] for name, server in self.servers.items()}
-
-    def _open_session(self, protocol: str, name: str) -> Session:
-        canned = self.faults.canned
-        return open_session(protocol, self.stepped, self.log, name, self.dialogue, self._strict, canned)
 
     def _tick(self) -> int:
         self._clock.catch_up()
@@ -225,7 +208,7 @@ class Simulator(OnlyRobot):
         if len(self.cells) > 1 and has_ros:
             raise SettingError(f"--rosbridge-port, --ros, --ros2: expected none: {path} has several robots")
         self.clock = Clock(settings.rate_hz, pace(settings.clock))
-        self.recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
+        self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         budget = Budget(self.clock.catch_up)
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
@@ -293,10 +276,10 @@ class Simulator(OnlyRobot):
                     title = f"{robot.cell.description.name}, recorded by iiwa-sim"
                     told = robot.dialogue, self.clock.tick_s, title, list(robot.servers)
                     opened.enter_context(recorded(file, *told))
-            opened.callback(self.recordings.end_all)
+            opened.callback(self._recordings.end_all)
             if self.settings.record is not None:
                 path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
-                self.recordings.begin(path, rate_hz, [each.source for each in self.robots.values()])
+                self._recordings.begin(path, rate_hz, [each.source for each in self.robots.values()])
             opened.callback(self.clock.stop)
             for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
@@ -393,9 +376,21 @@ class Simulator(OnlyRobot):
         self.call(lambda: self.clock.set_pace(wanted))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
-        """Record all robots from now on into one file, as `SimulatedRobot.record` does for one."""
+        """Record all robots from now on into an MCAP file, which is overwritten: see docs/recordings.md.
+
+        Args:
+            path: The file.
+            rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
+
+        Returns:
+            The recording: it ends with its context, by `close`, or with the simulator.
+
+        Raises:
+            RecordingFault: The file cannot be written, or mcap is not installed.
+            ValueError: The rate is out of range.
+        """
         sources = [each.source for each in self.robots.values()]
-        return self.recordings.begin(Path(path), rate_hz, sources, self.call)
+        return self._recordings.begin(Path(path), rate_hz, sources, self.call)
 
     @property
     def host(self) -> str:
@@ -421,7 +416,7 @@ class Simulator(OnlyRobot):
     def _watched(self) -> Stepped:
         """Return what the clock steps: one robot itself if nobody watches."""
         others = [each for each in (self._status, self.ros) if each is not None]
-        self._group.observers = observers = [*self.recordings.recorders, *others]
+        self._group.observers = observers = [*self._recordings.recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
