@@ -5,13 +5,13 @@ import http.client
 import json
 from collections.abc import Callable
 from functools import partial
+from inspect import Signature, signature
 from typing import Any
 
 import msgspec
 
+from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-
-ANSWERED_S = 60.0
 
 
 class BackdoorClient:
@@ -23,40 +23,22 @@ class BackdoorClient:
     """
 
     def __init__(
-        self, host: str, port: int, token: str = "", timeout_s: float = ANSWERED_S, robot: str = ""
+        self, host: str, port: int, token: str = "", timeout_s: float = 60.0, robot: str = ""
     ) -> None:
-        self._address = host, port
+        self._address, self._timeout_s = (host, port), timeout_s
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
-        self._timeout_s = timeout_s
         self._path = f"/{robot}" if robot else ""
-        self._calls: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return partial(self._call, name)
+        takes = signature(partial(getattr(Backdoor, name), None))  # without self
+        return partial(self._call, f"{self._path}/{name}", takes)
 
-    def __dir__(self) -> list[str]:
-        return list(self._known())
-
-    def _call(self, name: str, /, *args: object, **arguments: object) -> Any:
-        if args:
-            names = [each.partition("=")[0] for each in self._known().get(name, {"takes": ()})["takes"]]
-            if len(args) > len(names):
-                raise TypeError(f"{name} takes {', '.join(names) or 'no arguments'}: {len(args)} given")
-            arguments = dict(zip(names, args, strict=False)) | arguments
-        return self._ask("POST", f"{self._path}/{name}", msgspec.json.encode(arguments))
-
-    def _known(self) -> dict[str, Any]:
-        if not self._calls:
-            self._calls = self._ask("GET", "/")
-        return self._calls
-
-    def _ask(self, method: str, path: str, body: bytes | None = None) -> Any:
+    def _call(self, path: str, takes: Signature, /, *args: object, **arguments: object) -> Any:
+        body = msgspec.json.encode(takes.bind(*args, **arguments).arguments)
         connection = http.client.HTTPConnection(*self._address, timeout=self._timeout_s)
         with contextlib.closing(connection):
             try:
-                connection.request(method, path, body, self._headers)
+                connection.request("POST", path, body, self._headers)
                 answer = connection.getresponse()
                 is_picture = answer.headers.get_content_type() == "image/png"
                 value: Any = answer.read() if is_picture else json.loads(answer.read())
