@@ -1,16 +1,14 @@
 """The cell as values of JSON, for viewers and recordings."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.world.gripper import Jaws
 from iiwa_sim.world.part import Mesh, Part
-
-if TYPE_CHECKING:
-    from iiwa_sim.world.scene import SceneBody
 
 
 def described_cell(controller: Controller) -> dict[str, Any]:
@@ -28,7 +26,10 @@ def described_cell(controller: Controller) -> dict[str, Any]:
         "outputs": io.output_names,
         "surfaces": list(map(_surface, world.surfaces.values())),
         "parts": [{"name": part.name, **_shape(part.shape)} for part in parts_of(controller)],
-        "bodies": [] if scene is None else list(map(_body, scene.bodies)),
+        "bodies": [
+            {"name": body.name, "shapes": [_shape(*each) for each in body.shapes]}
+            for body in (() if scene is None else scene.bodies)
+        ],
         "jaw_mm": _mm(gripper.jaw_m) if isinstance(gripper, Jaws) else (),
         "tool_capsules": [
             {"start_mm": _mm(each.start), "end_mm": _mm(each.end), "radius_mm": 1e3 * each.radius_m}
@@ -43,39 +44,34 @@ def parts_of(controller: Controller) -> list[Part]:
 
 
 def _surface(surface: Surface) -> dict[str, Any]:
-    """Return a surface with the keys of a cell.toml: `iiwa_sim.cell.cell.surface_of` reversed."""
+    """Return a surface with the keys of a cell.toml: `iiwa_sim.cell.bodies.surface_of` reversed."""
     carries = {"surface_velocity_mm_per_s": _mm(surface.surface_velocity)}
     return {
         "name": surface.name,
-        **Frame.from_transform(surface.pose)._asdict(),
+        **_shape(surface.shape, surface.pose),
         "stiffness_n_per_m": surface.stiffness,
         "damping_s_per_m": surface.damping,
         "friction": surface.friction,
-        **_shape(surface.shape),
         **(carries if isinstance(surface.shape, Box) else {}),
     }
 
 
-def _body(body: "SceneBody") -> dict[str, Any]:
-    shapes = [
-        {**_shape(shape), **Frame.from_transform(pose)._asdict(), "colour": colour}
-        for shape, pose, colour in body.shapes
-    ]
-    return {"name": body.name, "shapes": shapes}
-
-
-def _shape(shape: Shape | Mesh) -> dict[str, Any]:
+def _shape(
+    shape: Shape | Mesh, pose: Transform | None = None, colour: Sequence[float] = ()
+) -> dict[str, Any]:
     """Return the keys of a cell.toml for a shape (mm); of a mesh the corners of its triangles."""
     keys: dict[str, Any] = {"shape": type(shape).__name__.lower()}
+    keys |= {} if pose is None else Frame.from_transform(pose)._asdict()
+    keys |= {"colour": colour} if colour else {}
     match shape:
         case Mesh():
-            return keys | {"corners_mm": list(map(_mm, shape.corners))}
+            keys["corners_mm"] = list(map(_mm, shape.corners))
         case Box():
-            return keys | {"size_mm": _mm((2.0 * shape.half_x, 2.0 * shape.half_y, 2.0 * shape.half_z))}
+            keys["size_mm"] = _mm((2.0 * shape.half_x, 2.0 * shape.half_y, 2.0 * shape.half_z))
         case Sphere():
-            return keys | {"radius_mm": 1e3 * shape.radius}
+            keys["radius_mm"] = 1e3 * shape.radius
         case Cylinder():
-            return keys | {"radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
+            keys |= {"radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
     return keys
 
 
