@@ -6,7 +6,6 @@ import json
 import logging
 import os
 from collections.abc import Iterator
-from contextlib import redirect_stderr
 
 import pytest
 
@@ -32,8 +31,7 @@ class Pipe:
 
     def __init__(self, level: str, as_json: bool) -> None:
         self._ours, self._theirs = os.pipe()
-        with open(self._theirs, "w", closefd=False) as stderr, redirect_stderr(stderr):
-            log.configure(level, as_json)
+        log.configure(level, as_json, self._theirs)
 
     def lines(self) -> list[str]:
         """All that was logged; no more can be."""

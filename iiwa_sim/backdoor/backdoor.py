@@ -5,18 +5,15 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 
 import time
 from asyncio import wrap_future
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
-from functools import partial, wraps
+from functools import wraps
 from inspect import iscoroutinefunction
-from math import isfinite
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 import msgspec
 
 from iiwa_sim.backdoor.described import described_cell, parts_of
-from iiwa_sim.backdoor.states import States
 from iiwa_sim.camera import HEIGHT, WIDTH, Camera
 from iiwa_sim.cell.bodies import AnySurface, surface_of
 from iiwa_sim.cell.settings import CellFault
@@ -34,48 +31,18 @@ from iiwa_sim.log import Throttle
 from iiwa_sim.protocols.faults import EVERY, UNTIL_CLEARED, End, Fault, WireFaults
 from iiwa_sim.robot.description import RobotDescription, ToolSettings
 from iiwa_sim.server.tcp import TcpServer
-from iiwa_sim.settings import Reader
+from iiwa_sim.settings import LONGEST_NAME, Reader
 from iiwa_sim.wording import harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 ON_PURPOSE = "made to fail through the backdoor"
 LONGEST_TEXT = 200
 """Characters of a call in the dialogue, and of a reason."""
-CLIENT: ContextVar[str] = ContextVar("client", default="backdoor")
-"""The name in the dialogue of the program that acts; the default is one with the simulator in its process."""
 DRAGGED = ("push", "push_joints", "move_surface")
 """Methods that a client calls many times a second while somebody drags the arm: the dialogue has one each
 second."""
 
-T = TypeVar("T")
 
-
-class Call(Protocol):
-    """Calls a function in the simulator's event loop; returns its result, or raises what it raises."""
-
-    def __call__(self, function: Callable[[], T]) -> T: ...
-
-
-def between_ticks(kind: type[T]) -> type[T]:
-    """Decorator: all public methods of a `Backdoor` run in the simulator's event loop, between two ticks."""
-    for name, method in list(vars(kind).items()):
-        if callable(method) and not name.startswith("_") and not iscoroutinefunction(method):
-            setattr(kind, name, _between_ticks(method))
-    return kind
-
-
-def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
-    acts = method.__annotations__["return"] is None
-
-    @wraps(method)
-    def called(self: "Backdoor", /, *args: Any, **kwargs: Any) -> Any:
-        call = partial(method, self, *args, **kwargs)
-        return self.call(partial(self._act, call) if acts else call)
-
-    return called
-
-
-@between_ticks
 class Backdoor:
     """The backdoor of one simulator.
 
@@ -93,12 +60,15 @@ class Backdoor:
         ports: Collection[TcpServer],
         clock: Clock,
         dialogue: Dialogue,
-        call: Call = lambda function: function(),
+        call: Callable[[Callable[[], Any]], Any] = lambda function: function(),
         group: ControllerGroup | None = None,
-        states: States | None = None,
+        states: dict[str, list[Callable[[], None]]] | None = None,
     ) -> None:
-        """`ports` are those of all protocols; `group` and `states` are those of the cell."""
-        self.call = call
+        """`ports` are those of all protocols; `group` and `states`, empty at first, are those of the cell.
+
+        `call` calls a function in the simulator's event loop and returns its result, or raises its fault.
+        """
+        self._call = call
         self.listeners: list[Callable[[str], None]] = []
         """Called with the text of each call that has changed something."""
         self._controller = controller
@@ -108,30 +78,30 @@ class Backdoor:
         self._camera = Camera(controller)
         self._dialogue = dialogue
         self._group = group or ControllerGroup([controller])
-        self._states = states or States(controller)
+        self._states = {} if states is None else states
+        """Functions that restore a state of each robot, by the names of states."""
+        self._states.setdefault("start", list(map(_kept, self._group.controllers)))
         self._dragged = Throttle(1)
 
-    def _act(self, call: "partial[None]") -> None:
-        """Change something, and tell the dialogue and listeners."""
-        call()
-        name, keywords = call.func.__name__, [f"{key}={value!r}" for key, value in call.keywords.items()]
-        given = ", ".join([*map(repr, call.args[1:]), *keywords])
+    def _tell(self, name: str, values: Sequence[object], keywords: Mapping[str, object]) -> None:
+        """Tell the dialogue and listeners what has changed."""
+        given = ", ".join([*map(repr, values), *(f"{key}={value!r}" for key, value in keywords.items())])
         text = harmless(shortened(f"{name}({given})", LONGEST_TEXT))
         for listener in self.listeners:
             listener(text)
         if name not in DRAGGED or self._dragged.count(name, time.monotonic_ns()):
-            self._dialogue.event(CLIENT.get(), text)
+            self._dialogue.event("backdoor", text)
 
     # Time
 
     async def advance(self, seconds: float) -> None:
         """Let so many seconds of simulated time pass (0 to a day), as fast as possible."""
-        with _refusing(ValueError):
+        with _refusing():
             await self._clock.advance(seconds)
 
     async def run_until_stopped(self, limit_s: float) -> float:
         """Let time pass until the robot has stopped; return the seconds taken. Refused beyond `limit_s`."""
-        with _refusing(ValueError, StillMoving):
+        with _refusing():
             return await self._clock.run_until_stopped(limit_s)
 
     def pause(self, paused: bool = True) -> None:
@@ -140,8 +110,7 @@ class Backdoor:
 
     def set_clock(self, name: str) -> None:
         """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause goes on."""
-        with _refusing(ValueError):
-            self._clock.set_pace(pace(name))
+        self._clock.set_pace(pace(name))
 
     def get_clock(self) -> str:
         """Return the pace of time, followed by `paused` if it is paused."""
@@ -151,14 +120,10 @@ class Backdoor:
 
     def push(self, wrench: Wrench) -> None:
         """Push at the TCP with N and Nm along its axes, until the next push or release."""
-        _check_finite(wrench)
-        self._controller.load.wrench = wrench if any(wrench) else NO_WRENCH
+        self._controller.load.wrench = wrench
 
     def push_joints(self, torques: Sequence[float]) -> None:
         """Push each joint with a torque (Nm), until the next push of this kind or release."""
-        _check_finite(torques)
-        if len(torques) != len(self._controller.description.joints):
-            raise Refused(EXECUTION, f"{len(self._controller.description.joints)} torques are needed")
         self._controller.load.joint_push = tuple(torques)
 
     def release(self) -> None:
@@ -170,9 +135,8 @@ class Backdoor:
         """Add a surface with the keys of cell.toml, in JSON with `shape`. The TCP may not be within it."""
         taken = {*self._controller.load.world.surfaces, *(part.name for part in parts_of(self._controller))}
         reader = Reader("surface", CellFault)
-        with _refusing(CellFault):
-            reader.converted(msgspec.to_builtins(surface), type(surface))
-            reader.check("name", surface.name, surface.name not in taken, "a name no surface and no part has")
+        reader.converted(msgspec.to_builtins(surface), type(surface))
+        reader.check("name", surface.name, surface.name not in taken, "a name no surface and no part has")
         self._put(surface_of(surface))
 
     def move_surface(self, name: str, pose: Frame) -> None:
@@ -189,8 +153,8 @@ class Backdoor:
     def _surface(self, name: str) -> Surface:
         surfaces = self._controller.load.world.surfaces
         if name not in surfaces:
-            there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
-            raise Refused(EXECUTION, f"no surface {name!r}: {harmless(there_are)}")
+            there_are = ", ".join(map(repr, surfaces)) or "none"
+            raise Refused(EXECUTION, harmless(f"no surface {name!r}: there are {there_are}"))
         return surfaces[name]
 
     def _put(self, surface: Surface) -> None:
@@ -273,15 +237,28 @@ class Backdoor:
 
         A state is one of the whole cell, with all its robots.
         """
-        self._states.save(name)
+        self._check_rest()
+        if name == "start" or not (name.strip() and name.isprintable() and len(name) <= LONGEST_NAME):
+            reason = f"expected a name of up to {LONGEST_NAME} characters that print, other than start"
+            raise Refused(EXECUTION, reason)
+        self._states[name] = list(map(_kept, self._group.controllers))
 
     def restore_state(self, name: str) -> None:
         """Restore a saved state, or `start`, and end any error. At rest only."""
-        self._states.restore(name)
+        if name not in self._states:
+            there_are = ", ".join(map(repr, self._states))
+            raise Refused(EXECUTION, harmless(f"no state {name!r}: there are {there_are}"))
+        self._check_rest()
+        for restore in self._states[name]:
+            restore()
 
     def states(self) -> list[str]:
         """Return the names of all saved states."""
-        return list(self._states.kept)
+        return list(self._states)
+
+    def _check_rest(self) -> None:
+        if any(controller.moving for controller in self._group.controllers):
+            raise Refused(EXECUTION, "all robots have to be at rest, with nothing waiting")
 
     def dialogue(self, since: int = 0) -> RecentLines:
         """Return the lines said in all protocols from number `since` on, the newest 200.
@@ -335,21 +312,19 @@ class Backdoor:
 
         It lasts until `clear_faults`. The reply is one line of printable ASCII.
         """
-        with _refusing(ValueError):
-            self._wire.canned.set(command, reply, times)
+        self._wire.canned.set(command, reply, times)
 
     # Wire faults
 
     def connections(self) -> dict[int, str]:
         """Return the connections of drivers: number and HOST:PORT."""
-        return {number: name for number, (_, name) in self._wire.peers.items()}
+        return {number: name for number, (_, name, _) in self._wire.peers.items()}
 
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, after faults set before."""
         if replies < 0:
             raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
-        with _refusing(msgspec.ValidationError, TypeError):
-            msgspec.convert(msgspec.to_builtins(fault), Fault)  # checks the ranges
+        msgspec.convert(msgspec.to_builtins(fault), Fault)  # checks the ranges
         self._wire.set(fault, connection, replies)
 
     def close_connections(self, connection: int = EVERY, reset: bool = False) -> None:
@@ -373,12 +348,66 @@ class Backdoor:
 
 
 @contextmanager
-def _refusing(*faults: type[Exception]) -> Iterator[None]:
-    """Raise these faults as `Refused`, with their message as the reason."""
+def _refusing() -> Iterator[None]:
+    """Raise a fault of values as `Refused`, with its message as the reason."""
     try:
         yield
-    except faults as fault:
-        raise Refused(EXECUTION, str(fault)) from None
+    except (ValueError, CellFault, StillMoving, msgspec.ValidationError) as fault:
+        raise Refused(EXECUTION, str(fault)) from fault
+
+
+def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a method that runs in the simulator's event loop, and tells what it has changed."""
+    name, acts = method.__name__, method.__annotations__["return"] is None
+
+    @wraps(method)
+    def called(self: Backdoor, /, *args: Any, **kwargs: Any) -> Any:
+        def act() -> Any:
+            result = method(self, *args, **kwargs)
+            if acts:
+                self._tell(name, args, kwargs)
+            return result
+
+        with _refusing():
+            return self._call(act)
+
+    return called
+
+
+for _name, _method in list(vars(Backdoor).items()):
+    if callable(_method) and not _name.startswith("_") and not iscoroutinefunction(_method):
+        setattr(Backdoor, _name, _between_ticks(_method))
+
+
+def _kept(controller: Controller) -> Callable[[], None]:
+    """Return a function that restores the state of a robot, except time, errors and random numbers."""
+    load, world, io, handling = controller.load, controller.load.world, controller.io, controller.handling
+    joints, tool_in_flange, override = controller.joints, controller.tool_in_flange, controller.override
+    inputs, outputs, surfaces = io.inputs, io.outputs, tuple(world.surfaces.values())
+    wrench, joint_push, tool_load = load.wrench, load.joint_push, controller.tool_load
+    allowed = controller.protection.allowed
+    restore_bodies = None if handling is None else handling.kept()
+    felt = load.felt()  # contacts, with their friction and entry sides
+
+    def restore() -> None:
+        for there in world.surfaces:
+            world.remove(there)
+        for surface in surfaces:
+            world.put(surface)
+        controller.place(joints, tool_in_flange)
+        controller.set_override(override)
+        io.inputs, io.outputs = inputs, outputs
+        load.wrench, load.joint_push = wrench, joint_push
+        controller.set_tool_load(tool_load)
+        if restore_bodies is not None:
+            restore_bodies()
+        load.feel_again(felt, joints)
+        controller.errors.release_emergency_stop()
+        controller.switch_drives(on=True)
+        controller.errors.reset()
+        controller.protection.allowed = allowed
+
+    return restore
 
 
 def _check_outside(tcp: Vector, surfaces: Iterable[Surface]) -> None:
@@ -390,14 +419,8 @@ def _check_outside(tcp: Vector, surfaces: Iterable[Surface]) -> None:
             raise Refused(EXECUTION, harmless(reason))
 
 
-def _check_finite(values: Sequence[float]) -> None:
-    if not all(map(isfinite, values)):
-        raise Refused(EXECUTION, "expected finite numbers")
-
-
 def _check_pose(pose: Frame) -> None:
-    with _refusing(CellFault):
-        Reader("pose", CellFault).converted(pose._asdict(), ToolSettings)
+    Reader("pose", CellFault).converted(pose._asdict(), ToolSettings)
 
 
 def _checked(code: int) -> int:

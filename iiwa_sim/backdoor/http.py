@@ -9,13 +9,10 @@ the loop's thread; its connection waits in a thread of its own.
 import asyncio
 import contextlib
 import inspect
-import select
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import CancelledError, Future, wait
-from difflib import get_close_matches
-from functools import partial
+from concurrent.futures import CancelledError
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from typing import Any, NamedTuple, get_type_hints
@@ -23,7 +20,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 import msgspec
 
-from iiwa_sim.backdoor.backdoor import CLIENT, Backdoor
+from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.server.listening import Acceptor, host_and_port
@@ -38,9 +35,8 @@ MOST_BYTES = 65_536
 MOST_CONNECTIONS = 32
 IDLE_S = 60.0
 """Time (s) after which a connection without a request is closed."""
-LOOKS_S = 0.25
-"""Time (s) between two looks for a client that does not wait any more."""
-_LONGEST_SHOWN = 200
+LONGEST_SHOWN = 400
+"""Characters of a request or a reason in the log."""
 
 
 class Call(NamedTuple):
@@ -57,10 +53,8 @@ class Call(NamedTuple):
 
 def _call(method: Callable[..., Any]) -> Call:
     types, parameters = get_type_hints(method), list(inspect.signature(method).parameters.values())[1:]
-    fields = [
-        (each.name, types[each.name], *(() if each.default is each.empty else (each.default,)))
-        for each in parameters
-    ]
+    given = [msgspec.NODEFAULT if each.default is each.empty else each.default for each in parameters]
+    fields = [(each.name, types[each.name], default) for each, default in zip(parameters, given, strict=True)]
     reads = types["return"] is bytes or not (
         types["return"] is type(None) or inspect.iscoroutinefunction(method)
     )
@@ -82,7 +76,7 @@ class NoCall(Refused):
     """A request that is no call, with its HTTP status. It ends the connection."""
 
     def __init__(self, status: HTTPStatus, reason: str) -> None:
-        super().__init__(COMMUNICATION_FAILURE, harmless(reason))
+        super().__init__(COMMUNICATION_FAILURE, harmless(shortened(reason, LONGEST_SHOWN)))
         self.status = status
 
 
@@ -94,20 +88,12 @@ class BackdoorHttp:
     """
 
     def __init__(
-        self,
-        robots: Mapping[str, Backdoor],
-        log: SessionLog,
-        host: str,
-        port: int,
-        token: Token | None = None,
+        self, robots: Mapping[str, Backdoor], log: SessionLog, host: str, port: int, token: Token | None
     ) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
-        self.token = token
-        self.robots = robots
-        self.log = log
+        self.robots, self.log, self.token = robots, log, token
         self.acceptor = Acceptor(host, port, self._serve)
         self._connections: set[socket.socket] = set()
-        self._calls: set[Future[bytes]] = set()
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
@@ -115,13 +101,11 @@ class BackdoorHttp:
         await self.acceptor.start()
 
     async def close(self) -> None:
-        """Stop listening, end pending calls, and let connections end."""
+        """Stop listening, and end connections."""
         self.acceptor.close()
-        for call in list(self._calls):
-            call.cancel()
         for connection in list(self._connections):
             with contextlib.suppress(OSError):  # already gone
-                connection.shutdown(socket.SHUT_RD)
+                connection.shutdown(socket.SHUT_RDWR)
 
     async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
         if len(self._connections) >= MOST_CONNECTIONS:
@@ -138,28 +122,12 @@ class BackdoorHttp:
 
         threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
 
-    def begin(self, client: str, call: Callable[[], Any]) -> "Future[Any]":
-        """Begin a call in the loop's thread."""
-
-        async def called() -> Any:
-            CLIENT.set(client)  # in this task only
-            result = call()
-            return await result if inspect.isawaitable(result) else result
-
-        if not self.acceptor.listening:
-            raise ConnectionAbortedError("the robot has gone")
-        future = asyncio.run_coroutine_threadsafe(called(), self.loop)
-        self._calls.add(future)
-        future.add_done_callback(self._calls.discard)
-        return future
-
 
 class _Handler(BaseHTTPRequestHandler):
     """The requests of one connection, in a thread of its own."""
 
     protocol_version = default_request_version = "HTTP/1.1"
     timeout = IDLE_S
-    server_version, sys_version = "iiwa-sim", ""
     wbufsize = -1
     disable_nagle_algorithm = True
     server: BackdoorHttp  # type: ignore[assignment]
@@ -169,9 +137,6 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             result = self._result()
             answer = result if isinstance(result, bytes) else msgspec.json.encode(result) + b"\n"
-            if self.server.log.wants_commands():
-                said = shortened(answer.decode("ascii", "replace"), _LONGEST_SHOWN)
-                self._log(self.server.log.command, said)
             self._send(HTTPStatus.OK, answer)
         except Refused as refused:
             self._reject(refused)
@@ -188,7 +153,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._reject(NoCall(HTTPStatus(code), message or HTTPStatus(code).phrase))
 
     def log_message(self, *_: object) -> None:
-        """Log nothing: the server logs calls."""
+        """Log nothing: the server logs rejections."""
 
     def _result(self) -> Any:
         """Make the call, and return its result."""
@@ -198,21 +163,17 @@ class _Handler(BaseHTTPRequestHandler):
         if path == [HEALTH]:
             return {"ok": True}
         if path == [""]:
-            return _listing()
+            return {name: {"takes": call.takes, "does": call.summary} for name, call in CALLS.items()}
         query = dict(parse_qsl(url.query))
         if CAMERA in path[-2:-1]:
             query["name"] = unquote(path.pop())
         robots, name = self.server.robots, path.pop()
         robot = path.pop() if path else next(iter(robots)) if len(robots) == 1 else ""
         if path or robot not in robots:
-            there_are = ", ".join(filter(None, robots)) or "one without a name"
-            reason = f"there is no robot {_shown(robot)}: expected /ROBOT/{name}, with one of {there_are}"
+            reason = f"there is no robot {robot!r}: expected /ROBOT/{name}, with one of {', '.join(robots)}"
             raise NoCall(HTTPStatus.NOT_FOUND, reason)
-        call = CALLS.get(name)
-        if call is None:
-            near = get_close_matches(name.replace("-", "_"), CALLS, 1)
-            hint = f"did you mean {near[0]}?" if near else "GET / lists all calls"
-            raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {_shown(name)}: {hint}")
+        if (call := CALLS.get(name)) is None:
+            raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {name!r}: GET / lists all calls")
         if self.command == "GET" and not call.reads:
             raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
         try:
@@ -221,24 +182,20 @@ class _Handler(BaseHTTPRequestHandler):
             else:
                 arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
         except (msgspec.MsgspecError, RecursionError) as fault:
-            reason = f"{name}({', '.join(call.takes)}): {fault}"
-            raise NoCall(HTTPStatus.BAD_REQUEST, reason) from None
-        method = partial(call.method, robots[robot], **msgspec.structs.asdict(arguments))
-        future = self.server.begin(self._client, method)
-        connection, client = self.connection, select.poll()  # select.select takes no descriptor above 1,023
-        client.register(connection, select.POLLIN)
-        while not wait([future], LOOKS_S).done:
-            if client.poll(0) and not connection.recv(1, socket.MSG_PEEK):
-                future.cancel()  # the client has gone
-                raise ConnectionResetError
-        return future.result()
+            text = fault if isinstance(fault, msgspec.ValidationError) else "expected a JSON object"
+            raise NoCall(HTTPStatus.BAD_REQUEST, f"{name}({', '.join(call.takes)}): {text}") from None
+
+        async def called() -> Any:
+            result = call.method(robots[robot], **msgspec.structs.asdict(arguments))
+            return await result if inspect.isawaitable(result) else result
+
+        return asyncio.run_coroutine_threadsafe(called(), self.server.loop).result()
 
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length") or "0"
-        if "Transfer-Encoding" in self.headers or not (length.isascii() and length.isdigit()):
-            raise NoCall(HTTPStatus.LENGTH_REQUIRED, "expected a body with a Content-Length")
-        if len(length) > 9 or int(length) > MOST_BYTES:
-            reason = f"a body of {length[:20]} bytes: expected at most {MOST_BYTES}"
+        is_number = length.isascii() and length.isdigit() and len(length) < 10
+        if "Transfer-Encoding" in self.headers or not is_number or int(length) > MOST_BYTES:
+            reason = f"expected a Content-Length of at most {MOST_BYTES}"
             raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
         return self.rfile.read(int(length))
 
@@ -247,8 +204,8 @@ class _Handler(BaseHTTPRequestHandler):
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
         reason = WebAccess().refusal(hosts, ())
-        if reason is None and "Origin" in headers:
-            reason = f"a web page asks, of {_shown(headers['Origin'])}: the backdoor is not for web pages"
+        if "Origin" in headers:
+            reason = f"a web page asks, of {headers['Origin']!r}: the backdoor is not for web pages"
         if reason is not None:
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
@@ -267,8 +224,6 @@ class _Handler(BaseHTTPRequestHandler):
         is_picture = body.startswith(b"\x89PNG")
         self.send_header("Content-Type", "image/png" if is_picture else "application/json")
         self.send_header("Content-Length", str(len(body)))
-        if status is HTTPStatus.UNAUTHORIZED:
-            self.send_header("WWW-Authenticate", "Bearer")
         if self.close_connection:
             self.send_header("Connection", "close")
         self.end_headers()
@@ -277,26 +232,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _log(self, how: Callable[..., None], *what: object) -> None:
         """Log something of this request, in the loop's thread."""
+        client = f"{host_and_port(*self.client_address[:2])} (backdoor)"
+        request = harmless(shortened(self.requestline, LONGEST_SHOWN))
         with contextlib.suppress(RuntimeError):  # the robot has gone
-            self.server.loop.call_soon_threadsafe(how, self._client, self._request, *what)
-
-    @property
-    def _request(self) -> str:
-        return harmless(shortened(self.requestline, _LONGEST_SHOWN))
-
-    @property
-    def _client(self) -> str:
-        return f"{host_and_port(*self.client_address[:2])} (backdoor)"
-
-
-def _listing() -> bytes:
-    """Return all calls in JSON, one in a line."""
-    calls = {
-        name: {"by": "GET, POST" if call.reads else "POST", "takes": call.takes, "does": call.summary}
-        for name, call in CALLS.items()
-    }
-    return b"{\n" + b",\n".join(msgspec.json.encode({k: v})[1:-1] for k, v in calls.items()) + b"\n}\n"
-
-
-def _shown(text: str) -> str:
-    return repr(shortened(harmless(text), 40))
+            self.server.loop.call_soon_threadsafe(how, client, request, *what)

@@ -1,7 +1,6 @@
 """The topics and services of one robot on ROS, whatever the transport, and questions about them."""
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -101,22 +100,17 @@ class Graph:
     def receive(self, name: str, content: Any) -> None:
         """Take a message for a topic of `subscribed`. Raises BadMessage, and then nothing of it is done."""
         topic = self.subscribed[name]
-        with self.recording():
-            topic.take(checked(content, topic.kind))
-
-    @contextmanager
-    def recording(self) -> Iterator[None]:
-        """Record a refusal as the last error of the robot, and raise it as BadMessage."""
         try:
-            yield
+            topic.take(checked(content, topic.kind))
         except Refused as refused:
             self._controller.errors.record(refused.code, refused.reason)
             raise BadMessage(refused.reason) from None
 
-    def call(self, name: str, request: Any) -> Any:
+    def call(self, name: str, request: Any) -> Message:
         """Call a service; return the response. Raises BadMessage."""
         service = self.services[name]
-        return service.take(checked(request, service.kind))
+        response: Message = service.take(checked(request, service.kind))
+        return response
 
     def step(self) -> None:
         """Notice that a tick has been made: publish what is due."""

@@ -26,8 +26,8 @@ DISC = Part("disc", Cylinder(0.02, 0.005), 0.2, 0.5, 1e5), Frame(0.0, 0.0, -5.0,
 HANDLED = HandlingSetup(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16), (DISC,))
 
 
-def backdoor_of(controller: Controller, group: ControllerGroup) -> Backdoor:
-    """The backdoor of a robot that shares a cell."""
+def backdoor_of(controller: Controller, group: ControllerGroup | None = None) -> Backdoor:
+    """The backdoor of a robot, which may share a cell."""
     return Backdoor(controller, WireFaults(), (), Clock(500, STEPPED), Dialogue(lambda: 0), group=group)
 
 

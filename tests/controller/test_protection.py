@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.backdoor.states import States
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
@@ -17,6 +16,7 @@ from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move
+from tests.backdoor.bench import backdoor_of
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002
@@ -106,10 +106,10 @@ def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
     robot.runs_until_stopped()
     assert len(robot.faults) == 2
     robot.controller.errors.reset()
-    states = States(robot.controller)
+    states = backdoor_of(robot.controller)
     for _ in range(2):
         robot.step(5)
-        states.restore("start")
+        states.restore_state("start")
         robot.controller.move(lin_move(start, 0.2, 0.0))
         robot.runs_until_stopped()
         assert len(robot.faults) == 2

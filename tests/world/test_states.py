@@ -9,9 +9,7 @@ from hashlib import sha256
 
 import pytest
 
-from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.bodies import BoxSettings
-from iiwa_sim.controller.controller_group import ControllerGroup
 from tests.asked import lin_move_at
 from tests.backdoor.bench import backdoor_of
 from tests.world.scenes import CLOSE, Scene, down, part, table
@@ -77,24 +75,23 @@ def test_a_restored_state_goes_on_with_the_same_bits(
     made: Callable[[], Scene], goes: Callable[[Scene], str]
 ) -> None:
     scene = made()
-    states = States(scene.controller)
-    states.save("here")
+    states = backdoor_of(scene.controller)
+    states.save_state("here")
     first = goes(scene)
     scene.robot.runs_until_stopped()
-    states.restore("here")
+    states.restore_state("here")
     assert goes(scene) == first
     scene.robot.runs_until_stopped()
     scene.rests()
-    states.restore("here")
+    states.restore_state("here")
     assert goes(scene) == first
 
 
 def test_surfaces_come_and_go_with_a_state() -> None:
     scene = Scene(part("it", (550, 0, 380)), table())
-    states = States(scene.controller)
-    backdoor = backdoor_of(scene.controller, ControllerGroup([scene.controller]))
+    backdoor = backdoor_of(scene.controller)
     scene.rests()
-    states.save("on the table")
+    backdoor.save_state("on the table")
     backdoor.remove_surface("table")
     size = (200.0, 200.0, 20.0)
     shelf = BoxSettings(name="shelf", size_mm=size, x_mm=550.0, z_mm=200.0, stiffness_n_per_m=1e5)
@@ -103,15 +100,15 @@ def test_surfaces_come_and_go_with_a_state() -> None:
     assert scene.part("it").state == "falls"
     scene.rests()
     assert scene.place_mm("it")[2] == pytest.approx(240.0, abs=0.3)
-    states.save("on the shelf")
-    states.restore("on the table")
+    backdoor.save_state("on the shelf")
+    backdoor.restore_state("on the table")
     assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.3)
     scene.step(200)
     assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.3)
-    states.restore("on the shelf")
+    backdoor.restore_state("on the shelf")
     scene.step(200)
     assert scene.place_mm("it")[2] == pytest.approx(240.0, abs=0.3)
-    states.restore("start")
+    backdoor.restore_state("start")
     scene.step(2)
     assert scene.part("it").state == "falls"
 
