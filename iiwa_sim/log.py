@@ -10,6 +10,7 @@ import json
 import logging
 import os
 import queue
+import sys
 import threading
 import time
 from collections import Counter
@@ -107,16 +108,14 @@ def _say(level: int, text: str, fault: Exception | None = None, **fields: object
         logger.log(level, "%s", text, exc_info=fault, extra={"fields": fields})
 
 
-def configure(level: str, as_json: bool, descriptor: int) -> None:
-    """Write log lines of `level` or above to the file `descriptor`.
-
-    Of other loggers, such as asyncio's, only warnings and errors.
-    """
+def configure(level: str, as_json: bool) -> None:
+    """Log to stderr: our lines of `level` or above; of other loggers, such as asyncio's, from warnings on."""
+    if sys.stderr is None:  # closed: its number may be that of another file
+        return
+    handler = _Handler(sys.stderr.fileno(), as_json)
     ours = logging.getLogger("iiwa_sim")
     ours.setLevel(level.upper())
-    logging.basicConfig(
-        level=max(ours.level, logging.WARNING), handlers=[_Handler(descriptor, as_json)], force=True
-    )
+    logging.basicConfig(level=max(ours.level, logging.WARNING), handlers=[handler], force=True)
 
 
 class LineWriter:

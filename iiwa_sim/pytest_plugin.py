@@ -9,7 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -37,16 +37,8 @@ REPORT_S = 10.0
 """Time (s) for which a report waits for the robot's thread, which a test may block."""
 
 
-class _Robot(NamedTuple):
-    """A simulator that a report tells of."""
-
-    name: str
-    simulator: "Simulator"
-    artifact: Path | None
-    """The recording that is kept if the test fails."""
-
-
-_ROBOTS = pytest.StashKey[list[_Robot]]()
+_ROBOTS = pytest.StashKey[list[tuple[str, "Simulator", Path | None]]]()
+"""Name, simulator, and the recording that is kept if the test fails."""
 _FAILED = pytest.StashKey[bool]()
 
 
@@ -112,29 +104,28 @@ def pytest_runtest_makereport(
         item.stash[_FAILED] = True
         shared = item.session.stash.get(_ROBOTS, [])
         for robot in own + (shared if "iiwa_session" in getattr(item, "fixturenames", ()) else []):
-            report.sections += _sections(robot)
+            report.sections += _sections(*robot)
     if call.when == "teardown" and own:
-        for robot in own:
-            if robot.artifact is not None and _FAILED not in item.stash:
-                robot.artifact.unlink(missing_ok=True)
+        for _, _, artifact in own:
+            if artifact is not None and _FAILED not in item.stash:
+                artifact.unlink(missing_ok=True)
         del item.stash[_ROBOTS]
     return report
 
 
-def _sections(shown: _Robot) -> Iterator[tuple[str, str]]:
+def _sections(fixture: str, simulator: "Simulator", artifact: Path | None) -> Iterator[tuple[str, str]]:
     """Return title and text of what a report tells of a simulator."""
-    for robot in shown.simulator.robots.values():
-        name = f"{shown.name} {robot.name}".rstrip()
+    for robot in simulator.robots.values():
+        name = f"{fixture} {robot.name}".rstrip()
+        yield f"{name} dialogue", robot.dialogue.report()
         try:
-            said = shown.simulator.call(robot.dialogue.report, REPORT_S)
-            state = shown.simulator.call(robot.state, REPORT_S)
+            state = simulator.call(robot.state, REPORT_S)
+            text = "\n".join(f"{key}: {getattr(state, key)}" for key in state.__struct_fields__)
         except TimeoutError as blocked:
-            yield name, f"nothing can be told: {blocked}"
-            continue
-        yield f"{name} dialogue", said
-        yield f"{name} state", "\n".join(f"{key}: {getattr(state, key)}" for key in state.__struct_fields__)
-    if shown.artifact is not None:
-        yield f"{shown.name} recording", f"{shown.artifact}\nto look at it: iiwa-sim show {shown.artifact}"
+            text = f"unknown: {blocked}"
+        yield f"{name} state", text
+    if artifact is not None:
+        yield f"{fixture} recording", f"{artifact}\nto look at it: iiwa-sim show {artifact}"
 
 
 @contextmanager
@@ -156,7 +147,7 @@ def _running(request: pytest.FixtureRequest, name: str, options: Mapping[str, An
                 simulator.record(artifact, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
         except (Unusable, OSError) as fault:  # OSError: no folder for recordings
             raise pytest.fail.Exception(f"fixture iiwa: {fault}", pytrace=False) from None
-        request.node.stash.setdefault(_ROBOTS, []).append(_Robot(name, simulator, artifact))
+        request.node.stash.setdefault(_ROBOTS, []).append((name, simulator, artifact))
         yield simulator
 
 

@@ -1,6 +1,5 @@
 """The simulator put together: a cell with its robots, the clock that steps them and the servers that talk."""
 
-import logging
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import AsyncExitStack, ExitStack
 from functools import partial
@@ -20,7 +19,7 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.options.model import SettingError, Settings
+from iiwa_sim.options.model import SettingError, Settings, file_of
 from iiwa_sim.options.sources import from_keywords
 from iiwa_sim.protocols.faults import WireFaults
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, IIWA
@@ -43,7 +42,6 @@ LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
 
 T = TypeVar("T")
-logger = logging.getLogger(__name__)
 
 
 class SimulatedRobot:
@@ -62,9 +60,7 @@ class SimulatedRobot:
         on_bye: Callable[[], None] | None,
     ) -> None:
         settings, clock = simulator.settings, simulator.clock
-        self._call, self._clock, self._recordings = simulator.call, clock, simulator.recordings
-        self._strict = settings.strict
-        self.cell = cell
+        self._call, self._clock, self.cell = simulator.call, clock, cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
@@ -85,9 +81,14 @@ class SimulatedRobot:
         admission = Admission(settings.exclusive, settings.reconnect_pause_s)
         for protocol in ports:
             check_axes(protocol, cell.description)
+
+        def session(protocol: str, name: str) -> Session:
+            told = name, self.dialogue, settings.strict, faults.canned
+            return open_session(protocol, controller, self.log, *told)
+
         self.servers = {
             protocol: TcpServer(
-                open_session=partial(self._open_session, protocol),
+                open_session=partial(session, protocol),
                 host=settings.host,
                 port=port,
                 admission=admission,
@@ -95,7 +96,6 @@ class SimulatedRobot:
                 on_answered=clock.commanded,
                 on_good_bye=on_bye if on_bye and protocol == IIWA else lambda: None,
                 faults=faults,
-                protocol=protocol,
             )
             for protocol, port in ports.items()
         }
@@ -135,22 +135,6 @@ class SimulatedRobot:
         """
         self._call(lambda: self.faults.canned.set(command, reply, times))
 
-    def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
-        """Record the robot from now on into an MCAP file, which is overwritten: see docs/recordings.md.
-
-        Args:
-            path: The file.
-            rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
-
-        Returns:
-            The recording: it ends with its context, by `close`, or with the simulator.
-
-        Raises:
-            RecordingFault: The file cannot be written, or mcap is not installed.
-            ValueError: The rate is out of range.
-        """
-        return self._recordings.begin(Path(path), rate_hz, [self.source], self._call)
-
     @property
     def host(self) -> str:
         """Address listened on."""
@@ -165,10 +149,6 @@ class SimulatedRobot:
     def ports(self) -> dict[str, int]:
         """Port of each protocol, in the order in which they were named."""
         return {name: server.acceptor.address[1] for name, server in self.servers.items()}
-
-    def _open_session(self, protocol: str, name: str) -> Session:
-        canned = self.faults.canned
-        return open_session(protocol, self.stepped, self.log, name, self.dialogue, self._strict, canned)
 
     def _tick(self) -> int:
         self._clock.catch_up()
@@ -227,7 +207,7 @@ class Simulator(OnlyRobot):
         if len(self.cells) > 1 and has_ros:
             raise SettingError(f"--rosbridge-port, --ros, --ros2: expected none: {path} has several robots")
         self.clock = Clock(settings.rate_hz, pace(settings.clock))
-        self.recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
+        self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
         budget = Budget(self.clock.catch_up)
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
@@ -243,7 +223,7 @@ class Simulator(OnlyRobot):
             own = each.stepped, each.faults, each.servers.values()
             each.backdoor = Backdoor(*own, self.clock, each.dialogue, self.call, self._group, states)
         first = robots[0]
-        self._opened, self._is_open = AsyncExitStack(), False
+        self._opened: AsyncExitStack | None = None
         self._backdoor_http: BackdoorHttp | None = None
         if settings.backdoor_port is not None:
             from iiwa_sim.backdoor import http
@@ -284,25 +264,21 @@ class Simulator(OnlyRobot):
             raise AttributeError(f"{name!r}: {hint}", name=name, obj=self)
 
     async def __aenter__(self) -> Self:
-        if self._is_open:
+        if self._opened is not None:
             raise RuntimeError("the simulator runs already")
         async with AsyncExitStack() as opened:
             if self.settings.transcript is not None:
-                from importlib import metadata
-
                 from iiwa_sim.transcript.record import recorded
 
-                path, version = Path(self.settings.transcript), metadata.version("iiwa-sim")
                 for robot in self.robots.values():
-                    own = path.with_stem(f"{path.stem}-{robot.name}") if len(self.robots) > 1 else path
-                    title = f"{robot.cell.description.name}, recorded by iiwa-sim {version}"
-                    opened.enter_context(
-                        recorded(own, robot.dialogue, self.clock.tick_s, title, list(robot.servers))
-                    )
-            opened.callback(self.recordings.end_all)
+                    file = Path(file_of(robot.name, self.settings.transcript))
+                    title = f"{robot.cell.description.name}, recorded by iiwa-sim"
+                    told = robot.dialogue, self.clock.tick_s, title, list(robot.servers)
+                    opened.enter_context(recorded(file, *told))
+            opened.callback(self._recordings.end_all)
             if self.settings.record is not None:
-                file, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
-                self.recordings.begin(file, rate_hz, [each.source for each in self.robots.values()])
+                path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
+                self._recordings.begin(path, rate_hz, [each.source for each in self.robots.values()])
             opened.callback(self.clock.stop)
             for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
@@ -314,17 +290,17 @@ class Simulator(OnlyRobot):
                         await port.start()
                         opened.push_async_callback(port.close)
             self._opened = opened.pop_all()
-        self._is_open = True
         self.clock.start(self._watched())
         return self
 
     async def __aexit__(self, *_: object) -> None:
         self._group.stop()  # or the log would say that the clients have vanished
-        self._is_open = False
-        await self._opened.aclose()
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            await opened.aclose()
 
     def __enter__(self) -> Self:
-        if self._thread is not None or self._is_open:
+        if self._thread is not None or self._opened is not None:
             raise RuntimeError("the simulator runs already")
         self._thread = LoopThread()
         try:
@@ -399,9 +375,21 @@ class Simulator(OnlyRobot):
         self.call(lambda: self.clock.set_pace(wanted))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
-        """Record all robots from now on into one file, as `SimulatedRobot.record` does for one."""
+        """Record all robots from now on into an MCAP file, which is overwritten: see docs/recordings.md.
+
+        Args:
+            path: The file.
+            rate_hz: States per simulated second, 1 to the tick rate; every tick if None.
+
+        Returns:
+            The recording: it ends with its context, by `close`, or with the simulator.
+
+        Raises:
+            RecordingFault: The file cannot be written, or mcap is not installed.
+            ValueError: The rate is out of range.
+        """
         sources = [each.source for each in self.robots.values()]
-        return self.recordings.begin(Path(path), rate_hz, sources, self.call)
+        return self._recordings.begin(Path(path), rate_hz, sources, self.call)
 
     @property
     def host(self) -> str:
@@ -427,7 +415,7 @@ class Simulator(OnlyRobot):
     def _watched(self) -> Stepped:
         """Return what the clock steps: one robot itself if nobody watches."""
         others = [each for each in (self._status, self.ros) if each is not None]
-        self._group.observers = observers = [*self.recordings.recorders, *others]
+        self._group.observers = observers = [*self._recordings.recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:

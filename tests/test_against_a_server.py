@@ -38,7 +38,7 @@ def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
             robot.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
         robot.bye()
     text = path.read_text()
-    assert text.startswith("# LBR iiwa 7 R800, recorded by iiwa-sim ")
+    assert text.startswith("# LBR iiwa 7 R800, recorded by iiwa-sim\n")
     assert " client1< error\n" in text
     assert text.endswith(" client1 leaves\n")
     # How often it was polled is up to the machine: that is made one wait.

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from iiwa_sim.protocols.krc4_xml import load_krc4_table
+from iiwa_sim.protocols.krc4_xml import MESSAGES
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
@@ -41,13 +41,12 @@ def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
 
 
 def test_the_table_holds_appendix_c() -> None:
-    table = load_krc4_table()
-    assert {command.tag: command.id for command in table.values()} == IDS
+    assert {tag: row["id"] for tag, row in MESSAGES.items()} == IDS
     frame = ["R0", "R1", "R2", "R3", "R4", "R5"]
-    takes = {command.tag: list(command.inputs) for command in table.values() if command.inputs}
+    takes = {tag: list(row["inputs"]) for tag, row in MESSAGES.items() if "inputs" in row}
     assert takes == {"LIN": frame, "PTP": frame, "SIO": ["I2", "I3"], "GIO": ["I2"]}
-    gives = {command.tag: list(command.outputs) for command in table.values() if command.outputs}
+    gives = {tag: list(row["outputs"]) for tag, row in MESSAGES.items() if "outputs" in row}
     assert gives == {"FIN": ["I2"], "GIO": ["I3"], "DIS": ["R0"], "GOP": frame}
-    joints = {command.tag: command.joints for command in table.values() if command.joints}
+    joints = {tag: row["joints"] for tag, row in MESSAGES.items() if "joints" in row}
     assert joints == {"LIA": "input", "PTA": "input", "GOA": "output"}
-    assert all(command.requirements and command.summary for command in table.values())
+    assert all(row["requirements"] and row["summary"] for row in MESSAGES.values())

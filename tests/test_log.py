@@ -6,6 +6,7 @@ import json
 import logging
 import os
 from collections.abc import Iterator
+from contextlib import redirect_stderr
 
 import pytest
 
@@ -31,7 +32,8 @@ class Pipe:
 
     def __init__(self, level: str, as_json: bool) -> None:
         self._ours, self._theirs = os.pipe()
-        log.configure(level, as_json, self._theirs)
+        with open(self._theirs, "w", closefd=False) as stderr, redirect_stderr(stderr):
+            log.configure(level, as_json)
 
     def lines(self) -> list[str]:
         """All that was logged; no more can be."""

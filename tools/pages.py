@@ -15,7 +15,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 import iiwa_sim
-from iiwa_sim.protocols.krc4_xml import load_krc4_table
+from iiwa_sim.protocols.krc4_xml import MESSAGES
 
 ROOT = Path(__file__).parents[1]
 PAGES = {  # of files outside of docs/
@@ -57,15 +57,15 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
 
 def _messages() -> str:
     text = "# KRC4 messages\n"
-    for each in load_krc4_table().values():
-        rows = [(*row, "request") for row in each.inputs.items()] + [
-            (*row, "reply") for row in each.outputs.items()
+    for tag, each in MESSAGES.items():
+        rows = [(*row, "request") for row in each.get("inputs", {}).items()] + [
+            (*row, "reply") for row in each.get("outputs", {}).items()
         ]
-        if each.joints:
-            way = "request" if each.joints == "input" else "reply"
+        if "joints" in each:
+            way = "request" if each["joints"] == "input" else "reply"
             rows.append(("R0 ...", "joint positions of all axes, deg", way))
         table = [f"| `{register}` | {way} | {meaning} |" for register, meaning, way in rows]
-        text += f"\n## {each.tag}\n\n{each.summary} In `I1` it is {each.id}.\n\n"
+        text += f"\n## {tag}\n\n{each['summary']} In `I1` it is {each['id']}.\n\n"
         text += "\n".join(["| | in the | |", "|---|---|---|", *table, ""]) if table else ""
     return text
 

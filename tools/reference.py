@@ -99,18 +99,16 @@ def errors() -> str:
 def options() -> str:
     """Return the page of the options."""
     text = HEAD.format(written=WRITTEN, rule=ENVIRONMENT_RULE) + TABLE
-    shown = (option for option in OPTIONS.values() if option.group != "other options")
-    for title, options in groupby(shown, lambda option: option.group):
+    for title, options in groupby(OPTIONS.values(), lambda option: option.group):
         text += f"| **{title[0].upper()}{title[1:]}** | | | | |\n" + "".join(map(_row, options))
     return text + END + "".join(f"| `iiwa-sim {name}` | {what} |\n" for name, what in COMMANDS.items())
 
 
 def _row(option: Option) -> str:
-    keyword = "" if option.keyword in PROCESS - {"ros"} else f"`{option.keyword}`"
+    keyword = "" if option.keyword in PROCESS else f"`{option.keyword}`"
     value = option.metavar if "a text" in option.expected else "" if option.is_switch else option.expected
-    default = "" if option.is_switch else option.unset
     flag = f"`{option.flag}`" if option.flag.startswith("-") else option.flag
-    return f"| {flag} | {keyword} | {_cell(value)} | {_cell(default)} | {_cell(option.text)} |\n"
+    return f"| {flag} | {keyword} | {_cell(value)} | {_cell(option.unset)} | {_cell(option.text)} |\n"
 
 
 def _cell(text: str) -> str:

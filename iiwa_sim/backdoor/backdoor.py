@@ -318,7 +318,7 @@ class Backdoor:
 
     def connections(self) -> dict[int, str]:
         """Return the connections of drivers: number and HOST:PORT."""
-        return {number: name for number, (_, name, _) in self._wire.peers.items()}
+        return {number: name for number, (_, name) in self._wire.peers.items()}
 
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, after faults set before."""

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from iiwa_sim import log
 from iiwa_sim.cli.parsing import Parser, server
 from iiwa_sim.options.model import SettingError, Settings
-from iiwa_sim.wording import harmless
+from iiwa_sim.wording import harmless, shortened
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.read import Recorded
@@ -46,14 +46,14 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     if is_recorded and given:
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
     from iiwa_sim.cell.cell import cells_of, single
-    from iiwa_sim.recordings.recordings import check_mcap
+    from iiwa_sim.recordings.recordings import RecordingFault, check_mcap
 
     check_mcap()
-    from iiwa_sim.plot.motion import PlotFault, motion_in, run
+    from iiwa_sim.plot.motion import motion_in, run
     from iiwa_sim.recordings.read import Recorded
 
     if find_spec("matplotlib") is None:
-        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'")
+        raise RecordingFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'")
     from iiwa_sim.plot.draw import picture
 
     if is_recorded:
@@ -65,9 +65,10 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
         motion = run(own.commands, cell, settings.rate_hz)
     try:
-        own.output.write_bytes(picture(motion, suffix[1:]))
+        title = f"{harmless(own.commands.name)} on {harmless(motion.description.name)}"
+        own.output.write_bytes(picture(motion, shortened(title, 100), suffix[1:]))
     except OSError as fault:
-        raise PlotFault(f"{own.output}: cannot be written: {fault.strerror}") from None
+        raise RecordingFault(f"{own.output}: cannot be written: {fault.strerror}") from None
     return 0
 
 
@@ -161,8 +162,7 @@ def show(parser: Parser, words: Sequence[str]) -> int:
         over = threading.Event()
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda *_: over.set())
-        if sys.stderr is not None:
-            log.configure("warning", as_json=False, descriptor=sys.stderr.fileno())
+        log.configure("warning", as_json=False)
         print(f"page on {page_url(listening)}", flush=True)
         run_playback(listening, timeline, over)
     return 0

@@ -25,28 +25,19 @@ def fault_of(process: int) -> str:
         )
     except OSError as fault:
         return f"command line and environment of process {process} cannot be read: {fault.strerror}"
-    place = next((i for i, word in enumerate(words) if Path(word).name in _PROGRAMS), None)
-    if place is None:
-        return f"process {process} is no iiwa-sim"
-    variables = {name: value for name, _, value in (each.partition("=") for each in environment)}
-    robots = robots_of(merged(from_environment(variables)[0], from_command_line(words[place + 1 :])))
+    variables = dict(each.partition("=")[::2] for each in environment)
+    place = next((i for i, word in enumerate(words, 1) if Path(word).name in _PROGRAMS), len(words))
+    robots = robots_of(merged(from_environment(variables)[0], from_command_line(words[place:])))
     name, settings = next(iter(robots.items()))
     for robot, ports in (robots_in(settings) or {"": settings.ports}).items():
         for protocol, port in ports.items():
             what = " ".join(filter(None, (name, robot, protocol)))
             if port == 0:
                 return f"process {process} picks a port for {what}: only its first lines tell which"
+            address = reached_at(settings.host), port, TIMEOUT_S
             try:
-                _ask(protocol, reached_at(settings.host), port)
+                with Iiwa(*address) if protocol == IIWA else Krc4(*address) as client:
+                    client.hello() if isinstance(client, Iiwa) else client.fin()
             except (OSError, ReplyError) as fault:
                 return f"{what} on port {port}: {fault}"
     return ""
-
-
-def _ask(protocol: str, host: str, port: int) -> None:
-    if protocol == IIWA:
-        with Iiwa(host, port, TIMEOUT_S) as iiwa:
-            iiwa.hello()
-    else:
-        with Krc4(host, port, TIMEOUT_S) as krc4:
-            krc4.fin()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
-from iiwa_sim.options.model import COMMON, SettingError
+from iiwa_sim.options.model import NEEDS, SettingError
 from iiwa_sim.options.sources import COMMAND_LINE, OPTIONS, Given, Option, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
@@ -82,7 +82,9 @@ def from_command_line(words: Sequence[str]) -> Given:
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
     parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
     parser.add_argument("--help-all", action="help", help="tell all options and exit")
-    parser.add_options(OPTIONS, OPTIONS if "--help-all" in words else COMMON)
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    rare = "" if "--help-all" in words else " ".join(NEEDS)
+    parser.add_options(OPTIONS, OPTIONS.keys() - rare.split())
     return parser.parsed(words)[1]
 
 
@@ -101,7 +103,6 @@ def reached_at(host: str) -> str:
 
 
 def _help(option: Option) -> str:
-    if option.is_switch:
-        return option.text
-    limits = f"{option.expected}; " if "number" in option.expected and option.metavar != "PORT" else ""
-    return f"{option.text} ({limits}default: {option.unset})"
+    limits = option.expected if "number" in option.expected and option.metavar != "PORT" else ""
+    notes = "; ".join(filter(None, (limits, option.unset and f"default: {option.unset}")))
+    return f"{option.text} ({notes})" if notes else option.text

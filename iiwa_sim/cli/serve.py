@@ -21,6 +21,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.robots import Robots, robots_of
 from iiwa_sim.options.sources import from_environment, merged
+from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.server.listening import host_and_port, open_listener
 from iiwa_sim.server.token import word_of
 from iiwa_sim.wording import Unusable
@@ -37,7 +38,7 @@ logger = logging.getLogger(__name__)
 
 def run(words: Sequence[str]) -> int:
     given = from_command_line(words)
-    if "version" in given:
+    if "--version" in words:
         from importlib import metadata
 
         print(f"iiwa-sim {metadata.version('iiwa-sim')}")
@@ -45,8 +46,7 @@ def run(words: Sequence[str]) -> int:
     variables, warnings = from_environment(os.environ)
     robots = robots_of(merged(variables, given))
     common = next(iter(robots.values()))
-    if sys.stderr is not None:
-        log.configure(common.log_level, common.log_json, sys.stderr.fileno())
+    log.configure(common.log_level, common.log_json)
     for warning in warnings:
         logger.warning("environment variable %s", warning)
     with contextlib.suppress(OSError, ValueError):  # 500 robots open more files than the default of 1,024
@@ -101,20 +101,18 @@ def _simulators(robots: Robots, end: Callable[[], None]) -> "dict[str, Simulator
 
 def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:
     """Return the listening addresses, one line for each port."""
-    own, settings = simulator.host, simulator.settings
+    own, ros = simulator.host, simulator.ros
     ports: list[tuple[str, str, int | None]] = [
-        (f"{robot.name} {'listening' if protocol == 'iiwa' else protocol}".lstrip(), own, port)
+        (f"{robot.name} {'listening' if protocol == IIWA else protocol}", own, port)
         for robot in simulator.robots.values()
         for protocol, port in robot.ports.items()
     ]
     ports += [("status", own, simulator.status_port), ("rosbridge", own, simulator.rosbridge_port)]
-    ports += [("backdoor", settings.backdoor_host, simulator.backdoor_port)]
+    ports += [("backdoor", simulator.settings.backdoor_host, simulator.backdoor_port)]
     lines = [f"{what} on {host_and_port(host, port)}" for what, host, port in ports if port is not None]
-    if simulator.ros is not None and simulator.ros.ros1 is not None:
-        lines.append(f"ROS node at {simulator.ros.ros1.node}")
-    if simulator.ros is not None and simulator.ros.ros2 is not None:
-        lines.append(f"ROS 2 node {simulator.ros.ros2.node}")
-    return [f"{name} {line}".lstrip() for line in lines]
+    lines += [f"ROS node at {ros.ros1.node}"] if ros and ros.ros1 else []
+    lines += [f"ROS 2 node {ros.ros2.node}"] if ros and ros.ros2 else []
+    return [" ".join(f"{name} {line}".split()) for line in lines]
 
 
 def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
@@ -127,7 +125,7 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
             "base": Frame.from_transform(robot.cell.base),
             "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
             "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
-            "driver": (here, robot.port) if robot.ports.get("iiwa") == robot.port else None,
+            "driver": (here, robot.port) if robot.ports.get(IIWA) == robot.port else None,
         }
         for robot in simulator.robots.values()
     ]

@@ -186,8 +186,7 @@ class Executor:
             kept = [self._waiting.first] if self._waiting.any else []
         elif queued is not None and not self.time.stopping:
             if queued.moves[-1].number > self.under_way:
-                now_s = self.time.time_s
-                shorter = ending(queued, now_s, now_s)
+                shorter = ending(queued, self.time.time_s)
                 if shorter is None:
                     self._slow_down()
                 else:

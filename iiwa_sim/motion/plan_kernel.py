@@ -1093,7 +1093,7 @@ class SpeedProfile:
         self._assemble(mu)
         self.steps += 1
         if self.steps > STEPS or not self._solve():
-            self.rounds, self.keeps_limits = ROUNDS + 1, False
+            self.solving, self.at, self.excess, self.rounds = False, 0, 1.0, ROUNDS
             return
         self._move(mu)
         if (

@@ -37,17 +37,13 @@ KEPT_S = 0.01
 """How much of the past a front keeps: an override looks back a little."""
 BESIDE_BRAKING_S = 0.1
 """Until so long before it begins to brake at its end, a trajectory moves as one would that goes on."""
-AHEAD_SEGMENTS, MOST_KEPT = 2, 40
+AHEAD_SEGMENTS = 2
 LATE = 0.95
 """Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
-LITTLE_KEPT_S = 0.04
-"""Time in which x is kept if a trajectory is to end sooner, and no profile was found with more of it."""
+LITTLE_KEPT_S = 0.1
+"""Time in which x is kept if a trajectory is to end sooner."""
 LEAST_BLEND = 0.1
 """If less than this part of a blend is left, it is too late for it."""
-AT_FIRST, LONG_S = 5, 4.0
-"""Most slices of solving in the tick in which a move sets out alone; a longer curved one sets out evenly."""
-CAUTION = 0.95
-"""Part of limits that an even motion along a curved path uses, as limits are checked at samples."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 
@@ -123,7 +119,6 @@ class Trajectory:
         quintics: Array,
         controls: Array | None = None,
         profile: Array | None = None,
-        rough: bool = False,
     ) -> None:
         """`controls` (N + 3,) of x and `profile` (N + 2,) belong to N segments.
 
@@ -135,8 +130,6 @@ class Trajectory:
         """Joint positions (rad) at its end."""
         self.times = times
         self.end_s = float(times[-1])
-        self.rough = rough
-        """True if it was planned quickly, and may be made faster."""
         self.front_s = float(times[0])
         """Up to this time (s) its motion is that of the trajectory it was planned from."""
         self._quintics = quintics
@@ -157,21 +150,11 @@ class Trajectory:
 
     def state(self, time_s: float) -> State:
         """Return joint positions (rad), velocities and accelerations at a time (s)."""
-        q, velocity, acceleration, _ = self.along(np.array([time_s]))[0][0].tolist()
-        return tuple(q), tuple(velocity), tuple(acceleration)
-
-    def along(self, times: Array) -> tuple[Array, Array]:
-        """Return joint positions with velocities, accelerations and jerks (m, 4, n) at times (m,) in it.
-
-        The second value are the limits that hold there (m, 3, n).
-        """
-        speed, bend, jerk = (rate[:, None] for rate in self._rates(times))
-        derivatives, limits = self.path.derivatives(self._places(times))
-        first, second, third = derivatives[:, 1:].swapaxes(0, 1).copy()
-        derivatives[:, 1] = first * speed
-        derivatives[:, 2] = second * speed**2 + first * bend
-        derivatives[:, 3] = third * speed**3 + 3.0 * second * speed * bend + first * jerk
-        return derivatives, limits
+        times = np.array([time_s])
+        speed, bend = (rate.item() for rate in self._rates(times))
+        q, first, second, _ = self.path.derivatives(self._places(times))[0][0]
+        velocity, acceleration = first * speed, second * speed**2 + first * bend
+        return tuple(q.tolist()), tuple(velocity.tolist()), tuple(acceleration.tolist())
 
     def x(self, time_s: float) -> float:
         """Return the place on its path at a time (s)."""
@@ -193,7 +176,7 @@ class Trajectory:
     def segments_behind(self, time_s: float) -> int:
         """Return about how many segments of a plan lie behind a time (s)."""
         if self._profile is None:
-            left_s = max(self.end_s - (0.0 if self.rough else time_s), SEGMENT_S)
+            left_s = max(self.end_s - time_s, SEGMENT_S)
             return int(min(left_s / SEGMENT_S, 100.0 + 50.0 * log2(1.0 + left_s)))
         return (len(self.times) - int(self.times.searchsorted(time_s))) // 2
 
@@ -215,14 +198,12 @@ class Trajectory:
         within: Array = np.clip(x, self.path.first_x, self.path.end_x)
         return within
 
-    def _rates(self, times: Array) -> tuple[Array, Array, Array]:
-        """Derivatives of x over time (m,) at times (m,), not before 0."""
+    def _rates(self, times: Array) -> tuple[Array, Array]:
+        """Return dx/dt (1/s) and d2x/dt2 (1/s^2) at times (m,), not before 0."""
         p, h, u = self._parts(times)
-        return (
-            (p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * (4.0 * p[4] + u * (5.0 * p[5]))))) / h,
-            (2.0 * p[2] + u * (6.0 * p[3] + u * (12.0 * p[4] + u * (20.0 * p[5])))) / (h * h),
-            (6.0 * p[3] + u * (24.0 * p[4] + u * (60.0 * p[5]))) / (h * h * h),
-        )
+        first = p[1] + u * (2.0 * p[2] + u * (3.0 * p[3] + u * (4.0 * p[4] + u * (5.0 * p[5]))))
+        second = 2.0 * p[2] + u * (6.0 * p[3] + u * (12.0 * p[4] + u * (20.0 * p[5])))
+        return first / h, second / (h * h)
 
     def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
         """Return what to keep of the trajectory when it is planned on at `now_s`.
@@ -236,7 +217,7 @@ class Trajectory:
         brakes_s = float(self.times[rising[-1] + 1]) if len(rising) else 0.0
         wanted_s = max(time_s, brakes_s - free_s)
         if self._controls is None or self._profile is None:
-            return self._front_at(now_s, wanted_s, brakes_s, until_x)
+            return self._front_at(now_s, wanted_s)
         begin = len(self.times) + 5 - 2 * len(self._controls)  # knot of the first segment
         times = self.times[begin::2]
         most = len(times) - 2
@@ -259,33 +240,27 @@ class Trajectory:
         first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
         return self.times[first : k + 1], self._quintics[:, first:k]
 
-    def _front_at(self, now_s: float, wanted_s: float, brakes_s: float, until_x: float) -> Front:
-        """Return the front at any time of a motion in closed form, with even segments at even speed behind.
+    def _front_at(self, now_s: float, wanted_s: float) -> Front:
+        """Return the front at any time of a motion in closed form.
 
         While the acceleration decreases to 0, only the motion under way keeps the limits: not there.
         """
-        h, rest_s = SEGMENT_S, self.end_s
-        time_s = min(wanted_s, max(rest_s - h, 0.5 * rest_s))
+        h = SEGMENT_S
+        time_s = min(wanted_s, max(self.end_s - h, 0.5 * self.end_s))
         easing = int(((self._quintics[3] < 0.0) & (self._quintics[2] > 0.0)).argmax())
         if self.times[easing] - 2.0 * h < time_s < self.times[easing + 1]:
             time_s = float(self.times[easing + 1])
-        until_s = max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + time_s))
-        even_s = until_s - time_s if time_s >= self.times[easing + 1] else 0.0
         at = np.array([time_s])
-        x, speed, bend = float(self._places(at)[0]), *(float(rate[0]) for rate in self._rates(at)[:2])
-        left_x = until_x - x - 0.5 * self.path.window_s * speed
-        count = int(min(even_s / h, left_x / (speed * h) - AHEAD_SEGMENTS, MOST_KEPT)) if speed > 0.0 else 0
-        count = max(count, 0)
+        x, speed, bend = self._places(at).item(), *(rate.item() for rate in self._rates(at))
         middle, first, half = x - bend * h * h / 6.0, speed * h, 0.5 * bend * h * h
-        controls = [middle - first + half, middle, *(middle + first + half + first * np.arange(count + 1))]
+        controls = np.array([middle - first + half, middle, middle + first + half])
         # The quintic under way ends at the front.
         k = max(int(self.times.searchsorted(time_s)), 1)
         times, quintics = self._before(now_s, k)
         times, quintics = times.copy(), quintics.copy()
         quintics[:, -1] *= ((time_s - times[-2]) / (times[-1] - times[-2])) ** np.arange(6.0)
         times[-1] = time_s
-        profile = np.full(count + 2, (UNIT_S / h) ** 2)
-        return Front(times, quintics, np.array(controls), profile, np.full(2, h))
+        return Front(times, quintics, controls, np.full(2, (UNIT_S / h) ** 2), np.full(2, h))
 
 
 def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
@@ -299,6 +274,8 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     x, lengths_s = motion
     yield
     profile = yield from sampled(path, x, front.profile, max(len(front.profile) - 2, 0))
+    if not profile.finite:
+        raise ArithmeticError(f"move {path.moves[0].number}: no joint positions along its path")
     profile.guess(lengths_s / UNIT_S)
     yield
     if not (yield from fastest(profile)):
@@ -306,27 +283,14 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     return (yield from _timed(path, x, profile.coefficients, front))
 
 
-def begun(move: Move) -> Trajectory:
-    """Return a trajectory of one move to set out with at once; it may be rough."""
+def alone(move: Move) -> Slices[Trajectory]:
+    """Return the trajectory of one move from rest to rest."""
     path = BlendedPath([move], [])
-    if move.path.straight or move.length_s > LONG_S:
+    if move.path.straight:
         return _rest_to_rest(path)
-    motion = at_once(nominal(path, AT_START.controls, None, AT_START.lengths_s))
-    assert motion is not None
-    x, lengths_s = motion
-    profile = at_once(sampled(path, x, AT_START.profile, 0))
-    if not profile.finite:
-        raise ArithmeticError(f"move {move.number}: no joint positions along its path")
-    profile.guess(lengths_s / UNIT_S)
-    slices = fastest(profile)
-    for _ in range(AT_FIRST):
-        try:
-            next(slices)
-        except StopIteration as end:
-            if end.value:
-                return at_once(_timed(path, x, profile.coefficients, AT_START))
-            break
-    return _rest_to_rest(path)
+    found = yield from planned(path, AT_START)
+    assert found is not None
+    return found
 
 
 def planned_on(
@@ -339,8 +303,7 @@ def planned_on(
     """
     path = trajectory.path
     begins = blends[0].before * path.moves[-1].length_s if blends else 0.0
-    free_s = trajectory.end_s if trajectory.rough else FREE_S
-    front = trajectory.front(now_s, time_s, free_s, path.end_x - begins)
+    front = trajectory.front(now_s, time_s, FREE_S, path.end_x - begins)
     if blends:
         share = (path.end_x - sets_out(path, front.state)[0]) / begins
         if share < 1.0:
@@ -352,8 +315,8 @@ def planned_on(
     return (yield from planned(_gone_on(path, float(front.quintics[0, 0]), moves, blends), front))
 
 
-def ending(trajectory: Trajectory, now_s: float, time_s: float) -> Trajectory | None:
-    """Return a trajectory, unchanged from now up to a time, that ends with the move under way.
+def ending(trajectory: Trajectory, now_s: float) -> Trajectory | None:
+    """Return a trajectory that goes on from now to end with the move under way.
 
     Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time:
     then it mostly is too fast, as it would not have had to stop at that target.
@@ -362,17 +325,15 @@ def ending(trajectory: Trajectory, now_s: float, time_s: float) -> Trajectory | 
         return trajectory
     move = trajectory.move_at(now_s)
     leaves_x = float(blend_spans(trajectory.path)[0][trajectory.moves.index(move)])
-    # What is kept of x may end beside a blend, where it is too fast to rest at the target.
-    for until_x in (leaves_x, min(leaves_x, trajectory.x(time_s + LITTLE_KEPT_S))):
-        front = trajectory.front(now_s, time_s, trajectory.end_s, until_x)
-        if front.state[0] < leaves_x:
-            path = _gone_on(trajectory.path, float(front.quintics[0, 0]), [], [])
-            count = path.moves.index(move) + 1
-            path = BlendedPath(path.moves[:count], path.blends[: count - 1], path.first_x, path.window_s)
-            found = at_once(planned(path, front))
-            if found is not None:
-                return found
-    return None
+    # What is kept of x must not end beside a blend, where it is too fast to rest at the target.
+    until_x = min(leaves_x, trajectory.x(now_s + LITTLE_KEPT_S))
+    front = trajectory.front(now_s, now_s, trajectory.end_s, until_x)
+    if front.state[0] >= leaves_x:
+        return None
+    path = _gone_on(trajectory.path, float(front.quintics[0, 0]), [], [])
+    count = path.moves.index(move) + 1
+    path = BlendedPath(path.moves[:count], path.blends[: count - 1], path.first_x, path.window_s)
+    return at_once(planned(path, front))
 
 
 def _gone_on(path: BlendedPath, x: float, moves: Sequence[Move], blends: Sequence[Blend]) -> BlendedPath:
@@ -427,61 +388,28 @@ def _halved(values: Array) -> Array:
 
 
 def _rest_to_rest(path: BlendedPath) -> Trajectory:
-    """Return the trajectory of one move along which x moves as one joint would; rough on a curved path."""
-    move = path.moves[0]
-    if move.path.straight:
-        distances = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
-        velocity, acceleration, jerk = (path.end_x * (np.array(move.limits) / distances).min(axis=1)).tolist()
-    else:
-        velocity, acceleration, jerk = _even_limits(path)
-    distance = path.end_x
+    """Return the fastest trajectory of one straight move, along which x moves as one joint would."""
+    move, distance = path.moves[0], path.end_x
+    distances = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
+    velocity, acceleration, jerk = (distance * (np.array(move.limits) / distances).min(axis=1)).tolist()
     if not isfinite(velocity) or not isfinite(distance):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
-    building = min(acceleration / jerk, sqrt(velocity / jerk))
-    even, cruise = max(velocity / (building * jerk) - building, 0.0), 0.0
-    if velocity * (2.0 * building + even) <= distance:
-        cruise = distance / velocity - (2.0 * building + even)
-    else:
-        # It does not come to its velocity: what it comes to with full acceleration, or not even that.
-        building = acceleration / jerk
-        even = 0.5 * (sqrt(building * building + 4.0 * distance / acceleration) - 3.0 * building)
-        if even < 0.0:
-            even, building = 0.0, (0.5 * distance / jerk) ** (1.0 / 3.0)
+    # The velocity that it comes to in half of the distance, with full acceleration or without.
+    full = acceleration * acceleration / jerk
+    top = 0.5 * (sqrt(full * full + 4.0 * acceleration * distance) - full)
+    if top < full:
+        top = (0.25 * jerk * distance * distance) ** (1.0 / 3.0)
+    top = min(top, velocity)
+    building = min(acceleration / jerk, sqrt(top / jerk))
+    even = max(top / (building * jerk) - building, 0.0)
+    cruise = max(distance / top - 2.0 * building - even, 0.0)
     lengths = np.array([building, even, building, cruise, building, even, building])
+    quintics, x, speed, bend = np.zeros((6, 7)), 0.0, 0.0, 0.0
+    for k, sign in enumerate((1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0)):
+        h = lengths.item(k)
+        quintics[:4, k] = x, speed * h, 0.5 * bend * h * h, sign * jerk * h**3 / 6.0
+        x, speed = x + quintics[1:4, k].sum(), speed + (bend + 0.5 * sign * jerk * h) * h
+        bend += sign * jerk * h
     times = np.concatenate([[0.0], lengths.cumsum()])
-    top, peak = building * jerk * (building + even), building * jerk
-    # States at the knots of the first half; the second half mirrors it.
-    half = _rising_states(jerk, building, even)
-    place = np.array([0.0, *half[0], 0.0, 0.0, 0.0, distance])
-    place[4:7] = distance - place[3:0:-1]
-    speed = np.array([0.0, half[1], top - half[1], top, top, top - half[1], half[1], 0.0])
-    bend = np.array([0.0, peak, peak, 0.0, 0.0, -peak, -peak, 0.0])
-    jerks = jerk * np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
-    quintics = np.zeros((6, 7))
-    for k, row in enumerate((place[:-1], speed[:-1], 0.5 * bend[:-1], jerks / 6.0)):
-        quintics[k] = row * lengths**k
-    lasts = times[1:] - times[:-1] > 1e-12
-    times = np.append(times[:-1][lasts], times[-1])
-    return Trajectory(path, times, quintics[:, lasts], rough=not move.path.straight)
-
-
-def _even_limits(path: BlendedPath) -> tuple[float, float, float]:
-    """Return limits of dx/dt and its derivatives that keep those of all joints anywhere on a path."""
-    derivatives, limits = path.derivatives(path.samples(path.first_x))
-    first, second, third = np.maximum(np.abs(derivatives[:, 1:]), STILL).swapaxes(0, 1)
-    velocity, acceleration, jerk = limits.swapaxes(0, 1)
-    # A third of the jerk for each of its three terms, half of the acceleration for each of its two.
-    cubes = np.cbrt(jerk / (3.0 * third)).min()
-    speed = CAUTION * min((velocity / first).min(), np.sqrt(acceleration / (2.0 * second)).min(), cubes)
-    bend = CAUTION * min((acceleration / (2.0 * first)).min(), (jerk / (9.0 * second)).min() / speed)
-    return float(speed), float(bend), CAUTION * float((jerk / (3.0 * first)).min())
-
-
-def _rising_states(jerk: float, building: float, even: float) -> tuple[tuple[float, float, float], float]:
-    """x at the knots of the first three phases, and the speed at the first of them."""
-    speed = 0.5 * jerk * building**2
-    first = jerk * building**3 / 6.0
-    second = first + even * (speed + 0.5 * jerk * building * even)
-    faster = speed + jerk * building * even
-    third = second + building * (faster + building * jerk * building / 3.0)
-    return (first, second, third), speed
+    lasts = lengths > 1e-12
+    return Trajectory(path, np.append(times[:-1][lasts], times[-1]), quintics[:, lasts])

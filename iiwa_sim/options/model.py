@@ -32,15 +32,21 @@ def flag_of(field: str) -> str:
     return "CELL.toml" if field == "cell" else f"--{option_name(field).replace('_', '-')}"
 
 
-def _text(
-    metavar: str, expected: str = "a text that is not empty", check: Callable[[str], object] = str
-) -> Meta:
+def file_of(robot: str, file: str) -> str:
+    """Return the file that one of several robots writes; a robot without a name writes the file itself."""
+    path = Path(file)
+    return str(path.parent / f"{path.stem}-{robot}{path.suffix}") if robot else file
+
+
+def _text(metavar: str, expected: str = "a text", check: Callable[[str], object] = str) -> Meta:
     """Describe a text; `check` raises OSError or ValueError if it is not what is `expected`."""
     return Meta(min_length=1, extra={"metavar": metavar, "expected": expected, "check": check})
 
 
-def _with_stem(file: str) -> None:
-    Path(file).with_stem("robot")  # as each of several robots writes its own
+def _number(metavar: str, least: float, greatest: float, unit: str = "") -> Meta:
+    kind = "a whole number" if isinstance(least, int) else "a number"
+    expected = f"{kind} from {least:g} to {greatest:g}{unit}"
+    return Meta(ge=least, le=greatest, extra={"metavar": metavar, "expected": expected})
 
 
 def _admit(**named: list[str]) -> None:
@@ -50,33 +56,26 @@ def _admit(**named: list[str]) -> None:
 
 
 _TOKEN = "1 to 256 printable ASCII characters without blanks"
-Port = Annotated[int, Meta(ge=0, le=MAX_PORT, extra={"metavar": "PORT"})]
-Count = Annotated[int, Meta(ge=1, le=10_000, extra={"metavar": "NUMBER"})]
-Seconds = Annotated[float, Meta(ge=0, le=86400, extra={"metavar": "SECONDS"})]
-SecondsAboveZero = Annotated[float, Meta(gt=0, le=86400, extra={"metavar": "SECONDS"})]
-TickRateHz = Annotated[int, Meta(ge=100, le=1000, extra={"metavar": "HZ"})]
-StatusRateHz = Annotated[int, Meta(ge=1, le=500, extra={"metavar": "HZ"})]
-RateHz = Annotated[int, Meta(ge=1, le=1000, extra={"metavar": "HZ"})]
+Port = Annotated[int, _number("PORT", 0, MAX_PORT)]
+Count = Annotated[int, _number("NUMBER", 1, 10_000)]
+Seconds = Annotated[float, _number("SECONDS", 0.0, 86400.0, " s")]
+SecondsAboveZero = Annotated[float, _number("SECONDS", 0.001, 86400.0, " s")]
+TickRateHz = Annotated[int, _number("HZ", 100, 1000, " Hz")]
+StatusRateHz = Annotated[int, _number("HZ", 1, 500, " Hz")]
+RateHz = Annotated[int, _number("HZ", 1, 1000, " Hz")]
 CellFile = Annotated[str, _text("CELL.toml")]
 Robot = Annotated[str, _text("NAME|FOLDER")]
-File = Annotated[str, _text("FILE", "a text that names a file", _with_stem)]
-Recording = Annotated[str, _text("FILE.mcap", "a text that names a file", _with_stem)]
+File = Annotated[str, _text("FILE")]
+Recording = Annotated[str, _text("FILE.mcap")]
 Host = Annotated[str, _text("HOST")]
 Word = Annotated[str, _text("TOKEN", _TOKEN, Token)]
-TokenFile = Annotated[
-    str, _text("FILE", f"a readable file with {_TOKEN}", lambda path: Token(secret_in(path)))
-]
-Name = Annotated[str, Meta(extra={"metavar": "NAME"})]
+TokenFile = Annotated[str, _text("FILE", f"a file with {_TOKEN}", lambda file: Token(secret_in(file)))]
+Name = Annotated[str, _text("NAME")]
 Clock = Annotated[str, _text("real|10x|fast|stepped", pace.EXPECTED, pace.pace)]
-Origin = Annotated[
-    str, _text("ORIGIN", "scheme://host or scheme://host:port", lambda text: _admit(origins=[text]))
-]
-HostName = Annotated[
-    str, _text("NAME", "a host name without scheme and port", lambda text: _admit(hosts=[text]))
-]
-Protocol = Literal["iiwa", "krc4"]
-ResultYear = Literal[2016, 2021, 2023, 2024]
-LogLevel = Literal["error", "warning", "info", "debug"]
+_ORIGIN = "scheme://host or scheme://host:port"
+Origin = Annotated[str, _text("ORIGIN", _ORIGIN, lambda text: _admit(origins=[text]))]
+_HOST_NAME = "a host name without scheme and port"
+HostName = Annotated[str, _text("NAME", _HOST_NAME, lambda text: _admit(hosts=[text]))]
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
@@ -86,13 +85,15 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     """
 
     cell: Annotated[CellFile | None, "robot, start pose, tool, surfaces and parts"] = None
-    robot: Annotated[Robot | None, "built-in robot, or a folder"] = None
+    robot: Annotated[Robot | None, "built-in robot, or a folder; lbr_iiwa_7_r800 if none is given"] = None
     count: Annotated[Count | None, "run equal robots, robot-0, robot-1 and so on; ports count up"] = None
     fleet: Annotated[File | None, "run the robots that this file names"] = None
 
-    protocol: Annotated[tuple[Protocol, ...], "protocols, each on its own port"] = ("iiwa",)
+    protocol: Annotated[tuple[Literal["iiwa", "krc4"], ...], "protocols, each on its own port"] = ("iiwa",)
     host: Annotated[Host, "address to listen on; 0.0.0.0 for all"] = LOOPBACK
-    port: Annotated[tuple[Port, ...], "one port for each protocol; 0 picks a free one"] = ()
+    port: Annotated[
+        tuple[Port, ...], "a port for each protocol instead of 30000 for iiwa, 54600 for krc4; 0 picks one"
+    ] = ()
     strict: Annotated[bool, "reject an iiwa command with surplus values, instead of ignoring them"] = False
     exclusive: Annotated[bool, "serve one client after the other; others wait"] = False
     reconnect_pause_s: Annotated[Seconds, "wait between one client and the next"] = 0.0
@@ -118,9 +119,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     view_token_file: Annotated[TokenFile | None, "file with the token of the page"] = None
     transcript: Annotated[File | None, "write the dialogue, for iiwa-sim replay"] = None
     record: Annotated[Recording | None, "record the run; needs the extra record"] = None
-    record_rate_hz: Annotated[RateHz | None, "states per second in the recording"] = None
+    record_rate_hz: Annotated[RateHz | None, "states per second in the recording, instead of all"] = None
     log_level: Annotated[
-        LogLevel,
+        Literal["error", "warning", "info", "debug"],
         "warning adds rejected commands and lost clients, info clients that come and go, debug all commands",
     ] = "warning"
     log_json: Annotated[bool, "log JSON, one object per line"] = False
@@ -136,16 +137,16 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     rosbridge_origin: Annotated[tuple[Origin, ...], "also admit web pages of this origin"] = ()
     rosbridge_host: Annotated[tuple[HostName, ...], "also admit this name of the machine"] = ()
     ros: Annotated[bool, "run a ROS 1 node at ROS_MASTER_URI; needs rospy"] = False
-    ros_result: Annotated[ResultYear, "year of the message type of /command_result"] = 2024
+    ros_result: Annotated[Literal[2016, 2021, 2023, 2024], "year of the message of /command_result"] = 2024
     ros_reference: Annotated[
         Literal["apply", "ignore"], "what to do with a pose_reference_frame other than the base"
     ] = "apply"
     ros_stamps: Annotated[Literal["real", "simulated"], "time in message headers"] = "real"
     ros2: Annotated[bool, "run a ROS 2 node in a process of its own"] = False
-    ros2_python: Annotated[File | None, "interpreter with rclpy"] = None
+    ros2_python: Annotated[
+        File | None, "interpreter with rclpy, instead of a sourced one or that of ros2-env"
+    ] = None
     ros_namespace: Annotated[Name, "namespace of the ROS 2 node and its topics"] = ""
-
-    version: Annotated[bool, "print the version and exit"] = False
 
     def __post_init__(self) -> None:
         fields = zip(self.__struct_fields__, self.__struct_defaults__, strict=True)
@@ -182,13 +183,9 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
         return dict(zip(self.protocol, ports, strict=True))
 
 
-PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json", "ros", "version"))
+PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json"))
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
 """Options of the process, which one robot of a fleet cannot have."""
-COMMON = frozenset(("cell", "robot", "count", "fleet", "protocol", "host", "port", "clock", "rate_hz"))
-COMMON |= {"status_port", "view_port", "transcript", "record", "log_level", "version"}
-COMMON |= {"backdoor_port", "rosbridge_port", "ros", "ros2"}
-"""Options that --help tells."""
 GROUPS = {
     "cell": "robots",
     "protocol": "connections",
@@ -196,20 +193,8 @@ GROUPS = {
     "status_port": "output",
     "backdoor_port": "backdoor",
     "rosbridge_port": "ROS",
-    "version": "other options",
 }
 """Title of each group of options, by its first option."""
-UNSET = {
-    "robot": "lbr_iiwa_7_r800",
-    "count": "one without a name",
-    "port": "30000 for iiwa, 54600 for krc4",
-    "servo_timeout_s": "never",
-    "record_rate_hz": "one at every tick",
-    "rosbridge_origin": "pages of this machine",
-    "rosbridge_host": "addresses and localhost",
-    "ros2_python": "that of iiwa-sim ros2-env, or a sourced one",
-}
-"""The meaning of a missing option, other than none."""
 WRITTEN = ("transcript", "record")
 """Files of which each robot writes its own."""
 FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)
@@ -231,4 +216,4 @@ NEEDS = {
     "backdoor_host backdoor_token backdoor_token_file": "backdoor_port view_port",
     "view_host view_token view_token_file": "view_port",
 }
-"""Options each of which needs one of the others."""
+"""Options each of which needs one of the others. Only --help-all tells them."""

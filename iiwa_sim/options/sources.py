@@ -1,12 +1,12 @@
 """Environment variables, tables of TOML files and keyword arguments for the options in `model.py`."""
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from typing import Any, NamedTuple
 
 import msgspec
-from msgspec import Meta
+from msgspec import inspect
 
 from iiwa_sim.options import model
 from iiwa_sim.options.model import SettingError, Settings
@@ -18,36 +18,23 @@ SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")
 """Variables that Kubernetes sets for a Service named iiwa-sim."""
 
 
-def _either(words: Sequence[str]) -> str:
-    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
-
-
 class Option:
     """One option in all its spellings."""
 
     def __init__(self, field: msgspec.structs.FieldInfo, group: str) -> None:
-        self.group, self.text = group, str(field.type.__metadata__[-1])
+        self.group, self.text, self.type = group, str(field.type.__metadata__[-1]), field.type
         self.keyword, self.key, self.default = field.name, model.option_name(field.name), field.default
-        self.flag = model.flag_of(field.name)
-        self.variable = f"IIWA_SIM_{self.key.upper()}"
-        arms, self.is_list = get_args(get_args(field.type)[0]), isinstance(self.default, tuple)
-        self.type = arms[0] if type(None) in arms else field.type
-        item = arms[0] if self.is_list else self.type
-        kind = get_args(item)[0] if get_origin(item) is Annotated else item
-        meta = next((each for each in getattr(item, "__metadata__", ()) if isinstance(each, Meta)), Meta())
-        extra = meta.extra or {}
-        self.is_switch, self.check = kind is bool, extra.get("check", str)
-        words = list(map(str, get_args(kind))) or (["true", "false"] if self.is_switch else ["a text"])
-        if kind in (int, float):
-            whole = "whole " * (kind is int)
-            low = f"from {meta.ge:g} to" if meta.ge is not None else f"above {meta.gt:g} and up to"
-            unit = {"_hz": " Hz", "_s": " s"}.get(self.keyword.removeprefix(self.key), "")
-            words = [f"a {whole}number {low} {meta.le:g}{unit}"]
-        self.expected = extra.get("expected", _either(words)) + ", commas between" * self.is_list
+        self.flag, self.variable = model.flag_of(field.name), f"IIWA_SIM_{self.key.upper()}"
+        self.is_list = isinstance(self.default, tuple)
+        kind: Any = inspect.type_info(field.type)
+        kind = kind.item_type if self.is_list else getattr(kind, "types", [kind])[0]
+        self.is_switch, extra = isinstance(kind, inspect.BoolType), getattr(kind, "extra", {})
+        words = list(map(str, getattr(kind, "values", ["true", "false"])))
+        self.check = extra.get("check", str)
+        self.expected = extra.get("expected", " or ".join(words)) + ", commas between" * self.is_list
         self.metavar = extra.get("metavar", "|".join(words))
         shown = ",".join(self.default) if self.is_list else self.default
-        shown = f"{shown:g}" if kind is float and shown is not None else shown
-        self.unset = model.UNSET.get(field.name, "none" if shown in (None, "") else str(shown).lower())
+        self.unset = "" if shown is None or self.is_switch else str(shown)
 
 
 class Place(NamedTuple):
@@ -84,16 +71,16 @@ def from_environment(variables: Mapping[str, str]) -> tuple[Given, list[str]]:
 
     An empty variable counts as not set. Raises SettingError.
     """
-    known = {each.variable: each for each in OPTIONS.values() if each.key != "version"}
+    known = {each.variable for each in OPTIONS.values()}
     mine = {name for name, text in variables.items() if text and name.startswith("IIWA_SIM_")}
     mine -= {name for name in mine if name.startswith(SERVICE_LINKS) or "tcp://" in variables[name]}
-    given = from_names({name: variables[name] for name in known if name in mine}, ENVIRONMENT)
-    return given, [str(unknown(name, known)) for name in sorted(mine - known.keys())]
+    given = from_names({name: variables[name] for name in known & mine}, ENVIRONMENT)
+    return given, [str(unknown(name, known)) for name in sorted(mine - known)]
 
 
 def from_names(names: Mapping[str, Any], place: Place, folder: Path | None = None) -> Given:
     """Return options by keyword or key of a table; paths start at `folder`. Raises SettingError."""
-    left_out = {"keyword": model.PROCESS - {"ros"}, "key": model.PROCESS}.get(place.spelling, ())
+    left_out = model.PROCESS if place.spelling in ("keyword", "key") else ()
     known = {getattr(each, place.spelling): each for each in OPTIONS.values() if each.key not in left_out}
     for name in sorted(names.keys() - known.keys()):
         raise unknown(name, known, before=place.before)
@@ -137,7 +124,8 @@ def read(option: Option, given: Any, place: Place, folder: Path | None = None) -
             value = str(folder / value)
         list(map(option.check, value if option.is_list else [value]))
     except (msgspec.ValidationError, ValueError, OSError):
-        raise SettingError(f"{place.show(option, given)}: expected {option.expected}") from None
+        also = ", 1 or 0" if option.is_switch and place.is_text else ""
+        raise SettingError(f"{place.show(option, given)}: expected {option.expected}{also}") from None
     return value
 
 

@@ -9,26 +9,18 @@ import math
 import re
 from collections.abc import Sequence
 
-import msgspec
-
-_to_json = msgspec.json.Encoder().encode  # the fastest text for a float; never used for exponents
-NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() also takes underscores, nan, inf and words
-
+_NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() also takes underscores, nan, inf and words
 _LONGEST_QUOTE = 40
 
 
-class NotANumberError(ValueError):
-    """A word is no finite number; the message quotes it and tells what was expected."""
-
-
 def parse_decimal(word: bytes) -> float:
-    """Return the number that `word` stands for. Raises NotANumberError, also for 1e400."""
+    """Return the finite number that `word` stands for. Raises ValueError, which quotes it, for none."""
     try:
-        value = float(b"" if NOT_DECIMAL.search(word) else word)
+        value = math.nan if _NOT_DECIMAL.search(word) else float(word)
     except ValueError:
-        raise NotANumberError(f"{quoted(word)}: expected a number") from None
+        value = math.nan
     if not math.isfinite(value):
-        raise NotANumberError(f"{quoted(word)}: expected a number up to 1.8e308")
+        raise ValueError(f"{quoted(word)}: expected a number")
     return value
 
 
@@ -44,21 +36,7 @@ def readable(wire: bytes) -> str:
 
 def format_decimals(values: Sequence[float]) -> bytes:
     """Values separated by one blank; raises ValueError where one is not finite."""
-    # Adding and taking away 1.5 * 2**52 rounds to a whole number, and makes 0.0 of -0.0. It does so up to
-    # 2**51; larger values go as they are.
-    text = _to_json(
-        [(v * 1e9 + 6755399441055744.0 - 6755399441055744.0) / 1e9 if -1e6 < v < 1e6 else v for v in values]
-    )
-    if b"e" in text or b"n" in text:
-        return b" ".join([_format_rare(value) for value in values])
-    return text[1:-1].replace(b",", b" ")
-
-
-def _format_rare(value: float) -> bytes:
-    """One value whose shortest form may have an exponent."""
-    if not math.isfinite(value):
-        raise ValueError(f"{value} has no place in a reply")
-    text = (b"%.9f" % value).rstrip(b"0")
-    if text.endswith(b"."):
-        text += b"0"
-    return b"0.0" if text == b"-0.0" else text
+    if not all(map(math.isfinite, values)):
+        raise ValueError(f"{values} have no place in a reply")
+    texts = [f"{value:z.9f}".rstrip("0") for value in values]  # z: no minus before 0
+    return " ".join([text + "0" if text[-1] == "." else text for text in texts]).encode()

@@ -162,8 +162,8 @@ class WireFaults:
         """`tell` is called with the name of a connection and the text of what replaces a reply."""
         self.rules: list[Rule] = []
         """The faults in the order in which they were set."""
-        self.peers: dict[int, tuple[Peer, str, str]] = {}
-        """The connections by number, each with its name and its protocol."""
+        self.peers: dict[int, tuple[Peer, str]] = {}
+        """The connections by number, each with its name."""
         self.canned = CannedReplies()
         """Replies that are given in place of the robot's."""
         self._tell = tell
@@ -174,10 +174,10 @@ class WireFaults:
         """Restart the random numbers for garbled replies; a seed always gives the same ones."""
         self._random = Random(seed)
 
-    def arrives(self, peer: Peer, name: str, protocol: str = "") -> int:
+    def arrives(self, peer: Peer, name: str) -> int:
         """Register a connection; returns its number."""
         self._count += 1
-        self.peers[self._count] = (peer, name, protocol)
+        self.peers[self._count] = (peer, name)
         for rule in self.rules:
             if rule.connection == NEXT:
                 rule.connection = self._count
@@ -199,7 +199,7 @@ class WireFaults:
 
     def end(self, how: End, connection: int = EVERY) -> None:
         """End a connection, or all. Raises `Refused` if there is no such connection."""
-        for peer, name, _ in self._peers_of(connection):
+        for peer, name in self._peers_of(connection):
             self._tell(name, how.value)
             peer.end(how)
 
@@ -207,7 +207,7 @@ class WireFaults:
         """Remove all faults and canned replies. Replies that are delayed already keep their delay."""
         self.canned.replies.clear()
         self.rules.clear()
-        for peer, _, _ in list(self.peers.values()):
+        for peer, _ in list(self.peers.values()):
             peer.go_on()
 
     def next_of(self, connection: int) -> Rule | None:
@@ -225,12 +225,12 @@ class WireFaults:
             self._tell(self.peers[connection][1], text)
         return steps
 
-    def _peers_of(self, connection: int) -> list[tuple[Peer, str, str]]:
+    def _peers_of(self, connection: int) -> list[tuple[Peer, str]]:
         if connection == EVERY:
             return list(self.peers.values())
         if connection not in self.peers:
-            there_are = f"there are {', '.join(map(str, self.peers))}" if self.peers else "there are none"
-            raise Refused(EXECUTION, f"no connection {connection}: {there_are}")
+            there_are = ", ".join(map(str, self.peers)) or "none"
+            raise Refused(EXECUTION, f"no connection {connection}: there are {there_are}")
         return [self.peers[connection]]
 
 

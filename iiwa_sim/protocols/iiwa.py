@@ -22,10 +22,6 @@ LONGEST_REPLY = 1000
 """Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
 step for good."""
 
-_DONE = b"done\r\n"
-_MOVING = b"moving\r\n"
-_STOPPED = b"stopped\r\n"
-
 Values = tuple[float, ...]
 Handler = Callable[[LineSession, Request], bytes]
 
@@ -35,7 +31,7 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
 
     def handler(session: LineSession, request: Request) -> bytes:
         session.move(request_of(request.values))
-        return _DONE
+        return written("done")
 
     return handler
 
@@ -79,7 +75,7 @@ def _does(call: Callable[[Controller, Values], None]) -> Handler:
 
     def handler(session: LineSession, request: Request) -> bytes:
         call(session.controller, request.values)
-        return _DONE
+        return written("done")
 
     return handler
 
@@ -119,12 +115,6 @@ def _checks(kind: Kind) -> Handler:
 
 def _prose(text: str) -> bytes:
     return written(shortened(harmless(text), LONGEST_REPLY - len("\r\n")))
-
-
-def _tool_load(values: Values) -> ToolLoad:
-    """The load of a mass (kg) and its centre (mm)."""
-    mass_kg, x, y, z, *_ = values
-    return ToolLoad(mass_kg, (1e-3 * x, 1e-3 * y, 1e-3 * z))
 
 
 def _bye(session: LineSession, _: Request) -> bytes:
@@ -181,7 +171,7 @@ COMMANDS: dict[str, Handler] = {
     "get goal joint position": _gives(lambda robot: robot.motions.goal),
     "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
     "get queue": _counts(lambda robot, _: [robot.queue]),
-    "get status": lambda session, _: _MOVING if session.controller.moving else _STOPPED,
+    "get status": lambda session, _: written("moving" if session.controller.moving else "stopped"),
     "get robot status": _counts(lambda robot, _: robot.status()),
     "get mode": lambda session, _: written(session.controller.mode.value),
     "get error": _error,
@@ -190,7 +180,9 @@ COMMANDS: dict[str, Handler] = {
     "get override": _gives(lambda robot: (robot.override,)),
     "set collision detection": _does(lambda robot, v: robot.protection.set_collision_detection(v[0], v[1])),
     "get collision detection": _gives(lambda robot: robot.protection.collision_detection),
-    "set tool load": _does(lambda robot, v: robot.set_tool_load(_tool_load(v))),
+    "set tool load": _does(
+        lambda robot, v: robot.set_tool_load(ToolLoad(v[0], (1e-3 * v[1], 1e-3 * v[2], 1e-3 * v[3])))
+    ),
     "get tool load": _gives(lambda robot: robot.tool_load.told()),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
     "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),

@@ -14,15 +14,13 @@ from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
 from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.krc4_xml import (
-    Broken,
+    TAGS,
     Element,
     Message,
     XmlStream,
-    load_krc4_table,
     reply_of,
     to_xml,
     understand,
-    word_for_word,
     written,
 )
 from iiwa_sim.protocols.ports import KRC4
@@ -124,7 +122,7 @@ class Krc4Session(Session):
     ) -> None:
         super().__init__(controller, log, name, dialogue, KRC4)
         self._stream = XmlStream()
-        self.waiting: Element | Broken | None = None
+        self.waiting: Element | None = None
 
     def receive(self, data: bytes) -> None:
         self._stream.receive(data)
@@ -137,16 +135,10 @@ class Krc4Session(Session):
     def answer(self, most: int = AT_ONCE) -> bytes:
         replies: list[bytes] = []
         self.ends_batch = False
-        for _ in range(most):
-            request, wire, self.waiting = self.waiting, self._stream.wire, None
-            if request is None or self.ends_batch:
-                self.waiting = request
-                break
-            if isinstance(request, Broken):
-                replies.append(self._break_off(str(request), wire))
-            else:
-                replies.append(self._reply(request, wire))
-                self._look_ahead()
+        while self.waiting is not None and len(replies) < most and not self.ends_batch:
+            element, self.waiting = self.waiting, None
+            replies.append(self._reply(element, self._stream.wire))
+            self._look_ahead()
         return b"".join(replies)
 
     def close(self) -> None:
@@ -157,51 +149,31 @@ class Krc4Session(Session):
         if self.waiting is None and not self.closing:
             self.waiting = self._stream.next()
 
-    def _break_off(self, reason: str, wire: bytes) -> bytes:
-        self.close()
-        hint = "" if b"<" in wire else "; lines of text go to a robot with --protocol iiwa"
-        why = f"{reason}; the connection ends{hint}"
-        return self._refuse(Message((0, 0), (), ""), word_for_word(wire), COMMUNICATION_FAILURE, why)
-
     def _reply(self, element: Element, wire: bytes) -> bytes:
         message, text = understand(element), written(element, wire)
+        tag, shown = TAGS.get(message.command, ""), shortened(text, _LONGEST_TEXT)
         try:
-            integers, reals = self._carry_out(message)
+            if element.breaks:
+                self.close()
+                hint = "" if b"<" in wire else "; lines of text go to a robot with --protocol iiwa"
+                raise Refused(COMMUNICATION_FAILURE, f"{element.fault}; the connection ends{hint}")
+            if message.fault or not tag:
+                reason = message.fault or f"no command has the id {message.command}"
+                raise Refused(COMMUNICATION_FAILURE, reason)
+            integers, reals = COMMANDS[tag](self, message)
             answer = reply_of((message.id, message.command, *integers), reals)
-        except Refused as refused:
-            return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # an internal error must not cost the client its connection
-            self.log.exception(self.name, _in_log(text), fault)
-            return self._refuse(message, text, EXECUTION, f"internal error at '{_in_log(text)}', see the log")
-        logs = self.log.wants_commands()
-        if logs or self.dialogue.is_heard:
-            shown = written(answer)
-            if logs:
-                self.log.command(self.name, _in_log(text), shown)
-            self.dialogue.exchange(self.name, text, shown, command=_tag(message))
+            if not isinstance(fault, Refused):
+                self.log.exception(self.name, shown, fault)
+                fault = Refused(EXECUTION, f"internal error at '{shown}', see the log")
+            told = harmless(fault.reason)
+            self.log.refused(self.name, shown, fault.code, told)
+            self.controller.errors.record(fault.code, told)
+            answer = reply_of((message.id, -abs(message.command), fault.code), ())
+            self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {told}", tag)
+            return to_xml(answer)
+        if self.log.wants_commands():
+            self.log.command(self.name, shown, written(answer))
+        if self.dialogue.is_heard:
+            self.dialogue.exchange(self.name, text, written(answer), command=tag)
         return to_xml(answer)
-
-    def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
-        told = harmless(reason)
-        self.log.refused(self.name, _in_log(text), code, told)
-        self.controller.errors.record(code, told)
-        answer = reply_of((message.id, -abs(message.command), code), ())
-        self.dialogue.exchange(self.name, text, written(answer), f"{code} {told}", _tag(message))
-        return to_xml(answer)
-
-    def _carry_out(self, message: Message) -> Answer:
-        command = load_krc4_table().get(message.command)
-        if message.fault or command is None:
-            reason = message.fault or f"no command has the id {message.command}"
-            raise Refused(COMMUNICATION_FAILURE, reason)
-        return COMMANDS[command.tag](self, message)
-
-
-def _in_log(text: str) -> str:
-    return shortened(text, _LONGEST_TEXT)
-
-
-def _tag(message: Message) -> str:
-    """Return the name of a message, such as GOA; empty if it has none."""
-    known = load_krc4_table().get(message.command)
-    return "" if known is None else known.tag

@@ -1,36 +1,45 @@
-"""Bytes in, XML messages out, however the bytes are split into packets.
+"""Bytes in, XML messages out, however the bytes are split into packets; and messages as lines of text.
 
 Messages follow each other without prefix or separator: a message ends where its root element does. Blanks,
-line ends, NUL and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of
-the root is the end of the fed bytes. A DTD, and with it every custom entity, is refused in time.
-
-Bytes that are no XML give no way to find the next message, so the stream is broken from there on. A message
-that is valid XML but has unexpected content carries a fault instead.
+line ends, NUL and byte order marks between messages are skipped. A DTD, and with it every custom entity, is
+refused. Bytes that are no XML give no way to find the next message, so they break the stream. A message that
+is valid XML but has unexpected content carries a fault instead.
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from functools import cache
-from typing import Literal, NamedTuple
+import tomllib
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-import msgspec
-
-from iiwa_sim.protocols.decimals import NotANumberError, format_decimals, parse_decimal, quoted, readable
+from iiwa_sim.protocols.decimals import format_decimals, parse_decimal, quoted, readable
 from iiwa_sim.settings import data_folder
 
 MAX_MESSAGE_BYTES = 16384
 """EKI's receive buffer: a longer message breaks the stream."""
-MAX_ENDS = 100
-"""Most `>` in a message; one with more breaks the stream. A message with all twenty values has 42. Each
-`>` costs a scan of the open elements: without a bound 16 KiB would delay the robot by 0.2 s."""
-
 XML_BLANKS = " \t\r\n"
 """Characters that XML takes for blanks; no-break spaces and the like are text."""
+REGISTERS = 10
+"""Integers, and as many reals: a robot with more axes has no place in a message."""
+LARGEST_INTEGER = 2**31 - 1
+REQUEST, REPLY = "Cmd", "Res"
+NO_MESSAGE = "(no message)"
+"""Stands for bytes that are no message and cannot be repeated: too long, or cut short."""
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
 _NOTHING = re.compile(rb"(?:[ \t\r\n\0]+|%b)*" % _BYTE_ORDER_MARK)  # C programs send the \0 of a string, too
+_DTD = re.compile(rb"(?:\s|<\?.*?\?>|<!--.*?-->)*<!D", re.DOTALL)
+_PLACES = {f"{kind}{place}": place for kind in "IR" for place in range(REGISTERS)}
+_INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
+_SHORT = re.compile(rf"(?:{REQUEST}|{REPLY})(?: [A-Za-z_][A-Za-z0-9_.\-]*=[!-\[\]-z|~]*)*")
+_ZERO = re.compile(r"(?:I[2-9]|R[0-9])=0(?:\.0)?")
+
+MESSAGES: dict[str, dict[str, Any]] = tomllib.loads(
+    data_folder("iiwa_sim.protocol").joinpath("krc4.toml").read_text("utf-8")
+)["command"]
+"""The rows of protocol/krc4.toml by tag."""
+TAGS: dict[int, str] = {row["id"]: tag for tag, row in MESSAGES.items()}
 
 
 class Element(NamedTuple):
@@ -40,10 +49,8 @@ class Element(NamedTuple):
     values: dict[str, str]
     fault: str
     """Description of content that no message has; empty if there is none."""
-
-
-class Broken(Exception):
-    """The stream has ended or is broken: nothing more can be read. The message tells why."""
+    breaks: bool = False
+    """True if nothing more can be read from the stream: `fault` tells why."""
 
 
 class XmlStream:
@@ -51,122 +58,82 @@ class XmlStream:
 
     def __init__(self) -> None:
         self._data = b""  # from the beginning of the present message on
-        self._place = 0  # bytes up to here have been parsed
-        self._ends = 0  # number of `>` in the present message
-        self._message: _Message | None = None
         self._ended = False
-        self._broken = False
         self.wire = b""
         """The bytes of what `next` returned last; none if the length or the end of the stream broke it."""
+        self._begin()
 
-    def receive(self, data: bytes) -> None:
-        """Bytes from the client."""
-        self._data += data
-
-    def end(self) -> None:
-        """The client sends no more."""
-        self._ended = True
-
-    def next(self) -> Element | Broken | None:
-        """The next message; None if it is incomplete, and after the stream has broken."""
-        if self._broken:
-            return None
-        try:
-            return self._next()
-        except Broken as fault:
-            broken = fault
-        except expat.ExpatError as fault:
-            broken = Broken(f"no XML: {expat.ErrorString(fault.code)}")
-        self._broken, self._data = True, b""
-        return broken
-
-    def _next(self) -> Element | None:
-        if self._message is None:
-            self._data = _NOTHING.sub(b"", self._data, 1)
-            begin = self._data[: len(_BYTE_ORDER_MARK)]
-            if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
-                return None
-            if not begin.startswith(b"<"):
-                self.wire = self._data[:MAX_MESSAGE_BYTES]
-                raise Broken("a message begins with <")
-            self._message, self._place, self._ends = _Message(), 0, 0
-        while True:
-            end = self._data.find(b">", self._place) + 1
-            if (end or len(self._data)) > MAX_MESSAGE_BYTES:
-                self.wire = b""
-                raise Broken(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
-            if not end:
-                if self._ended:
-                    self.wire = b""
-                    raise Broken("the stream ends within a message")
-                return None
-            self.wire, piece, self._place = self._data[:end], self._data[self._place : end], end
-            if b"\0" in piece:  # UTF-16, which Expat would detect by itself
-                raise Broken("expected UTF-8")
-            self._ends += 1
-            if self._ends > MAX_ENDS:
-                raise Broken(f"more than {MAX_ENDS} > in a message")
-            element = self._message.feed(piece)
-            if element is not None:
-                self._data, self._message = self._data[end:], None
-                return element
-
-
-class _Message:
-    """The present message, as far as it has been received."""
-
-    def __init__(self) -> None:
+    def _begin(self) -> None:
         self._parser = parser = expat.ParserCreate("UTF-8")  # whatever a declaration says
         # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
-        self._name, self._values, self._fault = "", dict[str, str](), ""
-        self._takes_text = False  # the present value does
-        self._open: list[str] = []  # the elements that have not ended
-        parser.StartDoctypeDeclHandler = self._doctype
         parser.StartElementHandler = self._starts
         parser.CharacterDataHandler = self._text
-        parser.EndElementHandler = lambda _: self._open.pop()
+        parser.EndElementHandler = self._ends
+        self._name, self._values, self._fault = "", dict[str, str](), ""
+        self._open: list[str] = []  # the elements that have not ended; empty names for unexpected ones
+        self._parsed = self._end = (
+            0  # bytes that have been parsed, and those of the message, once it has ended
+        )
 
-    def feed(self, data: bytes) -> Element | None:
-        """Parse bytes that end at a `>`; return the message if it ends there."""
-        self._parser.Parse(data, False)
-        return Element(self._name, self._values, self._fault) if self._name and not self._open else None
+    def receive(self, data: bytes) -> None:
+        """Take bytes from the client."""
+        self._data += data
 
-    def _doctype(self, *_: object) -> None:
-        raise Broken("expected no DTD")
+    def end(self) -> None:
+        """Notice that the client sends no more."""
+        self._ended = True
+
+    def next(self) -> Element | None:
+        """Return the next message, or one that `breaks` the stream; None if it is incomplete."""
+        if not self._parsed:
+            self._data = _NOTHING.sub(b"", self._data, 1)
+        self.wire = data = self._data[:MAX_MESSAGE_BYTES]
+        if not data or (_BYTE_ORDER_MARK.startswith(data) and not self._ended):
+            return None
+        if not data.startswith(b"<"):
+            return Element("", {}, "a message begins with <", True)
+        if _DTD.match(data) or data[1:2] == b"\0":  # Expat would detect UTF-16 by itself
+            return Element("", {}, "expected UTF-8 without a DTD", True)
+        try:
+            self._parser.Parse(data[self._parsed :], False)
+        except expat.ExpatError as fault:
+            if not self._end:  # else the fault is behind the message
+                return Element("", {}, f"no XML: {expat.ErrorString(fault.code)}", True)
+        self._parsed = len(data)
+        if self._end:
+            self.wire, self._data = data[: self._end], self._data[self._end :]
+            element = Element(self._name, self._values, self._fault)
+            self._begin()
+            return element
+        self.wire = b""
+        if len(self._data) > MAX_MESSAGE_BYTES:
+            return Element("", {}, f"a message of more than {MAX_MESSAGE_BYTES} bytes", True)
+        return Element("", {}, "the stream ends within a message", True) if self._ended else None
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
-        fault = ""
         if not self._open:
             self._name, self._values = name, attributes
-        elif len(self._open) > 1:
-            fault = f"an element within {self._open[1]}"
-        elif attributes:
-            fault = f"an attribute of {name}"
-        elif name in self._values:
-            fault = f"{name} twice"
+        elif len(self._open) > 1 or attributes or name in self._values:
+            self._fault = self._fault or f"{quoted(name.encode())}: expected each value once, with text only"
+            name = ""
         else:
             self._values[name] = ""
-        self._takes_text = not fault
-        self._fault = self._fault or fault
         self._open.append(name)
 
     def _text(self, text: str) -> None:
-        if len(self._open) == 2 and self._takes_text:
+        if len(self._open) == 2 and self._open[1]:
             self._values[self._open[1]] += text
         elif len(self._open) == 1 and text.strip(XML_BLANKS):
             self._fault = self._fault or "text between the values"
 
-
-REGISTERS = 10
-"""Integers, and as many reals: a robot with more axes has no place in a message."""
-LARGEST_INTEGER = 2**31 - 1
-SMALLEST_INTEGER = -(2**31)
-REQUEST, REPLY = "Cmd", "Res"
-
-_PLACES = {f"{kind}{place}": place for kind in "IR" for place in range(REGISTERS)}
-_DIGITS = len(str(LARGEST_INTEGER))
+    def _ends(self, name: str) -> None:
+        self._open.pop()
+        if not self._open:
+            at = self._parser.CurrentByteIndex  # of an end tag its beginning, of <Cmd/> its end
+            is_tag = self._data.startswith(b"</" + name.encode(), at)
+            self._end = self._data.find(b">", at) + 1 if is_tag else at
 
 
 class Message(NamedTuple):
@@ -188,104 +155,58 @@ class Message(NamedTuple):
         return self.integers[1]
 
 
-class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """One row of the table."""
-
-    id: int
-    summary: str
-    requirements: tuple[str, ...]
-    inputs: dict[str, str] = {}
-    """Meaning and unit of each parameter, by register."""
-    outputs: dict[str, str] = {}
-    """Meaning and unit of each value of the reply, by register."""
-    joints: Literal["", "input", "output"] = ""
-    """Tells if the reals from R0 on are joint positions (deg) of the request or of the reply."""
-    tag: str = ""
-
-
-class _Rows(msgspec.Struct):
-    command: dict[str, Command]
-
-
-@cache
-def load_krc4_table() -> Mapping[int, Command]:
-    """Return the commands of protocol/krc4.toml by their ids."""
-    text = data_folder("iiwa_sim.protocol").joinpath("krc4.toml").read_bytes()
-    rows = msgspec.toml.decode(text, type=_Rows)
-    return {row.id: msgspec.structs.replace(row, tag=tag) for tag, row in rows.command.items()}
-
-
 def understand(element: Element, root: str = REQUEST) -> Message:
-    """The message in an XML element: a request, or a reply if the root is that of one."""
+    """Return the message in an XML element: a request, or a reply if the root is that of one."""
     fault = element.fault
     if not fault and element.name != root:
-        fault = f"{_shown(element.name)}: expected {root}"
+        fault = f"{quoted(element.name.encode())}: expected {root}"
     integers, reals = [0] * REGISTERS, [0.0] * REGISTERS
     for name, value in element.values.items():
-        text = value.strip(XML_BLANKS)
-        place = _PLACES.get(name)
-        if place is None:
-            fault = fault or f"{_shown(name)}: expected I0 to I9 and R0 to R9"
-            continue
+        text, place = value.strip(XML_BLANKS), _PLACES.get(name)
         try:
+            if place is None:
+                raise ValueError("expected I0 to I9 and R0 to R9")
             if name[0] == "I":
                 integers[place] = _integer(text)
             else:
                 reals[place] = parse_decimal(text.encode())
-        except NotANumberError as wrong:
-            fault = fault or f"{name} = {wrong}"
+        except ValueError as wrong:
+            fault = fault or f"{quoted(name.encode())} = {wrong}"
     return Message(tuple(integers), tuple(reals), fault)
 
 
+def _integer(text: str) -> int:
+    if not _INTEGER.fullmatch(text) or not -1 - LARGEST_INTEGER <= int(text) <= LARGEST_INTEGER:
+        raise ValueError(f"{quoted(text.encode())}: expected an integer of 32 bits")
+    return int(text)
+
+
 def reply_of(integers: Sequence[int], reals: Sequence[float]) -> Element:
-    """The reply with these integers (from I0) and reals (from R0), zeros elsewhere. Raises ValueError for
-    a value that is not finite."""
+    """Return the reply with these integers (from I0) and reals (from R0), zeros elsewhere.
+
+    Raises ValueError for a value that is not finite.
+    """
     numbers = map(str, (*integers, *[0] * (REGISTERS - len(integers))))
     decimals = format_decimals((*reals, *[0.0] * (REGISTERS - len(reals)))).decode().split()
     return Element(REPLY, dict(zip(_PLACES, (*numbers, *decimals), strict=True)), "")
 
 
-def _integer(text: str) -> int:
-    digits = text.removeprefix("-") if text.startswith("-") else text.removeprefix("+")
-    if digits.isascii() and digits.isdigit() and len(digits) <= _DIGITS:
-        value = int(text)
-        if SMALLEST_INTEGER <= value <= LARGEST_INTEGER:
-            return value
-    raise NotANumberError(f"{_shown(text)}: expected an integer from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
-
-
-def _shown(text: str) -> str:
-    return quoted(text.encode())
-
-
-NO_MESSAGE = "(no message)"
-"""Stands for bytes that are no message and cannot be repeated: too long, or cut short."""
-
-_ROOTS = (REQUEST, REPLY)
-_BEGINS = re.compile(rf"(?:{'|'.join(_ROOTS)})(?:\s|\Z)")
-_ZEROS = ("0", "0.0")
-_REGISTER = re.compile(r"I[2-9]|R[0-9]")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
-_VALUE = re.compile(r"[!-\[\]-z|~]*")  # printable ASCII without blanks, backslashes and braces
-
-
 def is_short(line: str) -> bool:
     """Return True if a line is in the short form."""
-    return _BEGINS.match(line) is not None
+    return line.split(" ", 1)[0] in (REQUEST, REPLY)
 
 
 def written(element: Element, wire: bytes = b"") -> str:
-    """The line for a message, short if it can be; else for the bytes that it came as."""
-    values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
-    told_in_full = not element.fault and element.name in _ROOTS
-    if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
-        told = [f"{n}={v}" for n, v in values.items() if not (v in _ZEROS and _REGISTER.fullmatch(n))]
-        return " ".join((element.name, *told))
-    return word_for_word(wire)
+    """Return the line for a message, short if it can be; else for the bytes that it came as."""
+    told = [f"{name}={value.strip(XML_BLANKS)}" for name, value in element.values.items()]
+    line = " ".join((element.name, *(each for each in told if not _ZERO.fullmatch(each))))
+    if element.fault or " " in "".join(told) or not _SHORT.fullmatch(line):
+        return word_for_word(wire)
+    return line
 
 
 def word_for_word(wire: bytes) -> str:
-    """The verbatim line for bytes; NO_MESSAGE for none."""
+    """Return the verbatim line for bytes; NO_MESSAGE for none."""
     line = readable(wire)
     if not wire:
         return NO_MESSAGE
@@ -293,20 +214,14 @@ def word_for_word(wire: bytes) -> str:
 
 
 def from_short(line: str) -> Element:
-    """The message of a line in the short form. Raises ValueError."""
+    """Return the message of a line in the short form. Raises ValueError."""
     root, *words = line.split()
-    values: dict[str, str] = {}
-    for word in words:
-        name, is_value, value = word.partition("=")
-        if not (is_value and _NAME.fullmatch(name) and _VALUE.fullmatch(value)):
-            raise ValueError(f"'{word}': expected NAME=VALUE, such as I1=100")
-        if name in values:
-            raise ValueError(f"{name} twice")
-        values[name] = value
-    return Element(root, values, "")
+    if not _SHORT.fullmatch(" ".join((root, *words))):
+        raise ValueError(f"'{line}': expected NAME=VALUE, such as I1=100")
+    return Element(root, {name: value for name, _, value in (word.partition("=") for word in words)}, "")
 
 
 def to_xml(element: Element) -> bytes:
-    """The message as XML bytes, with its values as elements."""
+    """Return the message as XML bytes, with its values as elements."""
     body = "".join(f"<{name}>{escape(value)}</{name}>" for name, value in element.values.items())
     return f"<{element.name}>{body}</{element.name}>".encode()

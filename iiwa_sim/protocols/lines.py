@@ -31,14 +31,12 @@ class LineSplitter:
 
     def feed(self, data: bytes) -> list[bytes]:
         """The lines that `data` completes, without their ends."""
-        if data and self._partner:
-            data = data.removeprefix(self._partner)
-            self._partner = b""
-        pieces = _END.split(data)  # lines and ends in turn
-        if len(pieces) > 1 and not pieces[-1]:
-            self._partner = _PARTNER.get(pieces[-2], b"")
-        pieces[0] = self._rest + pieces[0]
-        lines, self._rest = pieces[:-1:2], pieces[-1]
+        if data:
+            data, self._partner = data.removeprefix(self._partner), b""
+        *pieces, self._rest = _END.split(self._rest + data)  # lines and ends in turn
+        if pieces and not self._rest:
+            self._partner = _PARTNER.get(pieces[-1], b"")
+        lines = pieces[::2]
         if self._skipping and lines:
             del lines[0]
             self._skipping = False
@@ -53,8 +51,7 @@ class LineSplitter:
 
     def finish(self) -> list[bytes]:
         """The unfinished last line at the end of the stream."""
-        rest, self._rest = _plain(self._rest), b""
-        return [rest] if rest else []
+        return self.feed(b"\n") if self._rest.strip(b"\0") else []
 
 
 def _plain(line: bytes) -> bytes:

@@ -38,9 +38,9 @@ def open_session(
 
 def command_names() -> list[str]:
     """Return the names of all commands and KRC4 messages."""
-    from iiwa_sim.protocols.krc4_xml import load_krc4_table
+    from iiwa_sim.protocols.krc4_xml import MESSAGES
 
-    return [*load_table(IIWA).commands, *(each.tag for each in load_krc4_table().values())]
+    return [*load_table(IIWA).commands, *MESSAGES]
 
 
 def fitting_protocols(description: RobotDescription) -> list[str]:

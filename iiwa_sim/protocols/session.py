@@ -18,8 +18,6 @@ from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
 from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table, with_hint
 
-DO_TIMING_MARK, WONT_TIMING_MARK = b"\xff\xfd\x06", b"\xff\xfc\x06"
-"""Telnet asks at Ctrl-C, and shows nothing more until it is answered (RFC 860)."""
 ASKED_OFTEN = 3
 """Times in a row that a client sends the same line before it counts as one that waits."""
 AT_ONCE = 512
@@ -122,11 +120,10 @@ class LineSession(Session):
         self._splitter = LineSplitter()
         self._line, self._times = b"", 0  # the last one, and how many times in a row it came
         self._command = self._reason = ""  # of the last line, for the dialogue
-        self._told: set[tuple[str, str]] = set()  # remarks that are logged once for each command
+        self._told: set[str] = set()  # the commands with a remark in the log
 
     def receive(self, data: bytes) -> None:
         if not self.closing:
-            self.waiting.extend([DO_TIMING_MARK] * data.count(DO_TIMING_MARK))
             self.waiting.extend(self._splitter.feed(data))
 
     def end(self) -> None:
@@ -140,9 +137,6 @@ class LineSession(Session):
         replies: list[bytes] = []
         for _ in range(min(len(lines), most)):
             line = lines.popleft()
-            if line is DO_TIMING_MARK:
-                replies.append(WONT_TIMING_MARK)
-                continue
             self._command = self._reason = ""
             self._line, self._times = line, self._times + 1 if line == self._line else 1
             self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves
@@ -163,33 +157,28 @@ class LineSession(Session):
         if isinstance(request, Refusal):
             return self._refuse(line, request)
         name = self._command = request.command.name
-        if request.beyond:
-            if self._strict:
-                return self._refuse(line, request.too_much())
-            if self._is_first(name, "beyond"):
-                self.log.odd(self.name, name, f"ignores {request.beyond} more than {request.command.takes()}")
+        if request.beyond and self._strict:
+            count = len(request.values) + request.beyond
+            return self._refuse(line, Refusal(f"{name} takes {request.command.takes()}, got {count}"))
         if self._canned.replies and (text := self._canned.take(name)) is not None:
             self.dialogue.event(self.name, CANNED)
             return written(text)
         try:
             reply = self._commands[name](self, request)
         except Refused as refused:
-            return self._refuse(line, Refusal(ERROR, refused.code, with_hint(refused.reason, request)))
+            return self._refuse(line, Refusal(with_hint(refused.reason, request), code=refused.code))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
             self._reason = f"internal error at '{shown(line)}', see the log"
             self.controller.errors.record(EXECUTION, self._reason)
             return written(ERROR)
-        if request.in_degrees and self._is_first(name, "degrees"):
-            self.log.odd(self.name, name, request.in_degrees)
+        if (request.beyond or request.in_degrees) and name not in self._told:
+            self._told.add(name)
+            ignored = f"ignores {request.beyond} more than {request.command.takes()}"
+            self.log.odd(self.name, name, request.in_degrees or ignored)
         if self.log.wants_commands():
             self.log.command(self.name, shown(line), reply[:-2].decode())
         return reply
-
-    def _is_first(self, command: str, remark: str) -> bool:
-        first = (command, remark) not in self._told
-        self._told.add((command, remark))
-        return first
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self.log.refused(self.name, shown(line), refusal.code, refusal.reason)

@@ -12,20 +12,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 from functools import cache, lru_cache
 from itertools import groupby
-from math import inf, nan, nextafter, tau
-from typing import NamedTuple
+from math import inf, nextafter, tau
+from typing import Any, NamedTuple
 
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.protocols.decimals import NOT_DECIMAL, NotANumberError, parse_decimal, quoted
+from iiwa_sim.protocols.decimals import parse_decimal, quoted
 from iiwa_sim.protocols.lines import MAX_LINE_BYTES, OVERLONG
 from iiwa_sim.settings import data_folder
 
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
-EXTENSIONS = "extensions"
-"""`help : extensions` names the commands that the original does not know."""
 LONGEST_LOOKED_UP = 40
 """Bytes of a misspelt name for which a similar one is looked up."""
 ALIKE = 0.75
@@ -49,44 +47,22 @@ class Quantity(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def range(self) -> str:
-        """The range as an inequality, such as `0 < speed <= 1`; empty if the table gives none."""
-        low = f"{self.above:g} < " if self.above is not None else ""
-        low = f"{self.minimum:g} <= " if self.minimum is not None else low
-        high = f" <= {self.maximum:g}" if self.maximum is not None else ""
-        return f"{low}{self.name}{high}" if low or high else ""
+        """The range, such as `above 0 and up to 1`; empty if the table gives none."""
+        limits = ("above", self.above), ("at least", self.minimum), ("up to", self.maximum)
+        return " and ".join(f"{word} {limit:g}" for word, limit in limits if limit is not None)
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The least and the greatest value, both in range; both finite."""
-        low = nextafter(-inf, 0.0) if self.minimum is None else self.minimum
-        if self.above is not None:
-            low = max(low, nextafter(self.above, inf))
-        return low, nextafter(inf, 0.0) if self.maximum is None else self.maximum
-
-    def refusal(self, word: bytes) -> str:
-        """Return the reason to refuse a word that is no number in range."""
-        try:
-            value = parse_decimal(word)
-        except NotANumberError as fault:
-            return f"{self.name} = {fault}{_commas(word)}"
-        if self.integer and value != int(value):
-            return f"{self.name} = {quoted(word)}: expected a whole number"
-        parts = (
-            f"above {self.above:g}" if self.above is not None else "",
-            f"at least {self.minimum:g}" if self.minimum is not None else "",
-            f"up to {self.maximum:g}" if self.maximum is not None else "",
-        )
-        return f"{self.name} = {quoted(word)}: expected {' and '.join(part for part in parts if part)}"
-
-
-class _Quantities(tuple[Quantity, ...]):
-    """Quantities in their order on the wire, which the file names."""
+        """The least and the greatest value, both in range."""
+        low = -inf if self.minimum is None else self.minimum
+        low = low if self.above is None else max(low, nextafter(self.above, inf))
+        return low, inf if self.maximum is None else self.maximum
 
 
 class _Reply(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words: tuple[str, ...] = ()
-    values: _Quantities = _Quantities()
-    list: _Quantities = _Quantities()
+    values: tuple[Quantity, ...] = ()
+    list: tuple[Quantity, ...] = ()
     prose: bool = False
 
 
@@ -102,8 +78,8 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     mode: str
     requirements: tuple[str, ...]
     reply: _Reply
-    parameters: _Quantities = _Quantities()
-    optional: _Quantities = _Quantities()
+    parameters: tuple[Quantity, ...] = ()
+    optional: tuple[Quantity, ...] = ()
     phrase: str = ""
     extension: bool = False
     name: str = ""
@@ -119,11 +95,11 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def usage(self) -> str:
         """Return how to write the command, with units and ranges, and what it answers."""
         takes = [f"[{self.phrase}]"] if self.phrase else []
-        takes += [f"{name}[{_unit_and_range(each, name)}]" for name, each in _in_series(self.parameters)]
-        takes += [f"({each.name}[{_unit_and_range(each, each.name)}])" for each in self.optional]
+        takes += [_with_unit(name, each) for name, each in _in_series(self.parameters)]
+        takes += [f"({_with_unit(each.name, each)})" for each in self.optional]
         gives = " ".join(f"{name}[{each.unit}]" for name, each in _in_series(self.reply.values))
         for each in self.reply.list:
-            gives = f"{each.name}[{_unit_and_range(each, each.name)}] ..."
+            gives = f"{_with_unit(each.name, each)} ..."
         gives = gives or " / ".join(self.reply.words) or "text"
         return f"{self.name}{' : ' if takes else ''}{' '.join(takes)} -> {gives}"
 
@@ -131,9 +107,9 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Refusal(NamedTuple):
     """A line that is refused before it reaches the controller."""
 
-    reply: str
-    code: int
     reason: str
+    reply: str = ERROR
+    code: int = COMMUNICATION_FAILURE
 
 
 class Request(NamedTuple):
@@ -146,11 +122,6 @@ class Request(NamedTuple):
     """Number of values after the last parameter."""
     in_degrees: str = ""
     """A remark if an angle is more than a turn, and so may be meant in degrees; else empty."""
-
-    def too_much(self) -> Refusal:
-        """Build the refusal for values after the last parameter."""
-        count = len(self.values) + self.beyond
-        return _error(f"{self.command.name} takes {self.command.takes()}, got {count}")
 
 
 class Table:
@@ -177,32 +148,31 @@ class Table:
 
     def _parse(self, line: bytes) -> Request | Refusal:
         if line == OVERLONG:
-            return _error(f"a line of more than {MAX_LINE_BYTES} bytes")
-        spelling, colon, rest = line.partition(b":")
+            return Refusal(f"a line of more than {MAX_LINE_BYTES} bytes")
+        spelling, _, rest = line.partition(b":")
         command = self.find(spelling)
         if command is None:
             if _HELP in self.commands and (asked := _ASKS_HELP.match(line)):
                 return Request(self.commands[_HELP], (), " ".join(_words(line[asked.end() :])))
-            return _unknown(self.why_unknown(line))
-        if colon and b":" in rest:
-            return _unknown("more than one ':'")
+            return Refusal(self.why_unknown(line), UNKNOWN_COMMAND)
+        if b":" in rest:
+            return Refusal("more than one ':'", UNKNOWN_COMMAND)
         if not command.parameters:
-            if command.phrase:
-                return Request(command, (), " ".join(_words(rest)))
-            return Request(command, (), "")
-        words = _split(rest)
+            return Request(command, (), " ".join(_words(rest)) if command.phrase else "")
+        commas = "; no commas: blanks between values, a point in a decimal"
+        words, values, in_degrees = _split(rest), list[float](), ""
         has_optional = len(words) > len(command.parameters)
         if len(words) < len(command.parameters) + has_optional * len(command.optional):
-            return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
-        values, in_degrees = [], ""
+            reason = f"{command.name} takes {command.takes()}, got {len(words)}"
+            return Refusal(reason + commas * (b"," in rest))
         for (quantity, low, high), word in zip(self._ranges[command.name], words, strict=False):
             try:
-                value = float(word)
-            except ValueError:
-                value = nan
-            in_range = low <= value <= high and not (quantity.integer and value != int(value))
-            if not in_range or NOT_DECIMAL.search(word):
-                return _error(quantity.refusal(word))
+                value = parse_decimal(word)
+            except ValueError as fault:
+                return Refusal(f"{quantity.name} = {fault}{commas * (b',' in word)}")
+            if not low <= value <= high or (quantity.integer and value != int(value)):
+                wanted = "a whole number" if low <= value <= high else quantity.range
+                return Refusal(f"{quantity.name} = {quoted(word)}: expected {wanted}")
             if quantity.unit == "rad" and abs(value) > tau and not in_degrees:
                 in_degrees = (
                     f"{quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
@@ -213,17 +183,15 @@ class Table:
     def why_unknown(self, line: bytes) -> str:
         """Return the reason for which a line names no command."""
         spelling, colon, _ = line.partition(b":")
-        if not line.strip(b" \t:"):
-            return "empty line"
         words = _words(spelling)
         if not words:
-            return "no command before the colon"
+            return "no command"
+        if words[0].startswith("<"):
+            return "no such command; messages in XML go to a robot with --protocol krc4"
         for count in range(len(words) - 1, 0, -1):
             command = self.commands.get(" ".join(words[:count]).lower())
             if command is not None and not colon and command.parameters:
                 return f"expected a colon behind '{command.name}'"
-        if words[0].startswith("<"):
-            return "no such command; messages in XML go to a robot with --protocol krc4"
         meant = self.meant(spelling)
         return f"no such command; did you mean {meant}" if meant else "no such command; help lists them"
 
@@ -237,13 +205,19 @@ def with_hint(reason: str, request: Request) -> str:
 def load_table(name: str) -> Table:
     """Return the table protocol/NAME.toml."""
     rows = tomllib.loads(data_folder("iiwa_sim.protocol").joinpath(f"{name}.toml").read_text("utf-8"))
-    known = msgspec.convert(rows["value"], dict[str, Quantity])
+    known = {name: row | {"name": name} for name, row in rows["value"].items()}
 
-    def quantities(kind: type[_Quantities], names: str) -> _Quantities:
-        return kind(msgspec.structs.replace(known[each], name=each) for each in names.split())
+    def converted(row: dict[str, Any]) -> dict[str, Any]:
+        """Put quantities in place of their names."""
+        named = row.keys() & {"parameters", "optional", "values", "list"}
+        return row | {key: [known[name] for name in row[key].split()] for key in named}
 
-    commands = msgspec.convert(rows["command"], dict[str, Command], dec_hook=quantities)
-    return Table({name: msgspec.structs.replace(each, name=name) for name, each in commands.items()})
+    return Table(
+        {
+            name: msgspec.convert(converted(row) | {"name": name, "reply": converted(row["reply"])}, Command)
+            for name, row in rows["command"].items()
+        }
+    )
 
 
 class ErrorCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -265,21 +239,13 @@ def load_error_codes() -> Mapping[int, ErrorCode]:
 def helped(table: Table, phrase: str, example: str) -> str:
     """Return the answer to `help : PHRASE`.
 
-    For a command that is its usage, for an error code its meaning, else the names that are like the phrase.
-    Without a phrase the commands are named, for `extensions` those that the original does not know; `example`
-    is one that takes parameters. Raises `Refused` if no name is like the phrase, and for a number that is no
+    For a command that is its usage, for an error code its meaning, else the names that are like the phrase,
+    without a phrase all commands. Raises `Refused` if no name is like the phrase, and for a number that is no
     code.
     """
-    named = [
-        ", ".join(command.name for command in table.commands.values() if command.extension is extension)
-        for extension in (False, True)
-    ]
     if not phrase:
-        more = f", help : {EXTENSIONS} more of them" if named[1] else ""
-        hint = f"help : {example} tells its usage{more}, help : 3021 what a code of get error means"
-        return f"{named[0]} ({hint})"
-    if phrase.lower() == EXTENSIONS:
-        return f"{EXTENSIONS}: {named[1] or 'none'}"
+        hint = f"help : {example} tells its usage, help : 3021 what an error code means"
+        return f"{', '.join(table.commands)} ({hint})"
     if phrase.isdecimal():
         codes = load_error_codes()
         row = codes.get(int(phrase))
@@ -304,9 +270,9 @@ def _in_series(quantities: Iterable[Quantity]) -> Iterator[tuple[str, Quantity]]
         yield (f"{first.name}..{others[-1].name}" if others else first.name), first
 
 
-def _unit_and_range(quantity: Quantity, name: str) -> str:
+def _with_unit(name: str, quantity: Quantity) -> str:
     unit = "" if quantity.unit == "1" else quantity.unit
-    return ", ".join(part for part in (unit, msgspec.structs.replace(quantity, name=name).range) if part)
+    return f"{name}[{', '.join(filter(None, (unit, quantity.range)))}]"
 
 
 def _split(text: bytes) -> list[bytes]:
@@ -315,16 +281,3 @@ def _split(text: bytes) -> list[bytes]:
 
 def _words(text: bytes) -> list[str]:
     return [word.decode("ascii", "backslashreplace") for word in _split(text)]
-
-
-def _commas(text: bytes) -> str:
-    """Return a hint for parameters with commas."""
-    return "; no commas: blanks between values, a point in a decimal" if b"," in text else ""
-
-
-def _unknown(reason: str) -> Refusal:
-    return Refusal(UNKNOWN_COMMAND, COMMUNICATION_FAILURE, reason)
-
-
-def _error(reason: str) -> Refusal:
-    return Refusal(ERROR, COMMUNICATION_FAILURE, reason)

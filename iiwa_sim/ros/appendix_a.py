@@ -5,14 +5,13 @@ out, since they begin where it should have ended; their results say so.
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
-from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.commands import read_command
@@ -21,11 +20,11 @@ from iiwa_sim.ros.messages import BadMessage, Message
 
 COMMAND_RESULT = "/command_result"
 LONGEST_QUEUE = 1000
-"""Commands that have no result yet; more are refused."""
+"""Commands that have no result yet; a list that adds more is refused."""
 PLAIN = {Kind.LIN.value, Kind.PTP.value}
 """Types of moves that are sent ahead, so that the robot can blend them."""
-NO_ERROR, NO_SUCH_GROUP = 0, 3
-"""Errors of services of inputs and outputs, besides those of `iiwa_sim.controller.io`."""
+NO_SUCH_GROUP = 3
+"""Error of services of digital inputs and outputs, besides those of `iiwa_sim.controller.io`."""
 _RMI = "robot_movement_interface"
 
 
@@ -34,7 +33,6 @@ class _Command:
     """A command whose result is not published yet."""
 
     message: Any
-    remark: str = ""
     result: tuple[int, str] | None = None
     """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
 
@@ -90,16 +88,15 @@ class AppendixA:
         An empty list that replaces stops the robot.
         """
         commands: Sequence[Any] = message.commands
+        before = 0 if message.replace_previous_commands else len(self._begun) + len(self._waiting)
+        if before + len(commands) > LONGEST_QUEUE:
+            raise Refused(EXECUTION, f"expected at most {LONGEST_QUEUE} commands without a result")
         if message.replace_previous_commands:
             follows = self._servo and commands and commands[0].command_type == self._servo
             self._end_all("replaced by a newer list of commands")
             if not follows:  # a servo takes a new target without stopping
                 self._stop()
-        room = max(0, LONGEST_QUEUE - len(self._begun) - len(self._waiting))
-        self._waiting.extend(map(_Command, commands[:room]))
-        for each in commands[room:]:
-            reason = f"not taken: {LONGEST_QUEUE} commands have no result yet"
-            self._publish(each.command_id, EXECUTION, reason)
+        self._waiting.extend(map(_Command, commands))
 
     def step(self) -> None:
         """Notice a tick: send commands whose time has come, and publish results."""
@@ -121,9 +118,7 @@ class AppendixA:
             return
         self._begun.append(self._waiting.popleft())
         try:
-            move, command.remark = read_command(
-                command.message, self._controller, apply_reference=self._apply_reference
-            )
+            move = read_command(command.message, self._controller, apply_reference=self._apply_reference)
             self._servo = move.kind.value if move.kind.is_servo else ""
             self._controller.move(move, lambda ending: self._end(command, ending.code, ending.reason))
         except Refused as refused:
@@ -133,7 +128,7 @@ class AppendixA:
     def _end(self, command: _Command, code: int, information: str) -> None:
         if command.result is not None:
             return
-        command.result = code, "; ".join(filter(None, (information, command.remark)))
+        command.result = code, information
         if code != SUCCESS:
             self._failed = True
             number = command.message.command_id
@@ -183,15 +178,16 @@ class AppendixA:
         }
 
     def _status(self) -> Message:
-        status = self._controller.status()
-        *flags, code = status
-        values = {name: {"val": flag} for name, flag in zip(status._fields[:-1], flags, strict=True)}
-        return {"header": self._graph.header(), **values, "error_code": code}
+        values = self._controller.status()._asdict()
+        code = values.pop("error_code")
+        flags = {name: {"val": flag} for name, flag in values.items()}
+        return {"header": self._graph.header(), **flags, "error_code": code}
 
     def _tool_frame(self) -> Message:
-        x_mm, y_mm, z_mm, alpha, beta, gamma = self._controller.tool_frame()
-        places = {"x": 1e-3 * x_mm, "y": 1e-3 * y_mm, "z": 1e-3 * z_mm}
-        return {**places, "alpha": alpha, "beta": beta, "gamma": gamma}
+        frame = self._controller.tool_frame()._asdict()
+        return {
+            name.removesuffix("_mm"): 1e-3 * v if name.endswith("_mm") else v for name, v in frame.items()
+        }
 
     def _io_states(self) -> Message:
         io = self._controller.io
@@ -220,50 +216,49 @@ class AppendixA:
         return {"success": True, "message": ""}
 
     def _get_io(self, request: Any) -> Message:
-        row = (*self._controller.io.outputs, *self._controller.io.inputs)
-        if not 1 <= request.number <= len(row):
-            return {"value": False, "error": NUMBER_OUT_OF_RANGE}
-        return {"value": row[request.number - 1], "error": NO_ERROR}
+        return self._io(request.number, self._controller.io.output, self._controller.io.input)
 
     def _set_io(self, request: Any) -> Message:
-        io, number = self._controller.io, request.number
-        if not 1 <= number <= len(io.outputs) + len(io.inputs):
-            return {"error": NUMBER_OUT_OF_RANGE}
-        if number > len(io.outputs):
-            return {"error": NOT_AN_OUTPUT}
-        io.set_output(number, request.value)
-        return {"error": NO_ERROR}
+        io = self._controller.io
+        answer = self._io(request.number, lambda n: io.set_output(n, request.value), io.refuse_input)
+        return {"error": answer["error"]}
 
-    def _pins(self, pins: Sequence[tuple[str, int]], *, outputs: bool = False) -> tuple[list[Message], ...]:
-        """The states of pins that are numbered in their groups, and the errors of those that are wrong."""
-        rows = {"DI": self._controller.io.inputs, "DO": self._controller.io.outputs}
+    def _io(self, number: int, output: Callable[[int], Any], of_input: Callable[[int], Any]) -> Message:
+        outputs = len(self._controller.io.outputs)
+        try:
+            value = output(number) if number <= outputs else of_input(number - outputs)
+        except Refused as refused:
+            return {"value": False, "error": refused.code}
+        return {"value": value, "error": 0}
+
+    def _pins(
+        self, pins: Iterable[tuple[str, int]], act: Mapping[str, Callable[[int], Any]]
+    ) -> tuple[list[Message], list[Message]]:
+        """Return the states of pins, numbered in their groups, and the errors of those that are wrong."""
         states, errors = list[Message](), list[Message]()
         for group, number in pins:
             pin = {"group_id": group, "pin_number": number}
-            row = rows.get(group)
-            if row is None:
-                code, reason = NO_SUCH_GROUP, "expected a group_id DI or DO"
-            elif not 1 <= number <= len(row):
-                code, reason = NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}"
-            elif outputs and group == "DI":
-                code, reason = NOT_AN_OUTPUT, f"{group} {number} is an input"
-            else:
-                states.append({"id": pin, "value": row[number - 1], "stamp": self._graph.stamp})
-                continue
-            errors.append({"id": pin, "error": code, "message": reason})
+            try:
+                if group not in act:
+                    raise Refused(NO_SUCH_GROUP, "expected a group_id DI or DO")
+                states.append({"id": pin, "value": act[group](number), "stamp": self._graph.stamp})
+            except Refused as refused:
+                errors.append({"id": pin, "error": refused.code, "message": refused.reason})
         return states, errors
 
     def _get_digital_ios(self, request: Any) -> Message:
         io = self._controller.io
         every = [("DI", number) for number in range(1, len(io.inputs) + 1)]
         every += [("DO", number) for number in range(1, len(io.outputs) + 1)]
-        ios, errors = self._pins([(each.group_id, each.pin_number) for each in request.ios] or every)
-        return {"ios": ios, "success": not errors, "errors": errors}
+        pins = [(each.group_id, each.pin_number) for each in request.ios] or every
+        states, errors = self._pins(pins, {"DI": io.input, "DO": io.output})
+        return {"ios": states, "success": not errors, "errors": errors}
 
     def _set_digital_ios(self, request: Any) -> Message:
         """Switch all outputs or none."""
+        io = self._controller.io
         pins = [(each.id.group_id, each.id.pin_number) for each in request.ios]
-        _, errors = self._pins(pins, outputs=True)
+        _, errors = self._pins(pins, {"DI": io.refuse_input, "DO": io.output})
         for each in [] if errors else request.ios:
-            self._controller.io.set_output(each.id.pin_number, each.value)
+            io.set_output(each.id.pin_number, each.value)
         return {"success": not errors, "errors": errors}

@@ -25,8 +25,8 @@ _TYPES = {kind.value: (kind, False) for kind in Kind if kind is not Kind.HOLD} |
 _Found = TypeVar("_Found")
 
 
-def read_command(command: Any, robot: Controller, *, apply_reference: bool = True) -> tuple[MoveRequest, str]:
-    """Return the move that a command asks for, and a remark on how it was understood. Raises `Refused`.
+def read_command(command: Any, robot: Controller, *, apply_reference: bool = True) -> MoveRequest:
+    """Return the move that a command asks for. Raises `Refused`.
 
     `apply_reference` says what to do with a pose_reference_frame with values that is not the base.
     """
@@ -36,7 +36,7 @@ def read_command(command: Any, robot: Controller, *, apply_reference: bool = Tru
             raise _bad(f"{name}: expected finite numbers")
     if command.additional_parameters or command.additional_values:
         raise _bad("additional_parameters and additional_values: expected none")
-    target, remark = _target(command, len(robot.description.joints), apply_reference)
+    target = _target(command, len(robot.description.joints), apply_reference)
     if feels_forces and not isinstance(target, Frame):
         raise _bad(f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
     _count("effort", command.effort, 3 if feels_forces else 0)
@@ -48,26 +48,22 @@ def read_command(command: Any, robot: Controller, *, apply_reference: bool = Tru
         **_speed(command, move, robot),
         **_acceleration(command, move, robot),
         blending=_blending(command, move, robot),
-    ), remark
+    )
 
 
-def _target(command: Any, joint_count: int, apply_reference: bool) -> tuple[Sequence[float] | Frame, str]:
-    kind, pose, name = command.pose_type, command.pose, command.pose_reference
+def _target(command: Any, joint_count: int, apply_reference: bool) -> Sequence[float] | Frame:
+    kind, pose = command.pose_type, command.pose
     _count("pose", pose, _one_of("pose_type", kind, {JOINTS: joint_count, EULER: 6, QUATERNION: 7}))
     if kind == JOINTS:
-        return tuple(pose), ""
+        return tuple(pose)
     x, y, z = (1e3 * each for each in pose[:3])
     target = Frame(x, y, z, *pose[3:]) if kind == EULER else from_quaternion((x, y, z), tuple(pose[3:]))
     frame = astuple(command.pose_reference_frame)
     if not all(map(isfinite, frame)):
         raise _bad("pose_reference_frame: expected finite numbers")
-    if not any(frame) or name in BASES:  # a frame of zeros is the base, whatever its name
-        return target, ""
-    shown = f"pose_reference '{shortened(harmless(name), 40)}' was"
-    if not apply_reference:
-        return target, f"{shown} taken as applied already"
-    in_base = compose(transform_from_euler(*frame), target.to_transform())
-    return Frame.from_transform(in_base), f"{shown} applied"
+    if not apply_reference or not any(frame) or command.pose_reference in BASES:
+        return target  # a frame of zeros is the base, whatever its name
+    return Frame.from_transform(compose(transform_from_euler(*frame), target.to_transform()))
 
 
 def _speed(command: Any, move: MoveRequest, robot: Controller) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The topics and services of one robot on ROS, whatever the transport, and questions about them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -100,17 +101,22 @@ class Graph:
     def receive(self, name: str, content: Any) -> None:
         """Take a message for a topic of `subscribed`. Raises BadMessage, and then nothing of it is done."""
         topic = self.subscribed[name]
-        try:
+        with self.recording():
             topic.take(checked(content, topic.kind))
+
+    @contextmanager
+    def recording(self) -> Iterator[None]:
+        """Record a refusal as the last error of the robot, and raise it as BadMessage."""
+        try:
+            yield
         except Refused as refused:
             self._controller.errors.record(refused.code, refused.reason)
             raise BadMessage(refused.reason) from None
 
-    def call(self, name: str, request: Any) -> Message:
+    def call(self, name: str, request: Any) -> Any:
         """Call a service; return the response. Raises BadMessage."""
         service = self.services[name]
-        response: Message = service.take(checked(request, service.kind))
-        return response
+        return service.take(checked(request, service.kind))
 
     def step(self) -> None:
         """Notice that a tick has been made: publish what is due."""

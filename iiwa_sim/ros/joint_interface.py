@@ -53,15 +53,15 @@ class JointInterface:
         self._names = controller.description.joints
         links = arm_model(controller.description).links
         self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
-        self._feedback: dict[int, Callable[[Message], None]] = {}  # by the number of the trajectory
-        self._goal = 0  # the number of the newest one
+        self._hear: Callable[[Message], None] | None = None  # told the feedback of the newest goal
+        self._goal = 0  # its number
         for topic, kind, rate_hz, content in (
             (CLOCK, "rosgraph_msgs/msg/Clock", 100, self._clock),
-            ("/tf", "tf2_msgs/msg/TFMessage", 100, self._moving_transforms),
+            ("/tf", "tf2_msgs/msg/TFMessage", 100, lambda: self._transforms(moving=True)),
             ("/wrench", "geometry_msgs/msg/WrenchStamped", 100, self._wrench),
             (STATES, "sensor_msgs/msg/JointState", 100, joint_states),
             ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1, self._diagnosis),
-            ("/tf_static", "tf2_msgs/msg/TFMessage", 0, self._fixed_transforms),
+            ("/tf_static", "tf2_msgs/msg/TFMessage", 0, lambda: self._transforms(moving=False)),
             ("/robot_description", "std_msgs/msg/String", 0, lambda: {"data": controller.description.urdf}),
         ):
             graph.published[topic] = Topic(kind, rate_hz, content)
@@ -71,44 +71,37 @@ class JointInterface:
             COMMANDS: Served("sensor_msgs/msg/JointState", self._head_for),
             "/set_speed_scale": Served("std_msgs/msg/Float64", self._set_speed_scale),
         }
-        graph.services |= {
-            "/stop": _trigger(controller.stop),
-            "/reset_error": _trigger(controller.errors.reset),
-            "/emergency_stop": _switch(self._emergency_stop),
-        }
+
+        def serve(name: str, kind: str, do: Callable[[Any], None]) -> None:
+            graph.services[name] = Served(f"std_srvs/srv/{kind}", partial(_answer, do))
+
+        serve("/stop", "Trigger", lambda _: controller.stop())
+        serve("/reset_error", "Trigger", lambda _: controller.errors.reset())
+        serve("/emergency_stop", "SetBool", self._emergency_stop)
         for number in range(1, len(controller.io.output_names) + 1):
-            graph.services[f"/set_output_{number}"] = _switch(partial(controller.io.set_output, number))
+            serve(f"/set_output_{number}", "SetBool", partial(self._set_output, number))
 
     # The action and the topics that move the robot
 
     def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None) -> int:
-        """Follow a trajectory; return the number to cancel it by. Raises BadMessage and `Refused`.
+        """Follow a trajectory; return the number to cancel it by. Raises BadMessage.
 
         Args:
             args: A FollowJointTrajectory_Goal.
             ended: Called once, at its end.
             hear: Called with feedback, at 20 Hz of simulated time.
         """
-        request = _goal(checked(args, ACTION_TYPE), self._graph.now_ns())
-        number = 0
 
         def end(outcome: Outcome, reason: str) -> None:
-            self._feedback.pop(number, None)
+            self._hear = None
             status, code = _ENDS[outcome]
             ended(status, {"error_code": code, "error_string": reason})
 
-        try:
-            self._goal = number = self._controller.trajectories.follow(request, end)
-        except Refused as refused:
-            self._controller.errors.record(refused.code, refused.reason)
-            raise
-        if hear is not None:
-            self._feedback[number] = hear
-        return number
-
-    def forget(self, number: int) -> None:
-        """Tell nobody the feedback of that goal any more."""
-        self._feedback.pop(number, None)
+        with self._graph.recording():
+            request = _goal(checked(args, ACTION_TYPE), self._graph.now_ns())
+            self._goal = self._controller.trajectories.follow(request, end)
+        self._hear = hear
+        return self._goal
 
     def cancel(self, number: int | None = None) -> None:
         """Cancel the goal of that number, or the newest one."""
@@ -116,10 +109,10 @@ class JointInterface:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        if self._feedback and self._graph.is_due(FEEDBACK_HZ):
-            progress = self._controller.trajectories.progress
-            if progress is not None and progress.number in self._feedback:
-                self._feedback[progress.number](_feedback(progress, self._names, self._graph.header()))
+        if self._hear is None or not self._graph.is_due(FEEDBACK_HZ):
+            return
+        if (progress := self._controller.trajectories.progress) is not None:
+            self._hear(_feedback(progress, self._names, self._graph.header()))
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
@@ -138,31 +131,30 @@ class JointInterface:
             raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self._controller.set_override(scale)
 
-    def _emergency_stop(self, pressed: bool) -> None:
-        if pressed:
+    def _emergency_stop(self, asked: Any) -> None:
+        if asked.data:
             self._controller.emergency_stop()
         elif self._controller.status().error_code == EMERGENCY_STOP:
             self._controller.errors.release_emergency_stop()
+
+    def _set_output(self, number: int, asked: Any) -> None:
+        self._controller.io.set_output(number, asked.data)
 
     # States
 
     def _clock(self) -> Message:
         return {"clock": time_of(self._graph.simulated_ns())}
 
-    def _moving_transforms(self) -> Message:
+    def _transforms(self, *, moving: bool) -> Message:
         controller, header = self._controller, self._graph.header
         told = [
             _transform(header(parent), link.name, link.pose_at(controller.joints))
             for parent, link in self._links
-            if link.joint is not None
+            if (link.joint is not None) == moving
         ]
-        tool = _transform(header(controller.description.flange), TOOL, controller.tool_in_flange)
-        return {"transforms": [*told, tool]}
-
-    def _fixed_transforms(self) -> Message:
-        fixed = [(parent, link) for parent, link in self._links if link.joint is None]
-        header = self._graph.header
-        return {"transforms": [_transform(header(parent), link.name, link.pose) for parent, link in fixed]}
+        if moving:
+            told.append(_transform(header(controller.description.flange), TOOL, controller.tool_in_flange))
+        return {"transforms": told}
 
     def _wrench(self) -> Message:
         wrench = self._controller.cartesian_force()
@@ -176,17 +168,9 @@ class JointInterface:
         return {"header": self._graph.header(), "status": [told]}
 
 
-def _trigger(do: Callable[[], None]) -> Served:
-    return Served("std_srvs/srv/Trigger", lambda _: _answer(do))
-
-
-def _switch(do: Callable[[bool], None]) -> Served:
-    return Served("std_srvs/srv/SetBool", lambda request: _answer(lambda: do(request.data)))
-
-
-def _answer(do: Callable[[], None]) -> Message:
+def _answer(do: Callable[[Any], None], request: Any) -> Message:
     try:
-        do()
+        do(request)
     except Refused as refused:
         return {"success": False, "message": refused.reason}
     return {"success": True, "message": ""}

@@ -28,6 +28,8 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
     "uint32": (Annotated[int, msgspec.Meta(ge=0, lt=2**32)], 0),
 }
 """Type and default of each primitive."""
+_ROS1_NAMES = {"sec": "secs", "nanosec": "nsecs"}
+_ROS2_NAMES = {"secs": "sec", "nsecs": "nanosec"}
 
 
 class BadMessage(Exception):
@@ -61,9 +63,7 @@ def to_ros1(value: Any) -> Any:
         return [to_ros1(each) for each in value] if value and isinstance(value[0], dict) else value
     if not isinstance(value, dict):
         return value
-    if value.keys() == {"sec", "nanosec"}:
-        return {"secs": value["sec"], "nsecs": value["nanosec"]}
-    told = {name: to_ros1(each) for name, each in value.items()}
+    told = {_ROS1_NAMES.get(name, name): to_ros1(each) for name, each in value.items()}
     return {"seq": 0, **told} if value.keys() == {"stamp", "frame_id"} else told
 
 
@@ -73,10 +73,7 @@ def from_ros1(value: Any) -> Any:
         return [from_ros1(each) for each in value] if value and isinstance(value[0], dict) else value
     if not isinstance(value, dict):
         return value
-    if value and value.keys() <= {"secs", "nsecs"}:
-        return {{"secs": "sec", "nsecs": "nanosec"}[name]: each for name, each in value.items()}
-    is_header = value.keys() <= {"seq", "stamp", "frame_id"}
-    return {name: from_ros1(each) for name, each in value.items() if not (is_header and name == "seq")}
+    return {_ROS2_NAMES.get(name, name): from_ros1(each) for name, each in value.items() if name != "seq"}
 
 
 def time_of(ns: int) -> dict[str, int]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
 from iiwa_sim.ros.graph import ROS_VERSION, Graph, Served, Topic, rooted, rosapi
@@ -88,8 +88,6 @@ class RosbridgeSession:
         """Notice that the client has gone. Its goal goes on, as everywhere in ROS."""
         for end in self._ends.values():
             end()
-        for number in self._goals.values():
-            self._joints.forget(number)
 
     def _reply(self, asked: _Asked, message: Message) -> None:
         self._outbox.reply(_encoded(message if asked.id is None else {**message, "id": asked.id}))
@@ -199,10 +197,9 @@ class RosbridgeSession:
                 raise BadMessage(f"there is no action {_shown(asked.action)}: expected {ACTION}")
             _check_type(ACTION, ACTION_TYPE, asked.action_type)
             number = self._joints.send_goal(asked.args or {}, result, hear if asked.feedback else None)
-        except (BadMessage, Refused) as fault:
-            reason = fault.reason if isinstance(fault, Refused) else str(fault)
-            self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, reason)
-            result(_UNKNOWN, f"Action goal was rejected: {reason}", ran=False)
+        except BadMessage as fault:
+            self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, str(fault))
+            result(_UNKNOWN, f"Action goal was rejected: {fault}", ran=False)
             return
         self._goals[identifier] = number
         self._outbox.set_feed(feed, 0.0, 1)

@@ -98,7 +98,7 @@ class Connection(asyncio.Protocol):
         self._mark = {"fields": {"session": self._name}}
         self._session = server.open_session(self._name)
         tune(transport.get_extra_info("socket"), server.send_bytes)
-        self._number = server.faults.arrives(self, self._name, server.protocol)
+        self._number = server.faults.arrives(self, self._name)
         logger.info("%s connected", self._name, extra=self._mark)
         server.on_client()
         server.connections.add(self)
@@ -276,7 +276,6 @@ class TcpServer:
     on_good_bye: Callable[[], None] = lambda: None
     """Called after a client has said good-bye and been answered."""
     faults: WireFaults = field(default_factory=WireFaults)
-    protocol: str = ""
     suffix: str = ""
     """Follows the address of a client in its name."""
     send_bytes: int = SEND_BYTES

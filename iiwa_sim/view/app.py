@@ -48,7 +48,7 @@ VIEWS = {"Fit": (1.05, -1.4, 0.6), "Front": (1, 0, 0.15), "Side": (0, -1, 0.15),
 def main() -> None:
     """Serve until stdin ends."""
     task = msgspec.json.decode(sys.stdin.buffer.readline())
-    log.configure(task["log_level"], task["log_json"], 2)
+    log.configure(task["log_level"], task["log_json"])
     over = threading.Event()
 
     def wait() -> None:

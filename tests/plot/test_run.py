@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cell.cell import robot_alone
-from iiwa_sim.plot.motion import Motion, PlotFault, run
+from iiwa_sim.plot.motion import Motion, run
+from iiwa_sim.recordings.recordings import RecordingFault
 
 LIN = "lin move : 450 100 520 0 -1.57079 0 0.5 20"
 JOINT = "joint move : 0 0.5 0.2 -1 0 1.5 0 1 1 1 1 1 1 1"
@@ -31,7 +32,7 @@ def test_moves_have_names_and_end_at_their_goals(text: str, names: list[str], tm
     assert [move.name for move in motion.moves] == names
     for move in motion.moves:
         assert move.end_s is not None
-        assert motion.tcp_mm[round(500 * move.end_s)] == pytest.approx(move.goal_mm, abs=1e-3)
+        assert motion.states[round(500 * move.end_s)].tool_frame[:3] == pytest.approx(move.goal_mm, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -46,7 +47,7 @@ def test_moves_have_names_and_end_at_their_goals(text: str, names: list[str], tm
     ],
 )
 def test_what_cannot_be_run_names_file_line_command_and_reason(text: str, told: str, tmp_path: Path) -> None:
-    with pytest.raises(PlotFault) as caught:
+    with pytest.raises(RecordingFault) as caught:
         moved(tmp_path, text, rate_hz=100)
     assert "moves.txt: line " in str(caught.value)
     assert told in str(caught.value)

@@ -47,19 +47,20 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[in
 def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By what draws a file of commands, too."""
     drawn: list[Motion] = []
-    stand_in = SimpleNamespace(picture=lambda motion, kind: drawn.append(motion) or kind.encode())
+    stand_in = SimpleNamespace(picture=lambda motion, _, kind: drawn.append(motion) or kind.encode())
     monkeypatch.setitem(sys.modules, "iiwa_sim.plot.draw", stand_in)
     assert main(["plot", str(run), "-o", str(tmp_path / "run.png")]) == 0
     assert (tmp_path / "run.png").read_bytes() == b"png"
     (motion,) = drawn
     states = contents(run, "/state")
-    assert motion.joints.tolist() == [state["joint_position"] for state in states]
-    assert motion.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
+    assert [list(each.joint_position) for each in motion.states] == [
+        each["joint_position"] for each in states
+    ]
     assert motion.description.name == "LBR iiwa 7 R800"
-    assert [(move.name, move.streamed) for move in motion.moves] == [("JOINT 1", False)] * 2
+    assert [move.name for move in motion.moves] == ["JOINT 1"] * 2
     ends = [event["time_s"] for event in contents(run, "/events") if event["kind"] == "move ends"]
     assert [move.end_s for move in motion.moves] == pytest.approx(ends)
-    assert motion.moves[1].goal_mm == pytest.approx(tuple(motion.tcp_mm[-1]), abs=1e-3)
+    assert motion.moves[1].goal_mm == pytest.approx(motion.states[-1].tool_frame[:3], abs=1e-3)
 
 
 def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
