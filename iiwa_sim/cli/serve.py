@@ -148,10 +148,7 @@ def page_url(listening: socket.socket) -> str:
 async def _page(
     listening: socket.socket, settings: Settings, places: Sequence[dict[str, Any]]
 ) -> AsyncIterator[None]:
-    """Have a process serve the page while the context is open, for `places` of `iiwa_sim.view.connection`.
-
-    A page that fails is a warning in the log.
-    """
+    """Have a process serve the page while the context is open, for `places` of `iiwa_sim.view.connection`."""
     task = {
         "listening": listening.fileno(),
         "places": places,
@@ -169,16 +166,9 @@ async def _page(
     assert process.stdin is not None
     process.stdin.write(json.dumps(task).encode() + b"\n")
     listening.close()
-
-    async def watch() -> None:
-        code = await process.wait()
-        logger.warning("the page has ended with exit code %d: the robot goes on without it", code)
-
-    watching = asyncio.create_task(watch())
     try:
         yield
     finally:
-        watching.cancel()
         process.stdin.close()
         try:
             await asyncio.wait_for(process.wait(), PAGE_ENDS_S)

@@ -151,18 +151,13 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         fields = zip(self.__struct_fields__, self.__struct_defaults__, strict=True)
         given = {field for field, default in fields if getattr(self, field) != default}
-
-        def need(field: str, others: str) -> None:
+        needs = [(field, others) for fields, others in NEEDS.items() for field in fields.split()]
+        for each, host in (("backdoor", self.backdoor_host), ("view", self.view_host)):
+            needs += [] if is_loopback(host) else [(f"{each}_host", f"{each}_token {each}_token_file")]
+        for field, others in needs:
             if field in given and not given & set(others.split()):
                 flags = " or ".join(map(flag_of, others.split()))
                 raise SettingError(f"{flag_of(field)}: expected {flags} with it")
-
-        for names, others in NEEDS.items():
-            for field in names.split():
-                need(field, others)
-        for field in ("backdoor", "view"):
-            if not is_loopback(getattr(self, f"{field}_host")):
-                need(f"{field}_host", f"{field}_token {field}_token_file")
         for field, other in EXCLUDES.items():
             if {field, other} <= given:
                 raise SettingError(f"{flag_of(field)}: expected no {flag_of(other)} with it")
