@@ -27,9 +27,8 @@ REFUSALS_TOLD = 20
 SECOND_NS = 1_000_000_000
 MOST_LINES = 4096
 """Most lines that wait to be written; further ones are dropped."""
-PATIENCE_S = 1.0
-"""Seconds for which `flush` and `close`, and so the end of the program, wait for a file that blocks."""
-LOOKS_S = 0.002
+PATIENCE_S, LOOKS_S = 1.0, 0.002
+"""Seconds for which `flush`, and so the end of the program, waits for a file that blocks; between looks."""
 
 logger = logging.getLogger(__name__)
 
@@ -72,8 +71,7 @@ class SessionLog:
         self.on_refused: list[Callable[[str, str, int, str], None]] = []
         """Told of every refusal, none held back: session, line, code and reason."""
         self.wants_commands: Callable[[], bool] = partial(logger.isEnabledFor, logging.DEBUG)
-        self._now_ns = now_ns
-        self._refusals = Throttle(REFUSALS_TOLD)
+        self._now_ns, self._refusals = now_ns, Throttle(REFUSALS_TOLD)
 
     def command(self, session: str, line: str, reply: str) -> None:
         _say(logging.DEBUG, f"{session} '{line}' -> {reply}", session=session, line=line, reply=reply)
@@ -121,14 +119,13 @@ def configure(level: str, as_json: bool) -> None:
 class LineWriter:
     """Writes lines in a daemon thread, the only one that waits for the file.
 
-    Lines for which there is no room are dropped; a line tells their number when writing goes on.
+    Lines for which there is no room are dropped; the line `lost` tells their number when writing goes on.
     """
 
-    def __init__(self, descriptor: int, tell_lost: Callable[[int], bytes]) -> None:
-        """`tell_lost` formats the line that tells how many were dropped."""
+    def __init__(self, descriptor: int, lost: bytes = b'{"lines lost": %d}\n') -> None:
         self.fault: OSError | None = None
         """The last error of the file."""
-        self._descriptor, self._tell_lost, self._lost = descriptor, tell_lost, 0
+        self._descriptor, self._tells, self._lost = descriptor, lost, 0
         self._lines: queue.Queue[bytes] = queue.Queue(MOST_LINES)
         threading.Thread(target=self._write, name="iiwa-sim-writer", daemon=True).start()
 
@@ -155,7 +152,7 @@ class LineWriter:
     def _write(self) -> None:
         while line := self._lines.get():
             lost, self._lost = self._lost, 0
-            rest = line + (self._tell_lost(lost) if lost else b"")
+            rest = line + (self._tells % lost if lost else b"")
             while rest:
                 try:
                     rest = rest[os.write(self._descriptor, rest) :]
@@ -171,8 +168,7 @@ class _Handler(logging.Handler):
 
     def __init__(self, descriptor: int, as_json: bool) -> None:
         super().__init__()
-        self._as_json = as_json
-        self._writer = LineWriter(descriptor, self._tell_lost)
+        self._as_json, self._writer = as_json, LineWriter(descriptor)
 
     def emit(self, record: logging.LogRecord) -> None:
         self._writer.put(self.format(record).encode() + b"\n")
@@ -193,7 +189,3 @@ class _Handler(logging.Handler):
         clock = when.astimezone().isoformat(" ", "milliseconds")[11:23]
         below = "".join(f"\n    {harmless(line)}" for line in trace.splitlines())
         return f"{clock} {level} {name and f'{name} '}{harmless(text)}{below}"
-
-    def _tell_lost(self, lost: int) -> bytes:
-        words = {"msg": f"{lost} log lines lost: nobody read them", "levelname": "WARNING"}
-        return self.format(logging.makeLogRecord(words)).encode() + b"\n"

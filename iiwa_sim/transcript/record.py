@@ -90,7 +90,7 @@ def recorded(
     except OSError as fault:
         raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
     lines = Lines(protocols, time.monotonic_ns())
-    out = LineWriter(descriptor, lambda n: b"# %d lines lost: nobody read them\n" % n)
+    out = LineWriter(descriptor, b"# %d lines lost: nobody read them\n")
     named = "" if tuple(protocols) == (DEFAULT_PROTOCOL,) else f"protocol {','.join(protocols)}\n"
     header = f"# {title}\n# [simulated real] time in s\n{named}"
     out.put(header.encode("ascii", "backslashreplace"))
