@@ -225,7 +225,7 @@ class Simulator(OnlyRobot):
         first = robots[0]
         self._opened: AsyncExitStack | None = None
         self._backdoor_http: BackdoorHttp | None = None
-        if settings.backdoor_port is not None:
+        if settings.backdoor_port is not None or settings.view_port is not None:  # the page is its client
             from iiwa_sim.backdoor import http
 
             for each in robots:
@@ -234,7 +234,7 @@ class Simulator(OnlyRobot):
             token = None if word is None else Token(word)
             backdoors = {name: each.backdoor for name, each in self.robots.items()}
             self._backdoor_http = http.BackdoorHttp(
-                backdoors, first.log, settings.backdoor_host, settings.backdoor_port, token
+                backdoors, first.log, settings.backdoor_host, settings.backdoor_port or 0, token
             )
         self._status: StatusStream | None = None
         if settings.status_port is not None:

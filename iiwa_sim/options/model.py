@@ -81,15 +81,17 @@ HostName = Annotated[str, _text("NAME", _HOST_NAME, lambda text: _admit(hosts=[t
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
     """Options of one robot and of the process that runs it. Raises SettingError if they do not fit together.
 
-    Types and ranges are not checked here: see `sources.py`.
+    An option has its help, and the first one of a group its title before that. `sources.py` checks types.
     """
 
-    cell: Annotated[CellFile | None, "robot, start pose, tool, surfaces and parts"] = None
+    cell: Annotated[CellFile | None, "robots", "robot, start pose, tool, surfaces and parts"] = None
     robot: Annotated[Robot | None, "built-in robot, or a folder; lbr_iiwa_7_r800 if none is given"] = None
     count: Annotated[Count | None, "run equal robots, robot-0, robot-1 and so on; ports count up"] = None
     fleet: Annotated[File | None, "run the robots that this file names"] = None
 
-    protocol: Annotated[tuple[Literal["iiwa", "krc4"], ...], "protocols, each on its own port"] = ("iiwa",)
+    protocol: Annotated[
+        tuple[Literal["iiwa", "krc4"], ...], "connections", "protocols, each on its own port"
+    ] = ("iiwa",)
     host: Annotated[Host, "address to listen on; 0.0.0.0 for all"] = LOOPBACK
     port: Annotated[
         tuple[Port, ...], "a port for each protocol instead of 30000 for iiwa, 54600 for krc4; 0 picks one"
@@ -101,6 +103,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
 
     clock: Annotated[
         Clock,
+        "time",
         "real time, a multiple of it, as fast as possible while the robot moves, or advanced by a test only",
     ] = "real"
     rate_hz: Annotated[TickRateHz, "ticks per second"] = 500
@@ -110,7 +113,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = None
 
     status_port: Annotated[
-        Port | None, "send the state as lines of JSON, and take the line stop; 0 picks a port"
+        Port | None, "output", "send the state as lines of JSON, and take the line stop; 0 picks a port"
     ] = None
     status_rate_hz: Annotated[StatusRateHz, "lines per second on the status port"] = 50
     view_port: Annotated[Port | None, "port of a live page, which uses the backdoor; 0 picks a port"] = None
@@ -126,14 +129,16 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = "warning"
     log_json: Annotated[bool, "log JSON, one object per line"] = False
 
-    backdoor_port: Annotated[Port | None, "faults, pushes and state as JSON over HTTP; 0 picks a port"] = None
+    backdoor_port: Annotated[
+        Port | None, "backdoor", "faults, pushes and state as JSON over HTTP; 0 picks a port"
+    ] = None
     backdoor_host: Annotated[Host, "its address; others than loopback need a token"] = LOOPBACK
     backdoor_token: Annotated[
         Word | None, "serve only clients that send this token; other users see it in the list of processes"
     ] = None
     backdoor_token_file: Annotated[TokenFile | None, "file with the token of the backdoor"] = None
 
-    rosbridge_port: Annotated[Port | None, "serve rosbridge; usually 9090; 0 picks a port"] = None
+    rosbridge_port: Annotated[Port | None, "ROS", "serve rosbridge; usually 9090; 0 picks a port"] = None
     rosbridge_origin: Annotated[tuple[Origin, ...], "also admit web pages of this origin"] = ()
     rosbridge_host: Annotated[tuple[HostName, ...], "also admit this name of the machine"] = ()
     ros: Annotated[bool, "run a ROS 1 node at ROS_MASTER_URI; needs rospy"] = False
@@ -181,15 +186,6 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
 PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json"))
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
 """Options of the process, which one robot of a fleet cannot have."""
-GROUPS = {
-    "cell": "robots",
-    "protocol": "connections",
-    "clock": "time",
-    "status_port": "output",
-    "backdoor_port": "backdoor",
-    "rosbridge_port": "ROS",
-}
-"""Title of each group of options, by its first option."""
 WRITTEN = ("transcript", "record")
 """Files of which each robot writes its own."""
 FILES = ("cell", "robot", "backdoor_token_file", *WRITTEN)

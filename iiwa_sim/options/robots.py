@@ -74,16 +74,11 @@ def _named(path: Path, common: Given) -> Robots:
 
 def _numbered(robot: Settings, index: int, name: str, own: Container[str] = ()) -> Settings:
     """Return settings with ports and files of this robot, except for its `own` options."""
-    changed: dict[str, Any] = {}
-    for key in model.PORTS:
-        if key not in own and (port := getattr(robot, key)):
-            changed[key] = port + index
+    ports = {key: getattr(robot, key) for key in model.PORTS if key not in own}
+    changed = {key: port + index for key, port in ports.items() if port}
     if "port" not in own and not robots_in(robot):
         changed["port"] = tuple(port and port + index for port in robot.ports.values())
     changed = {key: read(OPTIONS[key], value, COMMAND_LINE) for key, value in changed.items()}
-    if robot.view_port is not None:  # the page is a client of the backdoor
-        changed.setdefault("backdoor_port", robot.backdoor_port or 0)
-    for key in model.WRITTEN:
-        if key not in own and (file := getattr(robot, key)):
-            changed[key] = model.file_of(name, file)
+    files = {key: getattr(robot, key) for key in model.WRITTEN if key not in own}
+    changed |= {key: model.file_of(name, file) for key, file in files.items() if file}
     return msgspec.structs.replace(robot, **changed)

@@ -22,7 +22,8 @@ class Option:
     """One option in all its spellings."""
 
     def __init__(self, field: msgspec.structs.FieldInfo, group: str) -> None:
-        self.group, self.text, self.type = group, str(field.type.__metadata__[-1]), field.type
+        *title, self.text = (each for each in field.type.__metadata__ if isinstance(each, str))
+        self.group, self.type = title[0] if title else group, field.type
         self.keyword, self.key, self.default = field.name, model.option_name(field.name), field.default
         self.flag, self.variable = model.flag_of(field.name), f"IIWA_SIM_{self.key.upper()}"
         self.is_list = isinstance(self.default, tuple)
@@ -59,8 +60,8 @@ OPTIONS: dict[str, Option] = {}
 """The options by the fields of `Settings`."""
 _group = ""
 for _field in msgspec.structs.fields(Settings):
-    _group = model.GROUPS.get(_field.name, _group)
     OPTIONS[_field.name] = Option(_field, _group)
+    _group = OPTIONS[_field.name].group
 COMMAND_LINE = Place("flag", " ", is_text=True)
 ENVIRONMENT = Place("variable", "=", is_text=True)
 KEYWORDS = Place("keyword", "=")
