@@ -31,7 +31,8 @@ URDF = """<robot name="two"><link name="base"/>
 
 
 def robot_of(urdf: str, path: Path, flange: str = "hand") -> RobotDescription:
-    return replace(load_robot(), joints=("J1",), flange=flange, urdf=urdf, urdf_path=str(path))
+    own = {"joints": ("J1",), "flange": flange, "urdf": urdf, "urdf_path": str(path)}
+    return replace(load_robot(), capsules_mm=(), **own)
 
 
 class Nodes:
