@@ -27,11 +27,6 @@ MOST_BYTES = 65_536
 """Longest message from a browser."""
 READY_S = 0.02
 """Period of the check whether the page is built."""
-HEADERS = {
-    "Content-Security-Policy": "frame-ancestors 'self'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-}
 ASK = "this page asks for its token: open http://HOST:PORT/?token=TOKEN once\n"
 
 
@@ -54,7 +49,7 @@ def open_page(
         async def answer(connection: ServerConnection, request: Request) -> Response | None:
             response = refusal(connection, request) or inner(connection, request)
             if response is not None:
-                response.headers.update(HEADERS)
+                response.headers["Content-Security-Policy"] = "frame-ancestors 'self'"
             while response is None and not ready.is_set():  # noqa: ASYNC110 - set in another thread
                 await asyncio.sleep(READY_S)
             return response

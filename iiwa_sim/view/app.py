@@ -68,15 +68,50 @@ def run_page(
     Browsers have to send the token, if there is one. Raises OSError if nobody answers at an address, and
     RobotFault for a robot that cannot be drawn.
     """
-    places = places[:MOST_ROBOTS]
-    period_s = max(FRAME_S, len(places) / MOST_STATES_HZ)
+    places, panels = places[:MOST_ROBOTS], list[Panel]()
+    names, cells = [each.name for each in places], list(dict.fromkeys(each.backdoor for each in places))
+    row, period_s = ceil(sqrt(len(cells))), max(FRAME_S, len(places) / MOST_STATES_HZ)
     with open_page(listening, token) as (server, ready):
-        page = _Page(server, [Station(place, period_s) for place in places])
+        choice: Any = server.gui.add_dropdown("Robot", names, visible=len(places) > 1)
+
+        def chosen() -> Panel:
+            return panels[names.index(choice.value)]
+
+        def enter(name: str, event: Any) -> None:
+            choice.value = name
+            for panel in panels:
+                panel.box.visible = panel is chosen()
+            look_at(event.client, chosen().scene.points())
+
+        def draw(is_open: bool) -> None:
+            for panel in panels:
+                panel.draw(is_open)
+            if is_open:
+                chosen().show()
+
+        choice.on_update(acting(lambda event: enter(choice.value, event)))
+        for number, (name, place) in enumerate(zip(names, places, strict=True)):
+            x, y = divmod(cells.index(place.backdoor), row)
+            apart = Transform(IDENTITY.rotation, (APART_M * x, APART_M * y, 0.0))
+            pose = compose(apart, Frame(*place.base).to_transform())
+            shows_cell = all(each.backdoor != place.backdoor for each in places[:number])
+            station = Station(place, period_s)
+            scene = Scene(server.scene, station.robot, f"/robots/{number}", pose, shows_cell)
+            with (box := server.gui.add_folder(None, visible=number == 0)):
+                panels.append(Panel(server, station, scene, box))
+            if len(places) > 1:
+                server.scene.add_label(f"{scene.root}/name", name, position=(0.0, 0.0, NAME_M))
+                for handle in scene.handles:
+                    handle.on_click(acting(partial(enter, name)))
+            server.on_client_disconnect(panels[-1].leave)
+        add_surroundings(server, [each.scene for each in panels], lambda: chosen().scene)
+        draw(is_open=True)
         ready.set()
         try:
-            run_frames(server, over, page.show)
+            run_frames(server, over, draw)
         finally:
-            page.stop()
+            for panel in panels:
+                panel.stop()
 
 
 def run_frames(server: viser.ViserServer, over: threading.Event, draw: Callable[[bool], None]) -> None:
@@ -119,67 +154,6 @@ def look_at(client: Any, points: NDArray[np.float64], view: str = "Fit") -> None
     with client.atomic():
         camera.position = target + distance * back  # which moves the point it looks at
         camera.look_at = target
-
-
-class _Page:
-    """Robots in rows, and the panel of the one that is chosen."""
-
-    def __init__(self, server: viser.ViserServer, stations: Sequence[Station]) -> None:
-        self._stations = stations
-        self._names = [each.place.name for each in stations]
-        cells = list(dict.fromkeys(each.place.backdoor for each in stations))
-        row, several = ceil(sqrt(len(cells))), len(stations) > 1
-        self._choice: Any = server.gui.add_dropdown("Robot", self._names, visible=several)
-        self._choice.on_update(acting(lambda event: self._enter(self._choice.value, event)))
-        self._scenes: list[Scene] = []
-        self._boxes: list[Any] = []
-        self._panels: list[Panel] = []
-        shown = set()
-        for number, station in enumerate(stations):
-            name, backdoor = station.place.name, station.place.backdoor
-            cell = cells.index(backdoor)
-            apart = Transform(IDENTITY.rotation, (APART_M * (cell // row), APART_M * (cell % row), 0.0))
-            place = compose(apart, Frame(*station.place.base).to_transform())
-            scene = Scene(server.scene, station.robot, f"/robots/{number}", place, backdoor not in shown)
-            shown.add(backdoor)
-            scene.show(station.state, station.cell)
-            self._scenes.append(scene)
-            if several:
-                server.scene.add_label(f"{scene.root}/name", name, position=(0.0, 0.0, NAME_M))
-                for handle in scene.handles:
-                    handle.on_click(acting(partial(self._enter, name)))
-            self._boxes.append(server.gui.add_folder(None, visible=number == 0))
-            with self._boxes[-1]:
-                self._panels.append(Panel(server, station, scene))
-        add_surroundings(server, self._scenes, lambda: self._scenes[self._chosen])
-        for panel in self._panels:
-            server.on_client_disconnect(panel.leave)
-
-    def show(self, is_open: bool) -> None:
-        """Draw the newest states, if a browser has the page open."""
-        for station, scene in zip(self._stations, self._scenes, strict=True):
-            (station.wanted.set if is_open else station.wanted.clear)()
-            if is_open:
-                scene.show(station.state, station.cell)
-        if is_open:
-            self._panels[self._chosen].show()
-
-    def stop(self) -> None:
-        """End what viewers do, and connections."""
-        for panel, station in zip(self._panels, self._stations, strict=True):
-            panel.stop()
-            station.stop()
-
-    @property
-    def _chosen(self) -> int:
-        return self._names.index(self._choice.value)
-
-    def _enter(self, name: str, event: Any) -> None:
-        """Show the panel of a robot, and the robot."""
-        self._choice.value = name
-        for place, box in enumerate(self._boxes):
-            box.visible = place == self._chosen
-        look_at(event.client, self._scenes[self._chosen].points())
 
 
 if __name__ == "__main__":

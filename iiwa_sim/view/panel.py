@@ -102,11 +102,12 @@ class Readout:
 
 
 class Panel:
-    """Elements of one robot, which can act until `stop`."""
+    """A robot in the scene, and the elements of it, which can act until `stop`."""
 
-    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
+    def __init__(self, server: viser.ViserServer, station: Station, scene: Scene, box: Any) -> None:
+        """`box` is the folder that these elements are in."""
         self._gui = gui = server.gui
-        self._station = station
+        self._station, self.scene, self.box = station, scene, box
         self._held_until_s = self._next_s = 0.0
         self._stop: Any = gui.add_button(STOP, color="red")
         self._stop.on_click(acting(lambda _: station.backdoor.emergency_stop()))
@@ -144,12 +145,19 @@ class Panel:
         self._push.leave(client)
 
     def stop(self) -> None:
-        """End jogging and pushing for good."""
+        """End jogging and pushing for good, and connections."""
         self._jog.stop()
         self._push.leave()
+        self._station.stop()
+
+    def draw(self, is_open: bool) -> None:
+        """Draw the newest state, if a browser has the page open."""
+        (self._station.wanted.set if is_open else self._station.wanted.clear)()
+        if is_open:
+            self.scene.show(self._station.state, self._station.cell)
 
     def show(self) -> None:
-        """Show the newest state, and what the backdoor tells."""
+        """Show the newest state on the panel, and what the backdoor tells."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
         self._push.show()
         if now_s < self._next_s:
