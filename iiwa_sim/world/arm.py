@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from math import hypot
 from typing import TYPE_CHECKING, Any
 
@@ -37,8 +38,8 @@ LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4
 """A jaw has met a part that presses on it by more; a pad touches a part that is no farther."""
-STALL_TICKS, JAW_STILL_M = 50, 1e-4
-"""Jaws that stay within this for so many ticks stand, as long as what they press on does."""
+JAW_STANDS_M_S = 5e-4
+"""Slower jaws stand, as long as what they press on does."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
 """Apparent inertia (kg, kg m2) of a robot that gives way at its TCP."""
 JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
@@ -96,8 +97,8 @@ class Arm:
         self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
         self._force_was = 0.0
-        self.jaw_speed, self.jaws_move, self._jaw_stall = 0.0, False, 0
-        self._jaw_still_m, self.jaws_rest = -1.0, False
+        self.jaw_speed = self._jaw_wants = 0.0  # of each jaw, and as outputs drive it (m/s)
+        self.jaws_move = self.jaws_rest = False
         self.with_jaws: list[int] = []
         self._v_was: Vector = np.zeros(0)
         self._felt_was: Vector = np.zeros(0)
@@ -305,14 +306,14 @@ class Arm:
 
     def _drive(self, gripper: Gripper, driven: int) -> float:
         """Have outputs drive the gripper for a tick; returns how far (m) a jaw goes at most."""
+        self.jaws_move = self.jaws_rest = False
         if gripper.stuck:
-            gripper.blocked = gripper.blocked and self.held >= 0
-            self.jaws_move, self.jaw_speed = False, 0.0
+            gripper.blocked, self._jaw_wants = gripper.blocked and self.held >= 0, 0.0
             return 0.0
-        self.jaws_move, self.jaws_rest, gripper.driven = driven != gripper.driven, False, driven
+        is_new, gripper.driven = driven != gripper.driven, driven
         if driven == OPENS and self.held >= 0:
             self.let_go(LETS_GO)
-        closes = driven == CLOSES and self.held < 0 and (self._sucks or gripper.opening_m > 0.0)
+        closes = driven == CLOSES and self.held < 0
         if isinstance(gripper.kind, Cup):
             if closes and (found := self._meets(self._numbers.fingers[0])):
                 self.hold(min(found))
@@ -323,49 +324,35 @@ class Arm:
             gripper.blocked = driven != OPENS and press_n > min(FELT_N, 0.5 * gripper.kind.force_n)
         if closes and gripper.blocked and (number := self._between_pads()) >= 0:
             if number not in self.world.holders:
-                gripper.opening_m += self._pressed_in_m(number)
+                apart_m = partial(self.world.apart, self.world.geoms[number])
+                gripper.opening_m -= sum(map(apart_m, self._numbers.fingers))
             self.hold(number)
         end_m = 0.0 if driven == CLOSES else gripper.stroke_m
-        if self.jaws_move:
-            self._jaw_stall = 0
-            self._jaw_v[:] = 0.5 * gripper.kind.speed_m_per_s * driven
+        self._jaw_wants = 0.5 * gripper.kind.speed_m_per_s * driven
         if self.held >= 0 or driven == STAYS or gripper.opening_m == end_m:
-            self.jaw_speed, self.jaws_rest = 0.0, not self.jaws_move
-            return 0.0
-        if self._jaw_stall >= STALL_TICKS:
-            return 0.0
-        self.jaws_move = True
-        return 0.5 * gripper.kind.speed_m_per_s * self.world.tick_s
+            self.jaw_speed, self._jaw_wants, self.jaws_rest = 0.0, 0.0, not is_new
+        elif is_new:
+            self.jaw_speed = self._jaw_v[:] = self._jaw_wants
+        wants = abs(self._jaw_wants)
+        self.jaws_move = is_new or abs(self.jaw_speed) > min(JAW_STANDS_M_S, 0.5 * wants)
+        return wants * self.world.tick_s if self.jaws_move else 0.0
 
     def move_jaws(self, *, computed: bool) -> None:
         """Move the jaws by a tick, both as fast as their force allows the one that is held up more."""
-        gripper, jaws = self.gripper, None if self.gripper is None else self.gripper.kind
-        if gripper is None or not isinstance(jaws, Jaws):
+        gripper, h, wanted = self.gripper, self.world.tick_s, self._jaw_wants
+        if gripper is None or self._sucks:
             return
-        h, driven = self.world.tick_s, gripper.driven
-        wanted = 0.5 * jaws.speed_m_per_s * driven
-        end_m = 0.0 if driven == CLOSES else gripper.stroke_m
-        drives = self.held < 0 and driven != STAYS and not gripper.stuck and gripper.opening_m != end_m
-        if drives:
-            speed = wanted
-            if computed:
-                speed = float(max(self._jaw_v) if driven == CLOSES else min(self._jaw_v))
-                speed = wanted if abs(speed - wanted) < 1e-3 * abs(wanted) else speed
-                speed = min(max(speed, -abs(wanted)), abs(wanted))
-            was_m = gripper.opening_m
-            gripper.opening_m = min(max(was_m + 2.0 * h * speed, 0.0), gripper.stroke_m)
-            self.jaw_speed = 0.5 * (gripper.opening_m - was_m) / h
-            least_m = min(JAW_STILL_M, 0.25 * abs(wanted) * STALL_TICKS * h)
-            if abs(gripper.opening_m - self._jaw_still_m) > least_m:
-                self._jaw_stall, self._jaw_still_m = 0, gripper.opening_m
-            self._jaw_stall += 1
+        speed, was_m, force_n = wanted, gripper.opening_m, gripper.kind.force_n
+        gives_way = computed and wanted != 0.0 and not self._meets_held()
+        if gives_way:
+            speed = float(max(self._jaw_v) if wanted < 0.0 else min(self._jaw_v))
+            speed = min(max(speed, -abs(wanted)), abs(wanted))
+        gripper.opening_m = min(max(was_m + 2.0 * h * speed, 0.0), gripper.stroke_m)
+        self.jaw_speed = 0.5 * (gripper.opening_m - was_m) / h
         if computed:
-            drives = drives and gripper.opening_m != end_m
-            mass = jaws.force_n * h / abs(wanted) if drives and not self._meets_held() else HEAVY
-            force = mass * (wanted - self.jaw_speed) / h if drives else 0.0
-            self._jaw_mass[:] = mass
             self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
-            self._jaw_push[:] = min(max(force, -jaws.force_n), jaws.force_n)
+            self._jaw_mass[:] = force_n * h / abs(wanted) if gives_way else HEAVY
+            self._jaw_push[:] = force_n * (wanted - self.jaw_speed) / abs(wanted) if gives_way else 0.0
 
     def _between_pads(self) -> int:
         """Return the number of a part that both pads press on along their axis; -1 for none."""
@@ -390,14 +377,6 @@ class Arm:
         """Return True if both pads touch a part."""
         geom, apart = self.world.geoms[number], self.world.apart
         return all(apart(geom, pad) < ON_PAD_M for pad in self._numbers.pads)
-
-    def _pressed_in_m(self, number: int) -> float:
-        """Return how deep both jaws are in a part, together."""
-        geom, contact = self.world.geoms[number], self._data.contact
-        pairs = [set(pair) for pair in contact.geom.tolist()]
-        fingers = self._numbers.fingers
-        of_each = [contact.dist[[pair == {finger, geom} for pair in pairs]] for finger in fingers]
-        return -float(sum(min(dist.tolist(), default=0.0) for dist in of_each))
 
     # What the gripper holds
 
