@@ -78,7 +78,7 @@ class Drivers:
 
     def ask(self, name: str, command: str) -> str:
         self.clients[name].send(command.encode() + b"\r\n")
-        return self.clients[name].read_line().decode()
+        return self.clients[name].read().decode()
 
     def rests(self, name: str) -> str:
         while self.ask(name, "get status") == "moving":
@@ -318,7 +318,7 @@ def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
         assert main(["health", str(server.process.pid)]) == 0
         client = Connection("127.0.0.1", ports[1], 60)
         client.send(b"wrong\r\n")
-        assert client.read_line() == b"unknown command"
+        assert client.read() == b"unknown command"
         client.close()
         page = int(lines[-1].rstrip("/").rpartition(":")[2])
         shows_both(page)

@@ -4,6 +4,7 @@ Without permission no probe sends anything that could move the robot. `protocol/
 what a dialogue can tell.
 """
 
+import re
 import time
 from collections.abc import Callable
 from enum import Enum
@@ -19,6 +20,7 @@ TIMEOUT_S = 3.0
 PIECE_S = 0.03
 """Seconds between two pieces of a line, so that they travel in separate packets."""
 PIPELINED = 200
+_ANY = re.compile(rb"(.+)", re.DOTALL)
 
 
 class Verdict(Enum):
@@ -74,14 +76,14 @@ class Probe(NamedTuple):
 def ask(talk: Connection, line: str, end: bytes = b"\r\n") -> str:
     """Send a line and return its reply, escaped. Raises OSError."""
     talk.send(line.encode() + end)
-    return readable(talk.read_line())
+    return readable(talk.read())
 
 
 def _one_write(link: Link) -> Finding | str:
     with link.talk() as talk:
         for _ in range(20):
             talk.send(b"hello\r\n")
-            got = talk.receive()
+            got = talk.read(_ANY)
             if got != b"hello\r\n":
                 return f"hello was answered {got!r}: a driver that compares with 'hello\\r\\n' fails"
     return SAME
@@ -101,7 +103,7 @@ def _split_lines(link: Link) -> Finding | str:
         for piece in (b"get s", b"tat", b"us\r", b"\n"):
             talk.send(piece)
             time.sleep(PIECE_S)
-        if (reply := readable(talk.read_line())) != "stopped":
+        if (reply := readable(talk.read())) != "stopped":
             return f"'get status', sent in pieces, was answered '{reply}'"
         return SAME if _is_in_step(talk) else "\\r\\n, its halves sent one after the other, are two line ends"
 
@@ -117,7 +119,7 @@ def _pipelined(link: Link) -> Finding | str:
     with link.talk() as talk:
         talk.send(b"hello\r\nget status\r\n" * PIPELINED)
         for number in range(2 * PIPELINED):
-            if (reply := readable(talk.read_line())) != ("hello", "stopped")[number % 2]:
+            if (reply := readable(talk.read())) != ("hello", "stopped")[number % 2]:
                 return f"reply {number + 1} of {2 * PIPELINED} is '{reply}': lines in a hurry get lost"
     return SAME
 
@@ -154,10 +156,10 @@ def _second_client(link: Link) -> Finding | str:
             with link.talk() as second:
                 second.send(b"hello\r\n")
                 try:
-                    second.read_line(link.timeout_s / 2)
+                    second.read(timeout_s=link.timeout_s / 2)
                 except TimeoutError:
                     first.close()
-                    second.read_line()
+                    second.read()
                     return SAME
                 return OURS if _is_in_step(first) else "the first client is not answered any more"
         except TranscriptFault as fault:

@@ -13,30 +13,10 @@
 They need nothing of the simulator and work with any server of the protocol.
 """
 
-from iiwa_sim.client.iiwa import Iiwa
-from iiwa_sim.client.krc4 import Krc4
-from iiwa_sim.client.replies import (
-    CartesianForce,
-    CommandError,
-    Frame,
-    Krc4Error,
-    Krc4Frame,
-    LastError,
-    ReplyError,
-    RobotStatus,
-    UnknownCommandError,
-)
-
-__all__ = [
-    "CartesianForce",
-    "CommandError",
-    "Frame",
-    "Iiwa",
-    "Krc4",
-    "Krc4Error",
-    "Krc4Frame",
-    "LastError",
-    "ReplyError",
-    "RobotStatus",
-    "UnknownCommandError",
-]
+# ruff: noqa: I001 - several lines for a module with many names
+from iiwa_sim.client.iiwa import Iiwa as Iiwa
+from iiwa_sim.client.krc4 import Krc4 as Krc4
+from iiwa_sim.client.replies import CartesianForce as CartesianForce, CommandError as CommandError
+from iiwa_sim.client.replies import Frame as Frame, Krc4Error as Krc4Error, Krc4Frame as Krc4Frame
+from iiwa_sim.client.replies import LastError as LastError, ReplyError as ReplyError
+from iiwa_sim.client.replies import RobotStatus as RobotStatus, UnknownCommandError as UnknownCommandError

@@ -4,16 +4,15 @@ import re
 import socket
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import isfinite
 from typing import Self
 
 Floats = Sequence[float]
+LINE = re.compile(rb"[\r\n]*([^\r\n]+)[\r\n]+")
+r"""A line with its end, which is `\n`, `\r`, `\r\n` or `\n\r`; empty ones do not count."""
 MAX_REPLY_BYTES = 65536
 POLL_PERIOD_S = 0.01
-
-_LINE_END = re.compile(rb"[\r\n]")
-_PARTNER = {b"\r": b"\n", b"\n": b"\r"}
 
 
 class Connection:
@@ -39,7 +38,7 @@ class Connection:
     def reconnect(self) -> None:
         """Open a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
-        self._received = self._partner = b""  # the partner would complete the line end of the last reply
+        self.unread = b""
         self._socket = socket.create_connection(self._address, self.timeout_s)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
@@ -55,53 +54,26 @@ class Connection:
         connection.settimeout(self.timeout_s)
         connection.sendall(data)
 
-    def receive(self, timeout_s: float | None = None) -> bytes:
-        """Return the next piece of data; b"" at the end of the stream."""
-        patience_s = self.timeout_s if timeout_s is None else timeout_s
-        return self._receive(time.monotonic() + patience_s, patience_s)
-
-    @property
-    def unread(self) -> bytes:
-        """Received bytes that no reply has taken yet."""
-        if self._received:
-            self._received = self._received.removeprefix(self._partner)
-            self._partner = b""
-        return self._received
-
-    def read_line(self, timeout_s: float | None = None) -> bytes:
-        r"""Return the next line without its end, which is `\n`, `\r`, `\r\n` or `\n\r`."""
-        line, end = self._next(_LINE_END, timeout_s)
-        self._partner = _PARTNER[end]
-        return line
-
-    def read_until(self, end: re.Pattern[bytes], timeout_s: float | None = None) -> bytes:
-        """Return the bytes up to the first match of `end`, with it."""
-        return b"".join(self._next(end, timeout_s))
-
-    def _next(self, end: re.Pattern[bytes], timeout_s: float | None) -> tuple[bytes, bytes]:
-        """Return what comes before the first match of `end`, and the match."""
-        patience_s = self.timeout_s if timeout_s is None else timeout_s
+    def read(self, pattern: re.Pattern[bytes] = LINE, timeout_s: float | None = None) -> bytes:
+        """Return the first group of the next match, a line by default; the bytes up to its end are gone."""
+        connection, patience_s = self._open(), self.timeout_s if timeout_s is None else timeout_s
         deadline = time.monotonic() + patience_s
-        while (found := end.search(self.unread)) is None:
-            if len(self._received) > MAX_REPLY_BYTES:
+        while (found := pattern.search(self.unread)) is None:
+            if len(self.unread) > MAX_REPLY_BYTES:
                 raise ConnectionAbortedError(f"no end of a reply within {MAX_REPLY_BYTES} bytes")
-            received = self._receive(deadline, patience_s)
+            try:
+                left_s = deadline - time.monotonic()
+                if left_s <= 0.0:  # also if bytes keep coming
+                    raise TimeoutError
+                connection.settimeout(left_s)
+                received = connection.recv(MAX_REPLY_BYTES)
+            except TimeoutError:
+                raise TimeoutError(f"no reply within {patience_s:g} s") from None
             if not received:
                 raise ConnectionAbortedError("the connection ended")
-            self._received += received
-        text, self._received = self._received[: found.start()], self._received[found.end() :]
-        return text, found.group()
-
-    def _receive(self, deadline: float, patience_s: float) -> bytes:
-        connection = self._open()
-        left_s = deadline - time.monotonic()
-        try:
-            if left_s <= 0.0:  # also if bytes keep coming
-                raise TimeoutError
-            connection.settimeout(left_s)
-            return connection.recv(MAX_REPLY_BYTES)
-        except TimeoutError:
-            raise TimeoutError(f"no reply within {patience_s:g} s") from None
+            self.unread += received
+        self.unread = self.unread[found.end() :]
+        return found[1]
 
     def _open(self) -> socket.socket:
         if self._socket is None:
@@ -124,27 +96,23 @@ class Client(Connection, ABC):
     def _is_stopped(self) -> bool:
         """Ask the robot whether it is at rest."""
 
-    def _exchange(self, name: str, data: bytes, read: Callable[[], bytes]) -> bytes:
+    def _exchange(self, name: str, data: bytes, pattern: re.Pattern[bytes] = LINE) -> bytes:
         """Send a command and read its reply; `name` stands for it in errors.
 
         Any failure closes the connection: a late reply would be taken for the next one.
         """
         try:
             self.send(data)
-            return read()
-        except TimeoutError:
+            return self.read(pattern)
+        except BaseException as fault:
             self.close()
-            raise TimeoutError(f"no answer to {name!r} within {self.timeout_s} s") from None
-        except ConnectionAbortedError:
-            self.close()
-            raise ConnectionResetError(f"the connection ended before the answer to {name!r}") from None
-        except BaseException:
-            self.close()
+            if isinstance(fault, TimeoutError):
+                raise TimeoutError(f"no answer to {name!r} within {self.timeout_s} s") from None
             raise
 
 
 def exactly(count: int, values: Floats) -> list[float]:
     """Return the values as floats. Raises ValueError unless there are exactly `count`, all finite."""
     if len(values) != count or not all(map(isfinite, values)):
-        raise ValueError(f"expected {count} finite numbers, got {values}")
+        raise ValueError(f"expected {count} finite numbers, got {len(values)}: {values}")
     return [float(value) for value in values]

@@ -10,6 +10,7 @@ from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.replies import CommandError, ReplyError, UnknownCommandError
 
 T = TypeVar("T")
+_STATE = {"0": False, "1": True}.__getitem__
 
 
 class Iiwa(Client):
@@ -40,11 +41,11 @@ class Iiwa(Client):
 
     def hello(self) -> None:
         """Check that the controller answers."""
-        self._read(_one_of("hello"), "hello")
+        self._read({"hello": None}.__getitem__, "hello")
 
     def bye(self) -> None:
         """Stop the robot and end the connection."""
-        self._read(_one_of("bye"), "bye")
+        self._read({"bye": None}.__getitem__, "bye")
         self.close()
 
     def help(self, command: str = "") -> str:
@@ -141,7 +142,7 @@ class Iiwa(Client):
 
     def get_status(self) -> str:
         """Return `moving` or `stopped`; a robot that is paused on its way is moving."""
-        return self._read(_one_of("moving", "stopped"), "get status")
+        return self._read({"moving": "moving", "stopped": "stopped"}.__getitem__, "get status")
 
     def get_mode(self) -> str:
         """Return the mode of the last move: docs/protocol.md."""
@@ -181,26 +182,25 @@ class Iiwa(Client):
 
     def get_output(self, n: int) -> bool:
         """Return the state of a digital output, numbered from 1."""
-        return self._read(_state, "get output", n)
+        return self._read(_STATE, "get output", n)
 
     def get_input(self, n: int) -> bool:
         """Return the state of a digital input, numbered from 1."""
-        return self._read(_state, "get input", n)
+        return self._read(_STATE, "get input", n)
 
     def _do(self, name: str, *values: float) -> None:
-        self._read(_one_of("done"), name, *values)
+        self._read({"done": None}.__getitem__, name, *values)
 
     def _read(self, read: Callable[[str], T], name: str, *values: float) -> T:
         reply = self.command(name, *values)
         try:
             return read(reply)
-        except (TypeError, ValueError):
+        except (LookupError, TypeError, ValueError):
             self.close()
             raise ReplyError(f"{name!r} was answered {reply!r}") from None
 
     def _ask(self, line: str) -> str:
-        reply = self._exchange(line, line.encode() + b"\r\n", self.read_line)
-        return reply.decode("ascii", "replace").strip()
+        return self._exchange(line, line.encode() + b"\r\n").decode("ascii", "replace").strip()
 
     def _is_stopped(self) -> bool:
         return self.get_status() == "stopped"
@@ -214,25 +214,12 @@ def _word(value: float | str) -> str:
     return str(value) if isinstance(value, int) else repr(float(value))
 
 
-def _one_of(*words: str) -> Callable[[str], str]:
-    def read(reply: str) -> str:
-        if reply not in words:
-            raise ValueError(reply)
-        return reply
-
-    return read
-
-
 def _row(kind: Callable[..., T]) -> Callable[[str], T]:
     return lambda reply: kind(*map(float, reply.split()))
 
 
 def _joints(reply: str) -> tuple[float, ...]:
     return tuple(exactly(7, list(map(float, reply.split()))))
-
-
-def _state(reply: str) -> bool:
-    return _one_of("0", "1")(reply) == "1"
 
 
 def _last_error(reply: str) -> replies.LastError:

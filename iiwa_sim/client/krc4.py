@@ -8,7 +8,8 @@ from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.replies import Krc4Error, Krc4Frame, ReplyError
 
 LARGEST_ID = 2**31 - 1
-END_OF_REPLY = re.compile(rb"</Res\s*>|<Res\b[^>]*/>")
+REGISTERS = [f"{kind}{place}" for kind in "IR" for place in range(10)]
+REPLY = re.compile(rb"\s*(.*?(?:</Res\s*>|<Res\b[^>]*/>))", re.DOTALL)
 
 
 class Krc4(Client):
@@ -66,11 +67,7 @@ class Krc4(Client):
 
     def goa(self) -> tuple[float, ...]:
         """Return the joint positions at the end of the move under way, at rest where they are."""
-        _, reals = self._ask("GOA", 320)
-        if any(reals[self._axes :]):
-            self.close()
-            raise ReplyError(f"GOA was answered with {reals}: expected {self._axes} axes")
-        return tuple(reals[: self._axes])
+        return tuple(self._ask("GOA", 320)[1][: self._axes])
 
     def _ask(
         self, name: str, command: int, integers: Sequence[int] = (), reals: Floats = ()
@@ -79,17 +76,14 @@ class Krc4(Client):
         self._id = self._id % LARGEST_ID + 1
         # All twenty values: other servers may not take an absent one for 0.
         whole = [self._id, command, *integers, *[0] * (8 - len(integers))]
-        values = [(f"I{place}", str(value)) for place, value in enumerate(whole)]
-        values += [
-            (f"R{place}", repr(value)) for place, value in enumerate([*reals, *[0.0] * (10 - len(reals))])
-        ]
-        message = f"<Cmd>{''.join(f'<{key}>{value}</{key}>' for key, value in values)}</Cmd>"
-        reply = self._exchange(name, message.encode(), lambda: self.read_until(END_OF_REPLY))
+        values = zip(REGISTERS, [*whole, *reals, *[0.0] * (10 - len(reals))], strict=True)
+        message = f"<Cmd>{''.join(f'<{key}>{value!r}</{key}>' for key, value in values)}</Cmd>"
+        reply = self._exchange(name, message.encode(), REPLY)
         try:
             root = ElementTree.fromstring(reply)
             found = dict(root.attrib) | {child.tag: child.text or "" for child in root}
-            answer = [int(found[f"I{place}"]) for place in range(10)]
-            told = [float(found[f"R{place}"]) for place in range(10)]
+            answer = [int(found[key]) for key in REGISTERS[:10]]
+            told = [float(found[key]) for key in REGISTERS[10:]]
             if answer[0] != self._id or abs(answer[1]) != command:
                 raise ValueError(reply)
         except (ElementTree.ParseError, KeyError, ValueError):

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from iiwa_sim.client.connection import Connection
-from iiwa_sim.client.krc4 import END_OF_REPLY
+from iiwa_sim.client.connection import LINE, Connection
+from iiwa_sim.client.krc4 import REPLY
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.ports import KRC4
 from iiwa_sim.server.listening import host_and_port, why
@@ -95,7 +95,7 @@ def replay(
             if found:
                 yield Deviation(step.line, client.last, found)
         for client in clients.values():
-            if unread := readable(client.connection.unread):
+            if unread := readable(client.connection.unread.strip()):
                 yield Deviation(client.line, client.last, f"more came than was asked for: '{unread}'")
     finally:
         for client in clients.values():
@@ -163,5 +163,4 @@ class _Client:
 
     def _reply(self) -> str:
         """Return the next reply, escaped."""
-        krc4 = self.protocol == KRC4
-        return readable(self.connection.read_until(END_OF_REPLY) if krc4 else self.connection.read_line())
+        return readable(self.connection.read(REPLY if self.protocol == KRC4 else LINE))
