@@ -38,48 +38,43 @@ class Acceptor:
         """`serve` gets each connection with the address of its peer. It may raise OSError."""
         self._asked = host, port
         self._serve = serve
-        self._listening: socket.socket | None = None
+        self.listening: socket.socket | None = None
+        """The socket, between `start` and `close`."""
         self._accepting: asyncio.Task[None] | None = None
-        self._beginning: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._listening = await open_listener(*self._asked)
+        self.listening = await open_listener(*self._asked)
         self.accept()
-
-    @property
-    def listening(self) -> bool:
-        """Return True between `start` and `close`."""
-        return self._listening is not None
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on, or refused at. Raises RuntimeError before `start` and after `close`."""
-        if self._listening is None:
+        if self.listening is None:
             raise RuntimeError("the server does not listen")
-        host, port = self._listening.getsockname()[:2]
+        host, port = self.listening.getsockname()[:2]
         return host, port
 
     def accept(self) -> None:
         """Accept connections, where they are refused."""
-        if self._listening is not None and self._accepting is None:
-            self._listening.setblocking(False)
-            self._listening.listen(BACKLOG)
-            self._accepting = asyncio.get_running_loop().create_task(self._accept_from(self._listening))
+        if self.listening is not None and self._accepting is None:
+            self.listening.setblocking(False)
+            self.listening.listen(BACKLOG)
+            self._accepting = asyncio.get_running_loop().create_task(self._accept_from(self.listening))
 
     def refuse(self) -> None:
         """Refuse new connections until `accept`."""
-        if self._listening is not None and self._accepting is not None:
-            family, address = self._listening.family, self._listening.getsockname()
+        if self.listening is not None and self._accepting is not None:
+            family, address = self.listening.family, self.listening.getsockname()
             self.close()
-            self._listening = socket.socket(family)
-            self._listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            self._listening.bind(address)
+            self.listening = socket.socket(family)
+            self.listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            self.listening.bind(address)
 
     def close(self) -> None:
         """Stop listening; accepted connections go on."""
-        listening, accepting = self._listening, self._accepting
-        self._listening = self._accepting = None
+        listening, accepting = self.listening, self._accepting
+        self.listening = self._accepting = None
         if listening is not None and accepting is not None:
             loop = asyncio.get_running_loop()
             loop.remove_reader(listening)  # before its number is another's
@@ -89,7 +84,7 @@ class Acceptor:
 
     async def _accept_from(self, listening: socket.socket) -> None:
         loop = asyncio.get_running_loop()
-        while self._listening is listening:
+        while self.listening is listening:
             try:
                 connection, peer = await loop.sock_accept(listening)
             except ConnectionError:  # the client has gone already
@@ -98,15 +93,10 @@ class Acceptor:
                 logger.warning("nobody can connect for the time being: %s", why(fault))
                 await asyncio.sleep(AGAIN_S)
                 continue
-            task = loop.create_task(self._begin(connection, peer))
-            self._beginning.add(task)
-            task.add_done_callback(self._beginning.discard)
-
-    async def _begin(self, connection: socket.socket, peer: Any) -> None:
-        try:
-            await self._serve(connection, peer)
-        except OSError:  # the client has gone already
-            connection.close()
+            try:
+                await asyncio.shield(self._serve(connection, peer))
+            except OSError:  # the client has gone already
+                connection.close()
 
 
 def reset_at_close(connection: socket.socket) -> None:

@@ -12,7 +12,7 @@ import re
 import socket
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from iiwa_sim.protocols.faults import End, Silence, Step, WireFaults
@@ -27,8 +27,7 @@ MOST_BYTES = 32_768
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 
-_TLS = b"\x16\x03"
-_BROWSER = re.compile(rb"[A-Z]{3,7} [/*]|%b" % _TLS)
+_BROWSER = re.compile(rb"[A-Z]{3,7} [/*]|\x16\x03")  # HTTP, or TLS
 _UNDECIDED = re.compile(rb"[A-Z]{1,7} ?|\x16")  # may still become that of a browser
 
 logger = logging.getLogger(__name__)
@@ -41,31 +40,26 @@ class Admission:
     """
 
     def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
-        self._exclusive, self._pause_s = exclusive, pause_s
-        self._pauses = False
+        self._exclusive, self._pause_s, self._pauses = exclusive, pause_s, False
         self._clients: dict[Connection, bool] = {}  # in their order, True for those admitted
 
-    def arrives(self, client: "Connection") -> bool:
-        """Return True if the client is admitted at once; its `serve` is called then or later."""
+    def arrives(self, client: "Connection") -> None:
+        """Add a client, whose `serve` is called at once or later."""
         self._clients[client] = False
-        self._admit()
-        return self._clients[client]
+        self._admit(self._pauses)
 
     def leaves(self, client: "Connection") -> None:
         """Forget a client that has gone, admitted or not."""
         was_admitted = self._clients.pop(client)
         if was_admitted and self._pause_s and not any(self._clients.values()):
             self._pauses = True
-            asyncio.get_running_loop().call_later(self._pause_s, self._end_pause)
-        self._admit()
+            asyncio.get_running_loop().call_later(self._pause_s, self._admit, False)
+        self._admit(self._pauses)
 
-    def _end_pause(self) -> None:
-        self._pauses = False
-        self._admit()
-
-    def _admit(self) -> None:
+    def _admit(self, pauses: bool) -> None:
+        self._pauses = pauses
         for client in [client for client, is_admitted in self._clients.items() if not is_admitted]:
-            if not (self._pauses or (self._exclusive and any(self._clients.values()))):
+            if not (pauses or (self._exclusive and any(self._clients.values()))):
                 self._clients[client] = True
                 client.serve()
 
@@ -88,7 +82,7 @@ class Connection(asyncio.Protocol):
         self._held: bytes | None = b""  # received before it was clear that the client is no browser
         self._sent_end = False
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
-        self._delay: asyncio.TimerHandle | None = None  # runs while a wire fault delays a reply
+        self._sending: asyncio.Task[None] | None = None  # runs while a wire fault changes a reply
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -102,9 +96,8 @@ class Connection(asyncio.Protocol):
         logger.info("%s connected", self._name, extra=self._mark)
         server.on_client()
         server.connections.add(self)
-        if not server.admission.arrives(self):
-            logger.info("%s waits for its turn", self._name, extra=self._mark)
-            transport.pause_reading()
+        transport.pause_reading()
+        server.admission.arrives(self)
 
     def serve(self) -> None:
         """Notice that the client is admitted: read from it."""
@@ -114,23 +107,22 @@ class Connection(asyncio.Protocol):
         if self._held is not None:
             self._held += data
             if _BROWSER.match(self._held):
-                what = "a greeting of TLS" if self._held.startswith(_TLS) else "an HTTP request"
-                text = "%s closed: it sent %s, as a web page would have it"
-                logger.warning(text, self._name, what, extra=self._mark)
+                text = "%s closed: it sent an HTTP request or TLS, as a web page would have it"
+                logger.warning(text, self._name, extra=self._mark)
                 self.abort()
                 return
             if _UNDECIDED.fullmatch(self._held):
                 return
             data, self._held = self._held, None
         self._session.receive(data)
-        self._ask()
+        self.go_on()
 
     def eof_received(self) -> bool:
         self._sent_end = True
         if self._held:
             self._session.receive(self._held)
         self._session.end()
-        self._ask()
+        self.go_on()
         return True  # the transport stays open for what is to be sent
 
     def pause_writing(self) -> None:
@@ -140,12 +132,12 @@ class Connection(asyncio.Protocol):
         if self._unread is not None:
             self._unread.cancel()
             self._unread = None
-        self._ask()
+        self.go_on()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        for timer in (self._unread, self._delay):
-            if timer is not None:
-                timer.cancel()
+        for waiting in (self._unread, self._sending):
+            if waiting is not None:
+                waiting.cancel()
         self._server.faults.leaves(self._number)
         self._server.connections.discard(self)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
@@ -153,9 +145,9 @@ class Connection(asyncio.Protocol):
         self._server.admission.leaves(self)
 
     def go_on(self) -> None:
-        """Answer waiting lines, now that no fault holds them back."""
-        if self._session.waiting:
-            self._ask()
+        """Answer waiting lines in turn."""
+        if self._server.budget.ask(self._work):
+            self._transport.pause_reading()
 
     def end(self, how: End) -> None:
         """End the connection."""
@@ -184,10 +176,6 @@ class Connection(asyncio.Protocol):
         """Close at once, without sending what waits."""
         self._transport.abort()
 
-    def _ask(self) -> None:
-        if self._server.budget.ask(self._work):
-            self._transport.pause_reading()
-
     def _work(self, until_s: float) -> bool:
         """Answer what waits, up to `until_s`; return True if more can be done."""
         session, server = self._session, self._server
@@ -215,7 +203,8 @@ class Connection(asyncio.Protocol):
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
         while session.waiting and not (self._is_held_back or self._transport.is_closing()):
             if faults.rules and (rule := faults.next_of(self._number)):
-                self._send(iter(faults.steps(self._number, rule, session.answer(1))))
+                steps = faults.steps(self._number, rule, session.answer(1))
+                self._sending = self._loop.create_task(self._send(steps))
             else:
                 replies.append(session.answer(most))
                 size += len(replies[-1])
@@ -227,28 +216,22 @@ class Connection(asyncio.Protocol):
 
     @property
     def _is_held_back(self) -> bool:
-        """Return True while a delayed reply, unread ones or silence hold back the next line."""
+        """Return True while a changed reply, unread ones or silence hold back the next line."""
         faults = self._server.faults
         rule = faults.next_of(self._number) if faults.rules and self._session.waiting else None
         is_silent = rule is not None and isinstance(rule.fault, Silence)
-        return is_silent or self._delay is not None or self._unread is not None
+        return is_silent or self._sending is not None or self._unread is not None
 
-    def _send(self, steps: Iterator[Step]) -> None:
-        """Carry out the steps of a reply, up to one that waits; the others follow when it is over."""
-        self._delay = None
+    async def _send(self, steps: list[Step]) -> None:
         for step in steps:
             if isinstance(step, bytes):
                 self._transport.write(step)
             elif isinstance(step, End):
                 self.end(step)
             else:
-                self._delay = self._loop.call_later(step, self._send_later, steps)
-                return
-
-    def _send_later(self, steps: Iterator[Step]) -> None:
-        if not self._transport.is_closing():
-            self._send(steps)
-            self._ask()
+                await asyncio.sleep(step)
+        self._sending = None
+        self.go_on()
 
     def _drop_unread(self) -> None:
         logger.warning("%s dropped: left its replies unread for %g s", self._name, UNREAD_S, extra=self._mark)
@@ -304,10 +287,9 @@ class TcpServer:
 
 
 def tune(connection: socket.socket, send_bytes: int) -> None:
-    """Disable Nagle's algorithm, size the send buffer, and detect a vanished host in about 11 s."""
+    """Size the send buffer, and detect a vanished host in about 11 s."""
     with contextlib.suppress(OSError):  # already gone
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, send_bytes)
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         if sys.platform == "linux":
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 5)

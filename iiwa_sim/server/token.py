@@ -29,17 +29,9 @@ class Token:
         return hmac.compare_digest(self._text, given)
 
 
-def secret_in(path: str) -> str:
-    """Return the text of a file, without blanks around it. Raises OSError, and ValueError if it is empty."""
-    secret = Path(path).read_text(encoding="utf-8-sig").strip()
-    if not secret:
-        raise ValueError(f"{path} is empty")
-    return secret
-
-
 def word_of(text: str | None, file: str | None) -> str | None:
-    """Return the token that a text or a file names, None if neither does. Raises OSError and ValueError."""
-    return text if file is None else secret_in(file)
+    """Return the token that a text or a file names, None if neither does. Raises OSError."""
+    return text if file is None else Path(file).read_text(encoding="utf-8-sig").strip()
 
 
 def is_loopback(host: str) -> bool:

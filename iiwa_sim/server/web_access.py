@@ -7,15 +7,14 @@ rebinding): the header Host then has that name.
 
 import re
 from collections.abc import Sequence
+from urllib.parse import urlsplit
 
 from iiwa_sim.server.token import is_loopback
 from iiwa_sim.wording import harmless, shortened
 
 LOCALHOST = "localhost"
-_HOST = r"(?P<host>\[[0-9A-Fa-f:.]+\]|[\w.-]*[\w-])\.?(?::\d{1,5})?"
-_PLACE = re.compile(_HOST, re.ASCII)
-_ORIGIN = re.compile(rf"[A-Za-z][A-Za-z0-9+.-]*://{_HOST}", re.ASCII)
-_ADDRESS = re.compile(r"[0-9.]+|\[.*\]")  # the last part of a name is never a number
+_ORIGIN = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://[^/\s]+|null")  # null is a page without a site, as a file
+_ADDRESS = re.compile(r"[0-9.]+|.*:.*")  # the last part of a name is never a number
 
 
 class WebAccess:
@@ -26,42 +25,37 @@ class WebAccess:
 
         Raises ValueError for an origin or a host that is malformed.
         """
-        self._origins = frozenset(_checked_origin(each) for each in origins)
-        self._hosts = frozenset(_checked_host(each) for each in hosts)
+        for origin in origins:
+            if not _ORIGIN.fullmatch(origin):
+                raise ValueError(f"'{_shown(origin)}' is no origin, expected scheme://host[:port]")
+        for name in hosts:
+            if _host_of(f"//{name}") != name.lower():
+                raise ValueError(f"'{_shown(name)}' is no host name, expected one without scheme and port")
+        self._origins, self._hosts = {each.lower() for each in origins}, {each.lower() for each in hosts}
 
     def refusal(self, hosts: Sequence[str], origins: Sequence[str]) -> str | None:
         """Why a request with these headers Host and Origin is refused; None if it is admitted."""
         if len(hosts) != 1:
             return f"{len(hosts)} headers Host: expected one"
-        host = _host_of(_PLACE, hosts[0])
+        host = _host_of(f"//{hosts[0]}")
         if not (_ADDRESS.fullmatch(host) or _is_local(host) or host in self._hosts):
             return f"the host '{_shown(hosts[0])}' is no address, not localhost, and not named"
         for origin in origins:
-            if origin.lower() not in self._origins and not _is_local(_host_of(_ORIGIN, origin)):
+            if origin.lower() not in self._origins and not _is_local(_host_of(origin)):
                 return f"the web page comes from '{_shown(origin)}', which is not this machine and not named"
         return None
 
 
-def _checked_origin(origin: str) -> str:
-    if not _host_of(_ORIGIN, origin) and origin != "null":  # a page without a site, such as a file
-        raise ValueError(f"'{_shown(origin)}' is no origin, expected scheme://host or scheme://host:port")
-    return origin.lower()
-
-
-def _checked_host(name: str) -> str:
-    if _host_of(_PLACE, name) != name.lower():
-        raise ValueError(f"'{_shown(name)}' is no host name, expected one without scheme and port")
-    return name.lower()
-
-
-def _host_of(pattern: re.Pattern[str], text: str) -> str:
-    """Return the host in a text, in lower case; empty if there is none."""
-    found = pattern.fullmatch(text)
-    return "" if found is None else found["host"].lower()
+def _host_of(url: str) -> str:
+    """Return the host in a URL, in lower case; empty if there is none."""
+    try:
+        return (urlsplit(url).hostname or "").removesuffix(".")
+    except ValueError:
+        return ""
 
 
 def _is_local(host: str) -> bool:
-    return host.endswith(f".{LOCALHOST}") or is_loopback(host.strip("[]"))
+    return host.endswith(f".{LOCALHOST}") or is_loopback(host)
 
 
 def _shown(text: str) -> str:
