@@ -31,7 +31,7 @@ from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.tcp import Admission, TcpServer
-from iiwa_sim.server.token import Token, word_of
+from iiwa_sim.server.token import word_of
 
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.http import BackdoorHttp
@@ -230,8 +230,7 @@ class Simulator(OnlyRobot):
 
             for each in robots:
                 each.dialogue.remember()
-            word = word_of(settings.backdoor_token, settings.backdoor_token_file)
-            token = None if word is None else Token(word)
+            token = word_of(settings.backdoor_token, settings.backdoor_token_file)
             backdoors = {name: each.backdoor for name, each in self.robots.items()}
             self._backdoor_http = http.BackdoorHttp(
                 backdoors, first.log, settings.backdoor_host, settings.backdoor_port or 0, token

@@ -24,7 +24,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.log import SessionLog
 from iiwa_sim.server.listening import Acceptor, host_and_port
-from iiwa_sim.server.token import Token
+from iiwa_sim.server.token import fits
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
 
@@ -88,7 +88,7 @@ class BackdoorHttp:
     """
 
     def __init__(
-        self, robots: Mapping[str, Backdoor], log: SessionLog, host: str, port: int, token: Token | None
+        self, robots: Mapping[str, Backdoor], log: SessionLog, host: str, port: int, token: str | None
     ) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
         self.robots, self.log, self.token = robots, log, token
@@ -209,7 +209,7 @@ class _Handler(BaseHTTPRequestHandler):
         if reason is not None:
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
-        known = token is None or (kind.lower() == "bearer" and token.fits(word.strip().encode()))
+        known = token is None or (kind.lower() == "bearer" and fits(token, word.strip().encode()))
         if not known and name != HEALTH:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 

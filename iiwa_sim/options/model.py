@@ -14,7 +14,7 @@ from msgspec import Meta
 
 from iiwa_sim.clock import pace
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, MAX_PORT
-from iiwa_sim.server.token import LOOPBACK, Token, is_loopback, word_of
+from iiwa_sim.server.token import LOOPBACK, check_token, is_loopback, word_of
 from iiwa_sim.wording import Unusable
 
 
@@ -68,8 +68,8 @@ Robot = Annotated[str, _text("NAME|FOLDER")]
 File = Annotated[str, _text("FILE")]
 Recording = Annotated[str, _text("FILE.mcap")]
 Host = Annotated[str, _text("HOST")]
-Word = Annotated[str, _text("TOKEN", _TOKEN, Token)]
-TokenFile = Annotated[str, _text("FILE", f"a file with {_TOKEN}", lambda f: Token(word_of(None, f) or ""))]
+Word = Annotated[str, _text("TOKEN", _TOKEN, check_token)]
+TokenFile = Annotated[str, _text("FILE", f"a file with {_TOKEN}", lambda f: check_token(word_of("", f)))]
 Name = Annotated[str, _text("NAME")]
 Clock = Annotated[str, _text("real|10x|fast|stepped", pace.EXPECTED, pace.pace)]
 _ORIGIN = "scheme://host or scheme://host:port"

@@ -1,9 +1,8 @@
 """A port that broadcasts lines: each connection gets the newest line, as often as it can take one."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar
+from typing import Any
 
 from iiwa_sim.server.tcp import TcpServer
 
@@ -12,7 +11,6 @@ SEND_BYTES = 16_384
 which may be acknowledged 40 ms late."""
 
 
-@dataclass(eq=False, kw_only=True)
 class StatusStream(TcpServer):
     """Sends `line()` to every connection to `host`:`port`, `rate_hz` times per second of simulated time.
 
@@ -20,30 +18,25 @@ class StatusStream(TcpServer):
     taken the last line skips this one. A reader that has closed its sending side still gets lines.
     """
 
-    line: Callable[[], bytes]
-    tick_rate_hz: int
-    rate_hz: int
-    suffix: str = " (status)"
-    send_bytes: int = SEND_BYTES
-    lasting: bool = True
-    has_commands: ClassVar[bool] = False  # nothing that a reader sends makes the robot move
+    has_commands = False  # nothing that a reader sends makes the robot move
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def __init__(self, line: Callable[[], bytes], tick_rate_hz: int, rate_hz: int, **server: Any) -> None:
+        super().__init__(suffix=" (status)", send_bytes=SEND_BYTES, lasting=True, **server)
+        self._line, self._tick_rate_hz, self._rate_hz = line, tick_rate_hz, rate_hz
         self._due = 0  # in units of 1 / tick_rate_hz of a line
 
     def tick(self) -> None:
         """Notice that a tick has been made; send a line if one is due."""
-        self._due += self.rate_hz
-        if self._due >= self.tick_rate_hz:
-            self._due -= self.tick_rate_hz
-            line = cache(self.line)  # formatted once for all readers, if any can take it
+        self._due += self._rate_hz
+        if self._due >= self._tick_rate_hz:
+            self._due -= self._tick_rate_hz
+            line = cache(self._line)  # formatted once for all readers, if any can take it
             for reader in self.connections:
                 reader.offer(line)
 
     def skip(self, ticks: int) -> None:
         """Notice that the robot has made `ticks` ticks while there was no reader."""
-        self._due = (self._due + ticks * self.rate_hz) % self.tick_rate_hz
+        self._due = (self._due + ticks * self._rate_hz) % self._tick_rate_hz
 
     @property
     def watching(self) -> bool:

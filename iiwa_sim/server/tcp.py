@@ -22,13 +22,10 @@ from iiwa_sim.server.listening import Acceptor, peer_of, reset_at_close, why
 
 SEND_BYTES = 131_072
 """Size of the system's send buffer. When it and asyncio's buffer of 64 KiB are full, commands wait."""
-MOST_BYTES = 32_768
-"""Bytes of replies sent at once."""
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 
 _BROWSER = re.compile(rb"[A-Z]{3,7} [/*]|\x16\x03")  # HTTP, or TLS
-_UNDECIDED = re.compile(rb"[A-Z]{1,7} ?|\x16")  # may still become that of a browser
 
 logger = logging.getLogger(__name__)
 
@@ -73,13 +70,10 @@ class Connection(asyncio.Protocol):
     line is answered.
     """
 
-    _transport: asyncio.Transport
-    _session: Session
-
     def __init__(self, server: "TcpServer") -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
-        self._held: bytes | None = b""  # received before it was clear that the client is no browser
+        self._is_known = False  # to be no browser, by the first bytes that came
         self._sent_end = False
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._sending: asyncio.Task[None] | None = None  # runs while a wire fault changes a reply
@@ -104,23 +98,17 @@ class Connection(asyncio.Protocol):
         self._transport.resume_reading()
 
     def data_received(self, data: bytes) -> None:
-        if self._held is not None:
-            self._held += data
-            if _BROWSER.match(self._held):
-                text = "%s closed: it sent an HTTP request or TLS, as a web page would have it"
-                logger.warning(text, self._name, extra=self._mark)
-                self.abort()
-                return
-            if _UNDECIDED.fullmatch(self._held):
-                return
-            data, self._held = self._held, None
+        if not self._is_known and _BROWSER.match(data):
+            text = "%s closed: it sent an HTTP request or TLS, as a web page would have it"
+            logger.warning(text, self._name, extra=self._mark)
+            self.abort()
+            return
+        self._is_known = True
         self._session.receive(data)
         self.go_on()
 
     def eof_received(self) -> bool:
         self._sent_end = True
-        if self._held:
-            self._session.receive(self._held)
         self._session.end()
         self.go_on()
         return True  # the transport stays open for what is to be sent
@@ -164,8 +152,6 @@ class Connection(asyncio.Protocol):
 
     def close(self) -> None:
         """Send the replies there are and close; commands without a reply get none."""
-        if self._transport.is_closing():
-            return
         self._transport.close()
         if self._unread is None and self._transport.get_write_buffer_size():
             self._unread = self._loop.call_later(UNREAD_S, self._drop_unread)
@@ -179,8 +165,6 @@ class Connection(asyncio.Protocol):
     def _work(self, until_s: float) -> bool:
         """Answer what waits, up to `until_s`; return True if more can be done."""
         session, server = self._session, self._server
-        if self._transport.is_closing():
-            return False
         try:
             if session.waiting:
                 self._answer(until_s)
@@ -200,16 +184,15 @@ class Connection(asyncio.Protocol):
         return False
 
     def _answer(self, until_s: float) -> None:
-        session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
+        session, faults, replies, most = self._session, self._server.faults, list[bytes](), 1
         while session.waiting and not (self._is_held_back or self._transport.is_closing()):
             if faults.rules and (rule := faults.next_of(self._number)):
                 steps = faults.steps(self._number, rule, session.answer(1))
                 self._sending = self._loop.create_task(self._send(steps))
             else:
                 replies.append(session.answer(most))
-                size += len(replies[-1])
                 most *= 2  # The clock is read seldom, but soon enough where lines take long.
-            if size >= MOST_BYTES or time.monotonic() >= until_s:
+            if time.monotonic() >= until_s:
                 break
         if replies:
             self._transport.write(b"".join(replies))

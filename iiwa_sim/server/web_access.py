@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from urllib.parse import urlsplit
 
 from iiwa_sim.server.token import is_loopback
-from iiwa_sim.wording import harmless, shortened
 
 LOCALHOST = "localhost"
 _ORIGIN = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://[^/\s]+|null")  # null is a page without a site, as a file
@@ -27,10 +26,10 @@ class WebAccess:
         """
         for origin in origins:
             if not _ORIGIN.fullmatch(origin):
-                raise ValueError(f"'{_shown(origin)}' is no origin, expected scheme://host[:port]")
+                raise ValueError(f"{origin!r:.100} is no origin, expected scheme://host[:port]")
         for name in hosts:
             if _host_of(f"//{name}") != name.lower():
-                raise ValueError(f"'{_shown(name)}' is no host name, expected one without scheme and port")
+                raise ValueError(f"{name!r:.100} is no host name, expected one without scheme and port")
         self._origins, self._hosts = {each.lower() for each in origins}, {each.lower() for each in hosts}
 
     def refusal(self, hosts: Sequence[str], origins: Sequence[str]) -> str | None:
@@ -39,10 +38,10 @@ class WebAccess:
             return f"{len(hosts)} headers Host: expected one"
         host = _host_of(f"//{hosts[0]}")
         if not (_ADDRESS.fullmatch(host) or _is_local(host) or host in self._hosts):
-            return f"the host '{_shown(hosts[0])}' is no address, not localhost, and not named"
+            return f"the host {hosts[0]!r:.100} is no address, not localhost, and not named"
         for origin in origins:
             if origin.lower() not in self._origins and not _is_local(_host_of(origin)):
-                return f"the web page comes from '{_shown(origin)}', which is not this machine and not named"
+                return f"the web page comes from {origin!r:.100}, which is not this machine and not named"
         return None
 
 
@@ -56,7 +55,3 @@ def _host_of(url: str) -> str:
 
 def _is_local(host: str) -> bool:
     return host.endswith(f".{LOCALHOST}") or is_loopback(host)
-
-
-def _shown(text: str) -> str:
-    return shortened(harmless(text), 100)

@@ -20,7 +20,7 @@ import websockets.asyncio.server
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
-from iiwa_sim.server.token import Token
+from iiwa_sim.server.token import fits
 from iiwa_sim.server.web_access import WebAccess
 
 MOST_BYTES = 65_536
@@ -32,7 +32,7 @@ ASK = "this page asks for its token: open http://HOST:PORT/?token=TOKEN once\n"
 
 @contextlib.contextmanager
 def open_page(
-    listening: socket.socket, token: Token | None = None
+    listening: socket.socket, token: str | None = None
 ) -> Iterator[tuple[viser.ViserServer, threading.Event]]:
     """Serve a page at a socket that listens, until the context ends. Browsers wait for the event.
 
@@ -78,14 +78,13 @@ def open_page(
             server.stop()
 
 
-def _gate(token: Token | None, port: int) -> Callable[[ServerConnection, Request], Response | None]:
+def _gate(token: str | None, port: int) -> Callable[[ServerConnection, Request], Response | None]:
     """Return a function that answers a request that is not admitted, or that sends the token.
 
     A browser sends the token once, in the address, and has a cookie from then on, valid while this process
     runs.
     """
-    text = f"iiwa-sim-{port}={secrets.token_urlsafe(32)}"  # cookies are one machine's, whatever the port
-    cookie = Token(text)
+    cookie = f"iiwa-sim-{port}={secrets.token_urlsafe(32)}"  # cookies are one machine's, whatever the port
 
     def refusal(connection: ServerConnection, request: Request) -> Response | None:
         hosts, origins, cookies = (request.headers.get_all(name) for name in ("Host", "Origin", "Cookie"))
@@ -94,14 +93,14 @@ def _gate(token: Token | None, port: int) -> Callable[[ServerConnection, Request
             reason = "a page of another site asks"
         if reason is not None:
             return connection.respond(HTTPStatus.FORBIDDEN, f"{reason}\n")
-        if token is None or any(cookie.fits(each.strip().encode()) for each in ";".join(cookies).split(";")):
+        if token is None or any(fits(cookie, each.strip().encode()) for each in ";".join(cookies).split(";")):
             return None
         words = parse_qs(urlsplit(request.path).query).get("token", [""])
-        if not token.fits(words[0].encode()):
+        if not fits(token, words[0].encode()):
             return connection.respond(HTTPStatus.UNAUTHORIZED, ASK)
         response = connection.respond(HTTPStatus.SEE_OTHER, "")
         response.headers["Location"] = "/"
-        response.headers["Set-Cookie"] = f"{text}; Path=/; HttpOnly; SameSite=Strict"
+        response.headers["Set-Cookie"] = f"{cookie}; Path=/; HttpOnly; SameSite=Strict"
         return response
 
     return refusal

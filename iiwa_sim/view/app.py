@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from iiwa_sim import log
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose
-from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.connection import Place, Station
 from iiwa_sim.view.panel import Panel, acting
@@ -57,11 +56,11 @@ def main() -> None:
 
     threading.Thread(target=wait, daemon=True).start()
     token, places = task["token"], msgspec.convert(task["places"], list[Place])
-    run_page(socket.socket(fileno=task["listening"]), places, over, token and Token(token))
+    run_page(socket.socket(fileno=task["listening"]), places, over, token)
 
 
 def run_page(
-    listening: socket.socket, places: Sequence[Place], over: threading.Event, token: Token | None = None
+    listening: socket.socket, places: Sequence[Place], over: threading.Event, token: str | None = None
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set.
 

@@ -13,7 +13,6 @@ import pytest
 import viser
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from iiwa_sim.server.token import Token
 from iiwa_sim.view.access import open_page
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import Viewer, viewing
@@ -54,7 +53,7 @@ def test_pages_of_others_open_nothing(page: Page, origin: str, host: str) -> Non
 def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listening,
-        open_page(listening, Token("swordfish")) as page,
+        open_page(listening, "swordfish") as page,
     ):
         page[1].set()
         port = listening.getsockname()[1]
