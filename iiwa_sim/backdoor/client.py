@@ -5,12 +5,10 @@ import http.client
 import json
 from collections.abc import Callable
 from functools import partial
-from inspect import Signature, signature
 from typing import Any
 
 import msgspec
 
-from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 
 
@@ -30,11 +28,12 @@ class BackdoorClient:
         self._path = f"/{robot}" if robot else ""
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
-        takes = signature(partial(getattr(Backdoor, name), None))  # without self
-        return partial(self._call, f"{self._path}/{name}", takes)
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return partial(self._call, f"{self._path}/{name}")
 
-    def _call(self, path: str, takes: Signature, /, *args: object, **arguments: object) -> Any:
-        body = msgspec.json.encode(takes.bind(*args, **arguments).arguments)
+    def _call(self, path: str, /, *args: object, **arguments: object) -> Any:
+        body = msgspec.json.encode(dict(enumerate(args)) | arguments)
         connection = http.client.HTTPConnection(*self._address, timeout=self._timeout_s)
         with contextlib.closing(connection):
             try:

@@ -1,6 +1,7 @@
 """The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
-Of several robots, `POST /ROBOT/METHOD` calls that of one.
+A key is the name of an argument, or its place from 0. Of several robots, `POST /ROBOT/METHOD` calls that of
+one.
 
 The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
 the loop's thread; its connection waits in a thread of its own.
@@ -176,11 +177,11 @@ class _Handler(BaseHTTPRequestHandler):
             raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {name!r}: GET / lists all calls")
         if self.command == "GET" and not call.reads:
             raise NoCall(HTTPStatus.METHOD_NOT_ALLOWED, f"{name} is called by POST, not by GET")
+        places = {str(place): field for place, field in enumerate(call.arguments.__struct_fields__)}
         try:
-            if query:
-                arguments = msgspec.convert(query, call.arguments, strict=False)
-            else:
-                arguments = msgspec.json.decode(body.strip() or b"{}", type=call.arguments)
+            given = query or msgspec.json.decode(body.strip() or b"{}", type=dict[str, Any])
+            named = {places.get(key, key): value for key, value in given.items()}
+            arguments = msgspec.convert(named, call.arguments, strict=not query)
         except (msgspec.MsgspecError, RecursionError) as fault:
             text = fault if isinstance(fault, msgspec.ValidationError) else "expected a JSON object"
             raise NoCall(HTTPStatus.BAD_REQUEST, f"{name}({', '.join(call.takes)}): {text}") from None
