@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 
 class Unusable(Exception):
     """Something a user gave cannot be used: a file, a robot, an address, a stdout.
 
     The message is one line for the screen; the command `iiwa-sim` ends with it and exit code 2.
     """
+
+
+def need_library(name: str, extra: str) -> None:
+    """Raise Unusable if a library of an extra of iiwa-sim is not installed."""
+    if find_spec(name) is None:
+        raise Unusable(f"this needs {name}: pip install 'iiwa-sim[{extra}]'")
 
 
 def harmless(text: str) -> str:

@@ -24,4 +24,4 @@ def test_rooms_and_libraries_are_loaded_only_for_a_robot_that_has_them() -> None
     told = ended([sys.executable, "-c", LOADED])
     assert set(told.stdout.split()) == {"iiwa_sim.recordings", "iiwa_sim.recordings.recordings"}
     assert told.returncode == 2
-    assert told.stderr == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
+    assert told.stderr == "iiwa-sim: this needs mcap: pip install 'iiwa-sim[record]'\n"

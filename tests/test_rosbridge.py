@@ -20,9 +20,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from benchmarks.floods import says, websockets
-from iiwa_sim.ros.relay import RosFault
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES
 from iiwa_sim.simulator import Simulator
+from iiwa_sim.wording import Unusable
 from tests.needed import lacks, program
 from tests.processes import succeeds
 from tests.ros_robot import ptp
@@ -259,5 +259,5 @@ async def test_after_the_context_nothing_listens_and_clients_are_closed() -> Non
 
 def test_without_a_library_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "websockets", None)
-    with pytest.raises(RosFault, match="rosbridge needs websockets: pip install"):
+    with pytest.raises(Unusable, match="this needs websockets: pip install"):
         Simulator(rosbridge_port=0)

@@ -10,14 +10,13 @@ import sys
 import threading
 from collections.abc import Sequence
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
 from iiwa_sim.cli.parsing import Parser, server
 from iiwa_sim.options.model import SettingError, Settings
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import Unusable, harmless, need_library, shortened
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.read import Recorded
@@ -45,16 +44,12 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     is_recorded = own.commands.suffix.lower().partition(":")[0] == ".mcap"
     if is_recorded and given:
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
+    need_library("mcap", "record")
+    need_library("matplotlib", "plot")
     from iiwa_sim.cell.cell import cells_of, single
-    from iiwa_sim.recordings.recordings import RecordingFault, check_mcap
-
-    check_mcap()
+    from iiwa_sim.plot.draw import picture
     from iiwa_sim.plot.motion import motion_in, run
     from iiwa_sim.recordings.read import Recorded
-
-    if find_spec("matplotlib") is None:
-        raise RecordingFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'")
-    from iiwa_sim.plot.draw import picture
 
     if is_recorded:
         recorded = Recorded(own.commands)
@@ -68,7 +63,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         title = f"{harmless(own.commands.name)} on {harmless(motion.description.name)}"
         own.output.write_bytes(picture(motion, shortened(title, 100), suffix[1:]))
     except OSError as fault:
-        raise RecordingFault(f"{own.output}: cannot be written: {fault.strerror}") from None
+        raise Unusable(f"{own.output}: cannot be written: {fault.strerror}") from None
     return 0
 
 
@@ -148,12 +143,11 @@ def show(parser: Parser, words: Sequence[str]) -> int:
     text = "port of the page (default: 8080)"
     parser.add_argument("--port", dest="page_port", type=int, default=8080, metavar="PORT", help=text)
     own, _ = parser.parsed(words)
+    need_library("mcap", "record")
     from iiwa_sim.cli.serve import listen, page_url
     from iiwa_sim.recordings.read import Timeline
-    from iiwa_sim.recordings.recordings import check_mcap
     from iiwa_sim.server.token import LOOPBACK
 
-    check_mcap()
     timeline = Timeline(own.recording)
     _warn_if_cut(timeline.recorded)
     with asyncio.run(listen(LOOPBACK, own.page_port)) as listening:

@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import gc
-import importlib.util
 import json
 import logging
 import os
@@ -24,7 +23,7 @@ from iiwa_sim.options.sources import from_environment, merged
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.server.listening import host_and_port, open_listener
 from iiwa_sim.server.token import word_of
-from iiwa_sim.wording import Unusable
+from iiwa_sim.wording import need_library
 
 if TYPE_CHECKING:
     from iiwa_sim.cell.cell import Cell
@@ -133,8 +132,7 @@ def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
 
 async def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens for the page. Raises Unusable."""
-    if importlib.util.find_spec("viser") is None:
-        raise Unusable("the page needs viser: pip install 'iiwa-sim[view]'")
+    need_library("viser", "view")
     return await open_listener(host, port)
 
 

@@ -1,6 +1,5 @@
 """The recordings of one simulator, and the reason that one cannot be written, read or used."""
 
-import importlib.util
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,7 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
 from iiwa_sim.robot_events import RobotEvents
-from iiwa_sim.wording import Unusable, harmless, shortened
+from iiwa_sim.wording import Unusable, harmless, need_library, shortened
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.recorder import Recorder
@@ -27,12 +26,6 @@ class RecordingFault(Unusable):
 
     def __init__(self, message: str) -> None:
         super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
-
-
-def check_mcap() -> None:
-    """Raise RecordingFault if the extra is not installed."""
-    if importlib.util.find_spec("mcap") is None:
-        raise RecordingFault("a recording needs the library mcap: pip install 'iiwa-sim[record]'")
 
 
 class Source(NamedTuple):
@@ -67,7 +60,7 @@ class Recordings:
         cannot be written or the library mcap is not installed, and ValueError for a rate outside 1 to that of
         the ticks.
         """
-        check_mcap()
+        need_library("mcap", "record")
         from iiwa_sim.recordings.recorder import recorders_into
 
         most_hz = self._clock.rate_hz

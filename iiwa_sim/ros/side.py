@@ -4,7 +4,6 @@ import os
 import sys
 import time
 from importlib.resources import files
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,10 +17,11 @@ from iiwa_sim.ros.images import IMAGE, Images
 from iiwa_sim.ros.joint_interface import JointInterface
 from iiwa_sim.ros.messages import Message
 from iiwa_sim.ros.outbox import Outbox, Turns
-from iiwa_sim.ros.relay import Relay, RosFault
+from iiwa_sim.ros.relay import Relay
 from iiwa_sim.ros.ros2_env import found_python
 from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.web_access import WebAccess
+from iiwa_sim.wording import need_library
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.rosbridge_server import RosbridgeServer
@@ -38,7 +38,7 @@ ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env make
 class RosSide:
     """A robot on ROS, as its settings say, from `start` to `close`.
 
-    Raises RosFault if a library is missing; `start` raises ListenFault, and RosFault if there can be no node.
+    Raises Unusable if a library is missing; `start` raises ListenFault, and RosFault if there can be no node.
     """
 
     def __init__(self, controller: Controller, log: SessionLog, settings: Settings, clock: Clock) -> None:
@@ -104,8 +104,7 @@ class RosSide:
     def _rosbridge_server(self, settings: Settings, turns: Turns) -> "RosbridgeServer | None":
         if settings.rosbridge_port is None:
             return None
-        if find_spec("websockets") is None:
-            raise RosFault("rosbridge needs websockets: pip install 'iiwa-sim[rosbridge]'")
+        need_library("websockets", "rosbridge")
         from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
         access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
