@@ -73,12 +73,12 @@ class RecentLines(msgspec.Struct, frozen=True):
 class _Entry:
     """An event, or a line with its reply; it may be repeated."""
 
+    said: tuple[str, ...]
+    """An `Exchange`, or session, mark and text of an event."""
     number: int
     """Number of its last repetition among all entries, from 0."""
-    lines: list[DialogueLine]
+    lines: tuple[DialogueLine, ...]
     """The last repetition."""
-    command: str
-    """Empty for an event."""
     times: int = 1
 
 
@@ -108,17 +108,17 @@ class Dialogue:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
         if self.is_heard:
             said = self._tell(session, Direction.FROM_CLIENT, line)
-            self._keep([said, self._tell(session, Direction.TO_CLIENT, reply, reason)], command or line)
+            answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
+            self._keep(Exchange(session, command or line, line, reply), said, answer)
 
-    def event(self, session: str, text: str, protocol: str = "") -> None:
+    def event(self, session: str, text: str, protocol: str = "", mark: Direction = Direction.EVENT) -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""
         if self.is_heard:
-            self._keep([self._tell(session, Direction.EVENT, text, protocol=protocol)])
+            self._keep((session, mark, text), self._tell(session, mark, text, protocol=protocol))
 
     def on_wire(self, session: str, text: str) -> None:
         """Add what goes over the wire instead of the reply before."""
-        if self.is_heard:
-            self._keep([self._tell(session, Direction.ON_WIRE, text)])
+        self.event(session, text, mark=Direction.ON_WIRE)
 
     def remember(self) -> None:
         """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
@@ -138,12 +138,8 @@ class Dialogue:
             raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
         if len(self._entries) == MOST:
             raise RuntimeError(f"{MOST} exchanges or more: call dialogue.forget() ahead of what counts")
-        return [
-            Exchange(entry.lines[0].session, entry.command, entry.lines[0].text, entry.lines[1].text)
-            for entry in list(self._entries)
-            if entry.command
-            for _ in range(entry.times)
-        ]
+        entries = list(self._entries)
+        return [each.said for each in entries if isinstance(each.said, Exchange) for _ in range(each.times)]
 
     def commands(self) -> list[str]:
         """Return the names of all commands in their order: `["hello", "lin move", "get status"]`.
@@ -195,18 +191,14 @@ class Dialogue:
             listener(said)
         return said
 
-    def _keep(self, lines: list[DialogueLine], command: str = "") -> None:
+    def _keep(self, said: tuple[str, ...], *lines: DialogueLine) -> None:
         entries = self._entries
-        if entries and _said(entries[-1].lines) == _said(lines):
+        if entries and entries[-1].said == said:
             entries[-1].number, entries[-1].lines = self._count, lines
             entries[-1].times += 1
         elif entries is not None:
-            entries.append(_Entry(self._count, lines, command))
+            entries.append(_Entry(said, self._count, lines))
         self._count += 1
-
-
-def _said(lines: list[DialogueLine]) -> list[tuple[str, Direction, str]]:
-    return [(line.session, line.mark, line.text) for line in lines]
 
 
 def _normal(text: str) -> str:
