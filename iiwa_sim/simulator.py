@@ -272,8 +272,7 @@ class Simulator(OnlyRobot):
                 for robot in self.robots.values():
                     file = Path(file_of(robot.name, self.settings.transcript))
                     title = f"{robot.cell.description.name}, recorded by iiwa-sim"
-                    told = robot.dialogue, self.clock.tick_s, title, list(robot.servers)
-                    opened.enter_context(recorded(file, *told))
+                    opened.enter_context(recorded(file, robot.dialogue, title, list(robot.servers)))
             opened.callback(self._recordings.end_all)
             if self.settings.record is not None:
                 path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz

@@ -37,9 +37,9 @@ class Lines:
         self._clients = 0
         self._last_said = ""
 
-    def line(self, told: DialogueLine, simulated_s: float) -> str:
+    def line(self, told: DialogueLine) -> str:
         """One of them, without its end."""
-        times = f"[{simulated_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
+        times = f"[{told.time_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
         if told.mark is Direction.EVENT:
             return self._event(told, times)
         name = self._name(told.session)
@@ -71,17 +71,13 @@ class Lines:
 
 @contextmanager
 def recorded(
-    path: Path,
-    dialogue: Dialogue,
-    tick_s: float,
-    title: str,
-    protocols: Sequence[str] = (DEFAULT_PROTOCOL,),
+    path: Path, dialogue: Dialogue, title: str, protocols: Sequence[str] = (DEFAULT_PROTOCOL,)
 ) -> Iterator[None]:
     """Write a dialogue into a file, line by line, while the context is open.
 
     If the file cannot be written, as on a full disk, the log says so at the end. A FIFO or a terminal is
-    never waited for: lines that it does not take are dropped, and a comment tells how many. `tick_s` is the
-    duration of a tick (s), `title` the first line. Raises TranscriptFault if the file cannot be opened.
+    never waited for: lines that it does not take are dropped, and a comment tells how many. `title` is the
+    first line. Raises TranscriptFault if the file cannot be opened.
     """
     # Opening a FIFO for writing only would wait for a reader.
     how = os.O_RDWR if path.is_fifo() else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
@@ -96,7 +92,7 @@ def recorded(
     out.put(header.encode("ascii", "backslashreplace"))
 
     def hear(said: DialogueLine) -> None:
-        out.put(f"{lines.line(said, said.tick * tick_s)}\n".encode("ascii", "backslashreplace"))
+        out.put(f"{lines.line(said)}\n".encode("ascii", "backslashreplace"))
 
     dialogue.listeners.append(hear)
     try:

@@ -13,9 +13,9 @@ from iiwa_sim.transcript.record import recorded
 
 
 def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
-    dialogue = Dialogue(lambda: 500)
+    dialogue = Dialogue(lambda: 500, 0.002)
     path = tmp_path / "session.txt"
-    with recorded(path, dialogue, 0.002, "a robot"):
+    with recorded(path, dialogue, "a robot"):
         dialogue.event("127.0.0.1:4000", "connected", "iiwa")
         dialogue.exchange("127.0.0.1:4000", "(too long)", "error")
         dialogue.event("robot", "3040 no smart command for 0.2 s")
@@ -35,7 +35,7 @@ def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
 def test_a_full_disk_ends_the_recording_only(caplog: pytest.LogCaptureFixture) -> None:
     dialogue = Dialogue(lambda: 0)
     heard: list[DialogueLine] = []
-    with recorded(Path("/dev/full"), dialogue, 0.002, "a robot"):
+    with recorded(Path("/dev/full"), dialogue, "a robot"):
         dialogue.listeners.append(heard.append)
         for _ in range(3):
             dialogue.exchange("127.0.0.1:4000", "hello", "hello")
