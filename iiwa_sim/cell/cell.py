@@ -126,10 +126,10 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
         arms.append(ArmSetup(cell.description, cell.start, *shape, gripper, cell.base, cell.name))
     scene = None if handled.scene is None else handled.scene.spec
     world = World(arms, cells[0].surfaces, handled.parts, scene, tick_s)
-    bodies = {each.name for each in world.surfaces} | {each.name for each in world.parts}
     for one, two in world.overlaps(CLOSE_M):
-        kind = "robot" if world.of_robots >= {one, two} else "part" if bodies >= {one, two} else ""
-        if kind:
+        kinds = {world.kinds[one], world.kinds[two]}
+        kind = "robot" if kinds == {"robot"} else "part"
+        if kind == "robot" or kinds <= {"part", "surface"}:
             expected = f"{kind}s that are at most {1e3 * CLOSE_M:g} mm in anything at the start"
             raise CellFault(str(cells[0].path), kind, f"{one} in {two}", expected)
     return world

@@ -324,12 +324,8 @@ class ExternalWrench:
 
     def kind_of(self, name: str) -> str:
         """Return what has a name that a contact tells: a surface, a part, a body of the scene, or a robot."""
-        world = None if self.bodies is None else self.bodies.world
-        if world is not None and name in world.of_robots:
-            return "robot"
-        if name in self.world.surfaces:
-            return "surface"
-        return "body" if world is not None and name in world.of_scene else "part"
+        kinds: dict[str, str] = {} if self.bodies is None else self.bodies.world.kinds
+        return kinds.get(name, "surface")
 
     @property
     def colliding(self) -> tuple[str, str] | None:

@@ -63,7 +63,7 @@ class LinkContact(NamedTuple):
     link: str
     surface: str
     point: Vector
-    """Deepest point (m, in the base)."""
+    """Deepest point (m, in the base); one of several with a part."""
     force: Vector
     """Force on the robot (N, in the base)."""
 

@@ -144,10 +144,8 @@ class Handling:
     @property
     def under_way(self) -> bool:
         """True if jaws or bodies move by themselves until they rest, or may after surfaces have."""
-        arm, world = self.arm, self.world
-        if self.settled or arm.compliance or world.conveys:
-            return False
-        return len(world.arms) == 1 or not (arm.stands and world.is_calm)
+        world = self.world
+        return not (self.settled or world.conveys or any(arm.compliance for arm in world.arms))
 
     def go(self, motions: Motions) -> None:
         """Tell the world where a tick has brought the robot, and where the next one will."""

@@ -161,7 +161,7 @@ class Arm:
 
     def _find_contacts(self) -> list[LinkContact]:
         data, touching, force = self._data, self._numbers.touching, np.zeros(6)
-        found: dict[tuple[str, str], tuple[float, Any, Any]] = {}
+        found: dict[tuple[str, str], tuple[Any, Any]] = {}
         for k, (a, b) in enumerate(data.contact.geom.tolist()):
             own, other = (a, b) if a in touching else (b, a)
             if own not in touching or (self.jaws_move and own in self._numbers.fingers):
@@ -169,13 +169,9 @@ class Arm:
             mj.mj_contactForce(self._built.model, data, k, force)
             if force[0] > 0.0:
                 acting = data.contact.frame[k].reshape(3, 3).T @ force[:3] * (-1.0 if own == a else 1.0)
-                names, here = (
-                    (touching[own], self.world.touchable[other]),
-                    (data.contact.dist[k], data.contact.pos[k]),
-                )
-                *nearest, total = found.get(names, (*here, 0.0))
-                found[names] = (*min(here, nearest, key=lambda each: each[0]), total + acting)
-        contacts = [(names, tuple(p.tolist()), tuple(f.tolist())) for names, (_, p, f) in found.items()]
+                names = touching[own], self.world.touchable[other]
+                found[names] = data.contact.pos[k], acting + found.get(names, (0.0, 0.0))[1]
+        contacts = [(names, tuple(p.tolist()), tuple(f.tolist())) for names, (p, f) in found.items()]
         if self.base is not None:
             back = inverse(self.base)
             contacts = [(names, apply(back, p), rotate(back.rotation, f)) for names, p, f in contacts]

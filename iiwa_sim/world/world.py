@@ -77,7 +77,7 @@ class World:
         self._gone: set[int] = set()
         self.behind = False
         """True if the model is not where the arms are, since ticks were not computed."""
-        self.quiet = self._frozen = self._slow = False
+        self.quiet = self._frozen = False
         self._still, self._spin = 0, 0.0
         self._distances: Distances | None = None
         self._touched: set[int] | None = None
@@ -103,11 +103,6 @@ class World:
     def conveys(self) -> bool:
         """True while a conveyor of the scene runs."""
         return bool(self._conveyors.any())
-
-    @property
-    def is_calm(self) -> bool:
-        """True if nothing moves by itself, whatever the arms do."""
-        return self._frozen or self.quiet or self._slow
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
@@ -227,8 +222,7 @@ class World:
         if not (stands and near):
             self._still = 0
             self._still_q[:] = self.part_q
-        self._slow = speed < SLOW_M_S
-        self._still += 5 if stands and self._slow else 1
+        self._still += 5 if stands and speed < SLOW_M_S else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self.part_v[:] = 0.0
@@ -412,25 +406,24 @@ class World:
         self.geoms: list[int] = built.parts.tolist()
         self.bodies: list[int] = model.geom_bodyid[built.parts].tolist()
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
-        of_body = dict(zip(built.surfaces.tolist(), self.surfaces, strict=True))
-        of_geom = enumerate(model.geom_bodyid.tolist())
+        surfaces = dict(zip(built.surfaces.tolist(), (each.name for each in self.surfaces), strict=True))
         scene = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
-        self.of_scene = frozenset(scene.values())
-        """Names of bodies of the scene."""
         self._conveyors: Vector = model.geom_surfacevel[: len(scene)]
-        self._names: dict[int, str] = scene | {
-            geom: of_body[at].name for geom, at in of_geom if at in of_body
-        }
-        self._names |= {geom: self.parts[number].name for geom, number in self.numbers.items()}
-        robots = {
-            geom: f"{name} of robot {arm.name!r}"
-            for arm, numbers in zip(self.arms, built.arms, strict=True)
-            for geom, name in numbers.touching.items()
-        }
-        self.touchable = self._names | robots
-        """Names of geoms that an arm touches: of surfaces, parts, the scene and other arms."""
-        self.of_robots = frozenset(robots.values())
-        """Names of what arms touch other arms with."""
+        self.touchable: dict[int, str] = {}
+        """Names of geoms that an arm touches."""
+        self.kinds: dict[str, str] = {}
+        """Kinds of these names: body of the scene, surface, part, or robot for another arm."""
+        for kind, names in (
+            ("body", scene),
+            ("surface", {k: surfaces[at] for k, at in enumerate(model.geom_bodyid) if at in surfaces}),
+            ("part", {geom: self.parts[number].name for geom, number in self.numbers.items()}),
+            *(
+                ("robot", {geom: f"{name} of robot {arm.name!r}" for geom, name in numbers.touching.items()})
+                for arm, numbers in zip(self.arms, built.arms, strict=True)
+            ),
+        ):
+            self.touchable |= names
+            self.kinds |= dict.fromkeys(names.values(), kind)
         for arm in self.arms:
             arm.bind(built, data)
 
