@@ -10,7 +10,7 @@ import mujoco as mj
 import numpy as np
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
-from iiwa_sim.frames import IDENTITY, Transform, Vector, compose
+from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.world.build import pose_of
 from iiwa_sim.world.details import ALL, PARTS
 from iiwa_sim.world.part import Mesh
@@ -20,17 +20,13 @@ OF_SCENE = 16
 SHOWN_GROUPS = range(3)
 """Groups of geoms that are shown; MuJoCo's own viewer shows the same."""
 MOST_TRIANGLES = 5000
-"""A mesh of more is shown as its bounding box; an ellipsoid is, too."""
+"""A mesh of more is shown as its bounding box."""
 PLANE_M = 2.0
 """Half an edge of a plane without end."""
 
 
-class SceneShape(NamedTuple):
-    """A geom of a scene as it is shown."""
-
-    shape: Box | Cylinder | Sphere | Mesh
-    pose: Transform  # in its body
-    colour: tuple[float, float, float, float]
+SceneShape = tuple[Box | Cylinder | Sphere | Mesh, Transform, tuple[float, ...]]
+"""A geom as it is shown: its shape, its pose in its body, and its colour, red green blue opacity."""
 
 
 class SceneBody(NamedTuple):
@@ -50,24 +46,22 @@ class Scene:
 
     def __init__(self, file: Path) -> None:
         """Raises ValueError and OSError, whose message names the element."""
-        listener = mj.get_mju_user_warning()
         mj.set_mju_user_warning(lambda _: None)  # it would write into a file in the working directory
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # options of the scene do not count
-                self.spec, self.model = _attached(mj.MjSpec.from_file(str(file.resolve())))
-        finally:
-            mj.set_mju_user_warning(listener)
-        model = self.model
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # options of the scene do not count
+            self.spec, self.model = _attached(mj.MjSpec.from_file(str(file.resolve())))
+        model, self._conveyors = self.model, dict[str, tuple[float, ...]]()
         self.sensors = _names(model, "sensor", model.nsensor)
         self.cameras = _names(model, "camera", model.ncam)
         self.body_names = _names(model, "body", model.nbody)
         self.bodies = _bodies(model)
         """The bodies that are shown, with what is fixed to the world first."""
         self._actuators = _names(model, "actuator", model.nu)
-        geoms = _names(model, "geom", model.ngeom)
-        velocities = ((name, model.geom_surfacevel[model.geom(name).id]) for name in geoms)
-        self._conveyors = {name: _direction(along) for name, along in velocities if along.any()}
+        for name in _names(model, "geom", model.ngeom):
+            v = model.geom_surfacevel[model.geom(name).id]
+            if v.any():  # at a speed of 1 m/s, or 1 rad/s where it only turns
+                speed = float(np.linalg.norm(v[:3])) or float(np.linalg.norm(v[3:]))
+                self._conveyors[name] = tuple((v / speed).tolist())
         self.drivable = (*self._actuators, *self._conveyors, *_names(model, "equality", model.neq))
         """Names that outputs may drive; an actuator comes before others of its name."""
 
@@ -84,12 +78,6 @@ class Scene:
         if name in self._conveyors:
             return self.model.geom(name).id, False, self._conveyors[name]
         return self.model.equality(name).id, True, ()
-
-
-def _direction(velocity: Any) -> tuple[float, ...]:
-    """Return `surfacevel` at a speed of 1 m/s, or 1 rad/s where it only turns."""
-    speed = float(np.linalg.norm(velocity[:3])) or float(np.linalg.norm(velocity[3:]))
-    return tuple((velocity / speed).tolist())
 
 
 def _attached(scene: Any) -> tuple[Any, Any]:
@@ -126,44 +114,31 @@ def _bodies(model: Any) -> tuple[SceneBody, ...]:
             names.append(model.body(number).name or f"{parent} {number}")
         first, count = int(model.body_geomadr[number]), int(model.body_geomnum[number])
         shown = [geom for geom in range(first, first + count) if model.geom_group[geom] in SHOWN_GROUPS]
-        shapes = tuple(each for geom in shown for each in _shapes(model, geom))
+        shapes = tuple(each for geom in shown if (each := _shape(model, geom))[2][3] > 0.0)
         if shapes:
             found.append(SceneBody(names[number], number, shapes))
     return tuple(found)
 
 
-def _shapes(model: Any, geom: int) -> list[SceneShape]:
-    """Return a geom as it is shown; nothing for one that is not to be seen, or is a height field."""
-    kinds, kind = mj.mjtGeom, mj.mjtGeom(model.geom_type[geom])
-    material = int(model.geom_matid[geom])
+def _shape(model: Any, geom: int) -> SceneShape:
+    """Return a geom as it is shown: a capsule with flat ends, what has no such shape by its bounding box."""
+    kinds, material, mesh = mj.mjtGeom, int(model.geom_matid[geom]), int(model.geom_dataid[geom])
     colour = tuple((model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]).tolist())
-    x, y, z = model.geom_size[geom].tolist()
-    middle: Vector = (0.0, 0.0, 0.0)
-    found: list[tuple[Box | Cylinder | Sphere | Mesh, Vector]] = []
-    match kind:
-        case kinds.mjGEOM_BOX | kinds.mjGEOM_ELLIPSOID:
-            found = [(Box(x, y, z), middle)]
-        case kinds.mjGEOM_PLANE:
-            found = [(Box(x or PLANE_M, y or PLANE_M, 1e-3), middle)]
-        case kinds.mjGEOM_SPHERE:
-            found = [(Sphere(x), middle)]
-        case kinds.mjGEOM_CYLINDER:
-            found = [(Cylinder(x, y), middle)]
-        case kinds.mjGEOM_CAPSULE:
-            found = [(Cylinder(x, y), middle), (Sphere(x), (0.0, 0.0, y)), (Sphere(x), (0.0, 0.0, -y))]
-        case kinds.mjGEOM_MESH:
-            found = [_mesh(model, int(model.geom_dataid[geom]), *model.geom_aabb[geom].tolist())]
     pose = pose_of([*model.geom_pos[geom].tolist(), *model.geom_quat[geom].tolist()])
-    shown = [
-        SceneShape(shape, compose(pose, Transform(IDENTITY.rotation, at)), colour) for shape, at in found
-    ]
-    return shown if colour[3] > 0.0 else []
-
-
-def _mesh(model: Any, mesh: int, *aabb: float) -> tuple[Box | Mesh, Vector]:
-    first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
-    if count > MOST_TRIANGLES:
-        return Box(*aabb[3:]), (aabb[0], aabb[1], aabb[2])
-    corners = model.mesh_vert[int(model.mesh_vertadr[mesh]) :].astype(float)
-    faces = model.mesh_face[first : first + count].ravel()
-    return Mesh(tuple((x, y, z) for x, y, z in corners[faces].tolist())), (0.0, 0.0, 0.0)
+    x, y, _ = model.geom_size[geom].tolist()
+    match mj.mjtGeom(model.geom_type[geom]):
+        case kinds.mjGEOM_PLANE:
+            return Box(x or PLANE_M, y or PLANE_M, 1e-3), pose, colour
+        case kinds.mjGEOM_SPHERE:
+            return Sphere(x), pose, colour
+        case kinds.mjGEOM_CYLINDER:
+            return Cylinder(x, y), pose, colour
+        case kinds.mjGEOM_CAPSULE:
+            return Cylinder(x, x + y), pose, colour
+        case kinds.mjGEOM_MESH if model.mesh_facenum[mesh] <= MOST_TRIANGLES:
+            first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+            corners = model.mesh_vert[int(model.mesh_vertadr[mesh]) :].astype(float)
+            found = corners[model.mesh_face[first : first + count].ravel()].tolist()
+            return Mesh(tuple((x, y, z) for x, y, z in found)), pose, colour
+    mx, my, mz, x, y, z = model.geom_aabb[geom].tolist()
+    return Box(x, y, z), compose(pose, Transform(IDENTITY.rotation, (mx, my, mz))), colour
