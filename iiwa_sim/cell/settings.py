@@ -30,7 +30,7 @@ from iiwa_sim.world.gripper import Cup, Jaws
 DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
-MOST_ROBOTS, MOST_PARTS = 32, 256
+MOST_ROBOTS, MOST_PARTS = 28, 256
 MOST_CAPSULES = 16
 """Most capsules of a tool: all of them are looked at where the arm touches something."""
 

@@ -280,6 +280,10 @@ class Arm:
             self._slide()
         elif self.held >= 0 and not self._is_on_pads(self.held):
             self.let_go(SLIPS)
+        self.wrench = self.push = self._felt
+        if self.leads:
+            self.wrench = add(self._felt, self._at_most(add(self._carried, self._on_held)))
+            self.push = add(self._felt, self._at_most(add(self._weight, self._on_held)))
 
     def _at_tcp(self, first: int, inside: Transform) -> Wrench:
         """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
@@ -290,13 +294,6 @@ class Arm:
         a, b, c = rotate(inside.rotation, (a, b, c))
         dx, dy, dz = inside.translation
         return x, y, z, a + dy * z - dz * y, b + dz * x - dx * z, c + dx * y - dy * x
-
-    def sum_up(self) -> None:
-        """Add up what acts at the TCP."""
-        self.wrench = self.push = self._felt
-        if self.leads:
-            self.wrench = add(self._felt, self._at_most(add(self._carried, self._on_held)))
-            self.push = add(self._felt, self._at_most(add(self._weight, self._on_held)))
 
     # Jaws
 

@@ -157,8 +157,6 @@ class World:
             self.behind = True
             return
         self._compute(far)
-        for arm in arms:
-            arm.sum_up()
 
     def _is_away(self) -> bool:
         """Measure where bounds do not tell; returns True if the arms meet nothing in this tick."""
@@ -326,8 +324,6 @@ class World:
         details.wake_all(self.model, self.data)
         self.wake_up()
         self._find_forces()
-        for arm in self.arms:
-            arm.sum_up()
 
     def wake_up(self) -> None:
         """Compute the next ticks, after a change of what may move."""

@@ -285,5 +285,5 @@ def test_robots_that_collide_at_the_start_are_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["robot = []", "contact_radius_mm = 3" + TWO])
 def test_keys_that_do_not_go_with_several_robots(tmp_path: Path, text: str) -> None:
-    with pytest.raises(CellFault, match=r"(1 to 32 robots|= 3: expected none beside)"):
+    with pytest.raises(CellFault, match=r"(1 to 28 robots|= 3: expected none beside)"):
         cell_from(tmp_path, text)
