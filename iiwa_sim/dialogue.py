@@ -4,6 +4,7 @@ A line is added when it is carried out, with its reply, so a reply belongs to it
 pipelined. Telnet's own commands are not in it.
 """
 
+import logging
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Collection
@@ -19,6 +20,8 @@ REPORTED = 300
 """Entries in a report, or in one answer to `since`: the newest ones."""
 SHOWN = 12
 """Commands that the message of an assertion names, the most frequent ones."""
+
+logger = logging.getLogger(__name__)
 
 
 class Direction(StrEnum):
@@ -101,8 +104,8 @@ class Dialogue:
 
     @property
     def is_heard(self) -> bool:
-        """True if lines are kept, or anybody listens."""
-        return self._entries is not None or bool(self.listeners)
+        """True if lines are kept or logged, or anybody listens."""
+        return self._entries is not None or bool(self.listeners) or logger.isEnabledFor(logging.DEBUG)
 
     def exchange(self, session: str, line: str, reply: str, reason: str = "", command: str = "") -> None:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
@@ -110,6 +113,9 @@ class Dialogue:
             said = self._tell(session, Direction.FROM_CLIENT, line)
             answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
             self._keep(Exchange(session, command or line, line, reply), said, answer)
+            if not reason:
+                fields = {"session": session, "line": line, "reply": reply}
+                logger.debug("%s '%s' -> %s", session, line, reply, extra={"fields": fields})
 
     def event(self, session: str, text: str, protocol: str = "", mark: Direction = Direction.EVENT) -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""

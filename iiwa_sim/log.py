@@ -3,7 +3,7 @@
 Everything goes through the standard library's logging, so a program that uses the simulator as a library
 configures it as it likes; only the command line calls `configure`. Levels: `warning` for refused commands,
 for clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, and for
-forces that end a move; `info` for clients that connect and disconnect; `debug` for every command.
+forces that end a move; `info` for clients that connect and disconnect; `debug` for the dialogue.
 """
 
 import json
@@ -18,7 +18,6 @@ from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from datetime import UTC, datetime
-from functools import partial
 
 from iiwa_sim.wording import harmless
 
@@ -70,17 +69,13 @@ class SessionLog:
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.on_refused: list[Callable[[str, str, int, str], None]] = []
         """Told of every refusal, none held back: session, line, code and reason."""
-        self.wants_commands: Callable[[], bool] = partial(logger.isEnabledFor, logging.DEBUG)
         self._now_ns, self._refusals = now_ns, Throttle(REFUSALS_TOLD)
-
-    def command(self, session: str, line: str, reply: str) -> None:
-        _say(logging.DEBUG, f"{session} '{line}' -> {reply}", session=session, line=line, reply=reply)
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         for listener in self.on_refused:
             listener(session, line, code, reason)
         text = f"{session} refused '{line}': {reason}"
-        if not self.wants_commands():
+        if not logger.isEnabledFor(logging.DEBUG):
             count = self._refusals.count((session, code), self._now_ns())
             if count is None:
                 return

@@ -6,21 +6,13 @@ from __future__ import annotations
 class Journal:
     """A `SessionLog` whose entries tests read."""
 
-    def __init__(self, commands: bool = False, *, fails: bool = False) -> None:
+    def __init__(self, *, fails: bool = False) -> None:
         """With `fails` an internal error is raised again, for tests that expect none."""
-        self._commands = commands
-        self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
         self.remarks: list[tuple[str, str, str]] = []
         self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
         self._fails = fails
-
-    def wants_commands(self) -> bool:
-        return self._commands
-
-    def command(self, session: str, line: str, reply: str) -> None:
-        self.said.append((session, line, reply))
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.refusals.append((session, line, code, reason))

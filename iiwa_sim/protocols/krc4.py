@@ -172,8 +172,6 @@ class Krc4Session(Session):
             answer = reply_of((message.id, -abs(message.command), fault.code), ())
             self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {told}", tag)
             return to_xml(answer)
-        if self.log.wants_commands():
-            self.log.command(self.name, shown, written(answer))
         if self.dialogue.is_heard:
             self.dialogue.exchange(self.name, text, written(answer), command=tag)
         return to_xml(answer)

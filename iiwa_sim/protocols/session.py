@@ -176,8 +176,6 @@ class LineSession(Session):
             self._told.add(name)
             ignored = f"ignores {request.beyond} more than {request.command.takes()}"
             self.log.odd(self.name, name, request.in_degrees or ignored)
-        if self.log.wants_commands():
-            self.log.command(self.name, shown(line), reply[:-2].decode())
         return reply
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:

@@ -25,7 +25,7 @@ class Talk:
     """A conversation without sockets."""
 
     def __init__(self, controller: Controller) -> None:
-        self.journal = Journal(commands=True)
+        self.journal = Journal()
         self.session = Krc4Session(controller, self.journal, "a test")
 
     def says(self, wire: bytes) -> list[Reply]:

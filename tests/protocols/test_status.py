@@ -21,9 +21,9 @@ from tests.states import state
 class Reader:
     """A reader of the status port, and the robot behind it."""
 
-    def __init__(self, commands: bool = False) -> None:
+    def __init__(self) -> None:
         self.robot = FakeRobot()
-        self.journal = Journal(commands)
+        self.journal = Journal()
         self.session = StatusSession([self.robot], self.journal, "reader")
 
     def says(self, *packets: bytes) -> bytes:
