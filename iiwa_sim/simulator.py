@@ -244,7 +244,7 @@ class Simulator(OnlyRobot):
                 port=settings.status_port,
                 rate_hz=settings.status_rate_hz,
                 tick_rate_hz=settings.rate_hz,
-                on_client=self.clock.look,
+                on_answered=lambda _: self.clock.look(),
                 budget=budget,
             )
         self.ros: RosSide | None = None

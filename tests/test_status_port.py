@@ -112,14 +112,14 @@ async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> Non
         client = await Client.connect(simulator.port)
         assert await client.ask(FAR) == "done"
         held = simulator._status.connections
-        await until(lambda: sum(r._transport.get_write_buffer_size() > 0 for r in held) == len(stuck))
+        await until(lambda: sum(r.transport.get_write_buffer_size() > 0 for r in held) == len(stuck))
         last = [0] * len(readers)
         for _ in range(20):
             ticks = [(await next_state(reader))["tick"] for reader in readers]
             assert all(now > before for now, before in zip(ticks, last, strict=True))
             last = ticks
             assert await client.ask("get status") == "moving"
-        assert all(r._transport.get_write_buffer_size() < 2000 for r in held)
+        assert all(r.transport.get_write_buffer_size() < 2000 for r in held)
         for each in stuck:
             each.close()
         for each in [*readers, client]:

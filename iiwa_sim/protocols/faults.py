@@ -20,7 +20,7 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import load_table
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import shortened
 
 EVERY = 0
 """Stands for all connections, present and future."""
@@ -137,10 +137,9 @@ class CannedReplies:
         known = table.find(spelling)
         if not self.heard or known is None:
             reason = table.why_unknown(spelling) if self.heard else f"expected a robot that speaks {IIWA}"
-            raise ValueError(f"command '{shortened(harmless(command), 60)}': {reason}")
+            raise ValueError(f"command {command!r:.60}: {reason}")
         if not (reply.isascii() and reply.isprintable()):
-            text = shortened(harmless(reply), 60)
-            raise ValueError(f"reply '{text}': expected one line of printable ASCII")
+            raise ValueError(f"reply {reply!r:.60}: expected one line of printable ASCII")
         if times < 0:
             raise ValueError(f"times={times}: expected 0 or more")
         self.replies.setdefault(known.name, []).append((reply, times or inf))

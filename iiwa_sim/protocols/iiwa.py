@@ -15,7 +15,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.protocols.decimals import format_decimals
 from iiwa_sim.protocols.session import LineSession, written
-from iiwa_sim.protocols.table import Request, helped, with_hint
+from iiwa_sim.protocols.table import Request, helped
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_REPLY = 1000
@@ -107,7 +107,7 @@ def _checks(kind: Kind) -> Handler:
         try:
             session.controller.check(MoveRequest(kind, Frame(*place), redundancy=redundancy))
         except Refused as refused:
-            return _prose(f"unreachable {refused.code} {with_hint(refused.reason, request)}")
+            return _prose(f"unreachable {refused.code} {request.with_hint(refused.reason)}")
         return written("reachable")
 
     return handler

@@ -8,7 +8,6 @@ from math import degrees, radians
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.frames import Frame
@@ -57,44 +56,29 @@ def _to_joints(kind: Kind) -> Handler:
     return handler
 
 
-def _asks(read: Callable[[Controller], Answer]) -> Handler:
-    """A handler of commands that take no parameters."""
-    return lambda session, _: read(session.controller)
-
-
 def _stop(session: "Krc4Session", _: Message) -> Answer:
     session.controller.stop()
     return _DONE
 
 
 def _set_io(session: "Krc4Session", message: Message) -> Answer:
-    number, value = message.integers[2:4]
+    (number, value), io = message.integers[2:4], session.controller.io
     if value not in (0, 1):
         raise Refused(COMMUNICATION_FAILURE, f"I3 = {value}: expected 0 or 1")
-    io = session.controller.io
-    if _is_output(io, number):
-        io.set_output(number, value == 1)
-    else:
+    if number > len(io.output_names):
         io.refuse_input(number - len(io.output_names))
+    io.set_output(number, value == 1)
     return _DONE
 
 
 def _get_io(session: "Krc4Session", message: Message) -> Answer:
     number, io = message.integers[2], session.controller.io
-    on = io.output(number) if _is_output(io, number) else io.input(number - len(io.output_names))
-    return (0, int(on)), ()
+    outputs = len(io.output_names)
+    return (0, int(io.output(number) if number <= outputs else io.input(number - outputs))), ()
 
 
-def _is_output(io: Io, number: int) -> bool:
-    """Return True if a number is that of an output; numbers above are inputs. Raises `Refused`."""
-    outputs, inputs = len(io.output_names), len(io.input_names)
-    if not 1 <= number <= outputs + inputs:
-        raise Refused(NUMBER_OUT_OF_RANGE, f"no IO {number}: there are 1 to {outputs + inputs}")
-    return number <= outputs
-
-
-def _goal_pose(controller: Controller) -> Answer:
-    x_mm, y_mm, z_mm, *angles = controller.goal_frame()
+def _goal_pose(session: "Krc4Session", _: Message) -> Answer:
+    x_mm, y_mm, z_mm, *angles = session.controller.goal_frame()
     return (), (x_mm, y_mm, z_mm, *map(degrees, angles))
 
 
@@ -104,12 +88,12 @@ COMMANDS: dict[str, Handler] = {
     "PTP": _to_frame(Kind.PTP),
     "PTA": _to_joints(Kind.PTP),
     "STO": _stop,
-    "FIN": _asks(lambda robot: ((int(not robot.moving),), ())),
+    "FIN": lambda session, _: ((int(not session.controller.moving),), ()),
     "SIO": _set_io,
     "GIO": _get_io,
-    "DIS": _asks(lambda robot: ((), (robot.distance_to_goal_mm(),))),
-    "GOP": _asks(_goal_pose),
-    "GOA": _asks(lambda robot: ((), tuple(map(degrees, robot.motions.goal)))),
+    "DIS": lambda session, _: ((), (session.controller.distance_to_goal_mm(),)),
+    "GOP": _goal_pose,
+    "GOA": lambda session, _: ((), tuple(map(degrees, session.controller.motions.goal))),
 }
 """The function for each message, by the name in its tag."""
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialogue import Dialogue
@@ -16,14 +15,12 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
-from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table, with_hint
+from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table
 
 ASKED_OFTEN = 3
 """Times in a row that a client sends the same line before it counts as one that waits."""
 AT_ONCE = 512
 """Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
-CANNED = "the reply to the next line is canned, nothing is carried out"
-"""Event in the dialogue."""
 
 
 class Session:
@@ -68,7 +65,7 @@ class Session:
     def move(self, request: MoveRequest) -> None:
         """Make a move of this connection. Raises `Refused`."""
         self.ends_batch = True
-        self._moves.add(self.controller.move(request, self._has_ended))
+        self._moves.add(self.controller.move(request, lambda ending: self._moves.discard(ending.move)))
 
     def lost(self) -> None:
         """Notice that the connection has gone: stop the robot if a move of this session is pending."""
@@ -81,9 +78,6 @@ class Session:
     def close(self) -> None:
         """End the session after this command; later ones are not answered."""
         self.closing = self.ends_batch = True
-
-    def _has_ended(self, ending: Ending) -> None:
-        self._moves.discard(ending.move)
 
 
 class LineSession(Session):
@@ -161,12 +155,12 @@ class LineSession(Session):
             count = len(request.values) + request.beyond
             return self._refuse(line, Refusal(f"{name} takes {request.command.takes()}, got {count}"))
         if self._canned.replies and (text := self._canned.take(name)) is not None:
-            self.dialogue.event(self.name, CANNED)
+            self.dialogue.event(self.name, "the reply to the next line is canned, nothing is carried out")
             return written(text)
         try:
             reply = self._commands[name](self, request)
         except Refused as refused:
-            return self._refuse(line, Refusal(with_hint(refused.reason, request), code=refused.code))
+            return self._refuse(line, Refusal(request.with_hint(refused.reason), code=refused.code))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
             self._reason = f"internal error at '{shown(line)}', see the log"

@@ -5,7 +5,6 @@ field `error` of later lines tell why. There are no replies, so each line is a s
 """
 
 from collections.abc import Sequence
-from functools import cache
 
 import msgspec
 
@@ -34,7 +33,8 @@ class StatusSession(LineSession):
 
     def __init__(self, controllers: Sequence[Controller], log: SessionLog, name: str) -> None:
         """`controllers` are those of all robots; `name` identifies this connection in the log."""
-        super().__init__(controllers[0], log, name, _table(), {STOP: _stop})
+        table = Table({STOP: load_table("iiwa").commands[STOP]})
+        super().__init__(controllers[0], log, name, table, {STOP: _stop})
         self.controllers = controllers
 
     def _reply(self, line: bytes) -> bytes:
@@ -46,11 +46,6 @@ class StatusSession(LineSession):
         for other in self.controllers[1:]:
             other.errors.record(COMMUNICATION_FAILURE, NOTHING_ELSE)
         return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
-
-
-@cache
-def _table() -> Table:
-    return Table({STOP: load_table("iiwa").commands[STOP]})
 
 
 def _stop(session: StatusSession, _: Request) -> bytes:

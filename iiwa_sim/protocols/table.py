@@ -89,8 +89,7 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         names = [name for name, _ in _in_series(self.parameters)]
         names += [f"({each.name})" for each in self.optional]
         more = f" or {len(self.parameters) + len(self.optional)}" if self.optional else ""
-        plural = "" if len(self.parameters) == 1 and not more else "s"
-        return f"{' '.join(names)}: {len(self.parameters)}{more} value{plural}"
+        return f"{' '.join(names)}: {len(self.parameters)}{more} value{'s' * (len(names) > 1)}"
 
     def usage(self) -> str:
         """Return how to write the command, with units and ranges, and what it answers."""
@@ -122,6 +121,10 @@ class Request(NamedTuple):
     """Number of values after the last parameter."""
     in_degrees: str = ""
     """A remark if an angle is more than a turn, and so may be meant in degrees; else empty."""
+
+    def with_hint(self, reason: str) -> str:
+        """Return the reason of a refusal, with the remark."""
+        return "; ".join(filter(None, (reason, self.in_degrees)))
 
 
 class Table:
@@ -194,11 +197,6 @@ class Table:
                 return f"expected a colon behind '{command.name}'"
         meant = self.meant(spelling)
         return f"no such command; did you mean {meant}" if meant else "no such command; help lists them"
-
-
-def with_hint(reason: str, request: Request) -> str:
-    """Return the reason of a refusal, with a hint if angles may be in degrees."""
-    return f"{reason}; {request.in_degrees}" if request.in_degrees else reason
 
 
 @cache

@@ -61,7 +61,7 @@ class Admission:
                 client.serve()
 
 
-class Connection(asyncio.Protocol):
+class Connection(asyncio.BufferedProtocol):
     """One client.
 
     It is not read while its lines wait for their turn, and while it leaves replies unread no line is
@@ -73,35 +73,41 @@ class Connection(asyncio.Protocol):
     def __init__(self, server: "TcpServer") -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
+        self._buffer = bytearray(4096)  # bytes read at once: some ms of work
         self._is_known = False  # to be no browser, by the first bytes that came
+        self._is_admitted = False
         self._sent_end = False
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._sending: asyncio.Task[None] | None = None  # runs while a wire fault changes a reply
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
-        transport.max_size = 4096  # type: ignore[attr-defined]  # bytes read at once: some ms of work
-        self._transport, server = transport, self._server
+        self.transport, server = transport, self._server
         self._name = f"{peer_of(transport)}{server.suffix}"
         self._mark = {"fields": {"session": self._name}}
         self._session = server.open_session(self._name)
         tune(transport.get_extra_info("socket"), server.send_bytes)
         self._number = server.faults.arrives(self, self._name)
         logger.info("%s connected", self._name, extra=self._mark)
-        server.on_client()
+        server.on_answered(False)
         server.connections.add(self)
         transport.pause_reading()
         server.admission.arrives(self)
 
     def serve(self) -> None:
         """Notice that the client is admitted: read from it."""
-        self._transport.resume_reading()
+        self._is_admitted = True
+        self.transport.resume_reading()
 
-    def data_received(self, data: bytes) -> None:
+    def get_buffer(self, _: int) -> bytearray:
+        return self._buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        data = bytes(self._buffer[:nbytes])
         if not self._is_known and _BROWSER.match(data):
             text = "%s closed: it sent an HTTP request or TLS, as a web page would have it"
             logger.warning(text, self._name, extra=self._mark)
-            self.abort()
+            self.transport.abort()
             return
         self._is_known = True
         self._session.receive(data)
@@ -135,32 +141,28 @@ class Connection(asyncio.Protocol):
     def go_on(self) -> None:
         """Answer waiting lines in turn."""
         if self._server.budget.ask(self._work):
-            self._transport.pause_reading()
+            self.transport.pause_reading()
 
     def end(self, how: End) -> None:
         """End the connection."""
         if how is End.RST:
-            reset_at_close(self._transport.get_extra_info("socket"))
-            self.abort()
+            reset_at_close(self.transport.get_extra_info("socket"))
+            self.transport.abort()
         else:
             self.close()
 
     def offer(self, data: Callable[[], bytes]) -> None:
         """Send data now if the system has taken all that was sent before."""
-        if not (self._transport.get_write_buffer_size() or self._transport.is_closing()):
-            self._transport.write(data())
+        if not (self.transport.get_write_buffer_size() or self.transport.is_closing()):
+            self.transport.write(data())
 
     def close(self) -> None:
         """Send the replies there are and close; commands without a reply get none."""
-        self._transport.close()
-        if self._unread is None and self._transport.get_write_buffer_size():
+        self.transport.close()
+        if self._unread is None and self.transport.get_write_buffer_size():
             self._unread = self._loop.call_later(UNREAD_S, self._drop_unread)
         if self._session.closing:
             self._server.on_good_bye()
-
-    def abort(self) -> None:
-        """Close at once, without sending what waits."""
-        self._transport.abort()
 
     def _work(self, until_s: float) -> bool:
         """Answer what waits, up to `until_s`; return True if more can be done."""
@@ -171,21 +173,21 @@ class Connection(asyncio.Protocol):
                 server.on_answered(session.awaits)
         except Exception:
             logger.exception("%s dropped: internal error", self._name, extra=self._mark)
-            self.abort()
-        if self._transport.is_closing():
+            self.transport.abort()
+        if self.transport.is_closing():
             return False
         if session.waiting or self._is_held_back:
-            self._transport.pause_reading()
+            self.transport.pause_reading()
             return not self._is_held_back
         if session.closing or (self._sent_end and not server.lasting):
             self.close()
-        elif not self._sent_end:
-            self._transport.resume_reading()
+        elif self._is_admitted and not self._sent_end:
+            self.transport.resume_reading()
         return False
 
     def _answer(self, until_s: float) -> None:
         session, faults, replies, most = self._session, self._server.faults, list[bytes](), 1
-        while session.waiting and not (self._is_held_back or self._transport.is_closing()):
+        while session.waiting and not (self._is_held_back or self.transport.is_closing()):
             if faults.rules and (rule := faults.next_of(self._number)):
                 steps = faults.steps(self._number, rule, session.answer(1))
                 self._sending = self._loop.create_task(self._send(steps))
@@ -195,7 +197,7 @@ class Connection(asyncio.Protocol):
             if time.monotonic() >= until_s:
                 break
         if replies:
-            self._transport.write(b"".join(replies))
+            self.transport.write(b"".join(replies))
 
     @property
     def _is_held_back(self) -> bool:
@@ -208,7 +210,7 @@ class Connection(asyncio.Protocol):
     async def _send(self, steps: list[Step]) -> None:
         for step in steps:
             if isinstance(step, bytes):
-                self._transport.write(step)
+                self.transport.write(step)
             elif isinstance(step, End):
                 self.end(step)
             else:
@@ -218,7 +220,7 @@ class Connection(asyncio.Protocol):
 
     def _drop_unread(self) -> None:
         logger.warning("%s dropped: left its replies unread for %g s", self._name, UNREAD_S, extra=self._mark)
-        self.abort()
+        self.transport.abort()
 
 
 @dataclass(eq=False, kw_only=True)
@@ -235,10 +237,8 @@ class TcpServer:
     port: int
     admission: Admission = field(default_factory=Admission)
     budget: Budget = field(default_factory=Budget)
-    on_client: Callable[[], None] = lambda: None
-    """Called before a client is added."""
     on_answered: Callable[[bool], None] = lambda _: None
-    """Called after commands have been executed, with what the session `awaits`."""
+    """Called before a client is added, and after its commands, with what its session `awaits`."""
     on_good_bye: Callable[[], None] = lambda: None
     """Called after a client has said good-bye and been answered."""
     faults: WireFaults = field(default_factory=WireFaults)
@@ -261,7 +261,7 @@ class TcpServer:
         self.acceptor.close()
         for connection in list(self.connections):
             connection.close()
-            connection.abort()
+            connection.transport.abort()
         if self.connections:
             await asyncio.sleep(0)  # in which their sessions end
 

@@ -53,7 +53,7 @@ async def test_a_client_that_never_reads_is_dropped_and_others_are_served(
                 with suppress(BlockingIOError, ConnectionError):
                     silent.send(b"help\n" * 1000)
                 assert await other.ask("hello") == "hello"
-                most_held = max(c._transport.get_write_buffer_size() for c in server.connections)
+                most_held = max(c.transport.get_write_buffer_size() for c in server.connections)
         assert most_held < 64 * 1024 + 100_000, "asyncio's high-water mark and one slice of replies"
     assert await other.ask("hello") == "hello"
     await other.leaves()
