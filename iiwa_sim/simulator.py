@@ -78,7 +78,7 @@ class SimulatedRobot:
         self.faults = faults = WireFaults(self.dialogue.on_wire)
         ports = cell.ports or settings.ports
         faults.canned.heard = IIWA in ports
-        admission = Admission(settings.exclusive, settings.reconnect_pause_s)
+        admission = Admission(settings.exclusive)
         for protocol in ports:
             check_axes(protocol, cell.description)
 

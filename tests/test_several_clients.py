@@ -2,43 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.simulator import Simulator
 from tests import drivers
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES
 from tests.processes import running
-from tests.talking import DEADLINE_S, Client, until
-
-NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
-
-
-async def connect(simulator: Simulator) -> Client:
-    """A client that the server knows of."""
-    count = len(simulator.robots[""].servers["iiwa"].connections)
-    client = await Client.connect(simulator.port)
-    await until(lambda: len(simulator.robots[""].servers["iiwa"].connections) == count + 1)
-    return client
-
-
-@pytest.mark.parametrize("exclusive", [False, True])
-async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None:
-    pause_s = 0.1
-    loop = asyncio.get_running_loop()
-    async with Simulator(exclusive=exclusive, reconnect_pause_s=pause_s) as simulator:
-        first = await connect(simulator)
-        assert await first.ask("hello") == "hello", "the first one of all waits for nobody"
-        over = loop.create_future()
-        loop.call_later(pause_s, over.set_result, None)
-        await first.leaves()
-        await until(lambda: not simulator.robots[""].servers["iiwa"].connections)
-        next_one = await connect(simulator)
-        assert await next_one.ask("hello") == "hello"
-        assert over.done()
-        await next_one.leaves()
+from tests.talking import DEADLINE_S, until
 
 
 def test_a_bye_ends_the_process_if_it_shall() -> None:

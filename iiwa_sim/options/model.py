@@ -58,8 +58,7 @@ def _admit(**named: list[str]) -> None:
 _TOKEN = "1 to 256 printable ASCII characters without blanks"
 Port = Annotated[int, _number("PORT", 0, MAX_PORT)]
 Count = Annotated[int, _number("NUMBER", 1, 10_000)]
-Seconds = Annotated[float, _number("SECONDS", 0.0, 86400.0, " s")]
-SecondsAboveZero = Annotated[float, _number("SECONDS", 0.001, 86400.0, " s")]
+Seconds = Annotated[float, _number("SECONDS", 0.001, 86400.0, " s")]
 TickRateHz = Annotated[int, _number("HZ", 100, 1000, " Hz")]
 StatusRateHz = Annotated[int, _number("HZ", 1, 500, " Hz")]
 RateHz = Annotated[int, _number("HZ", 1, 1000, " Hz")]
@@ -98,7 +97,6 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = ()
     strict: Annotated[bool, "reject an iiwa command with surplus values, instead of ignoring them"] = False
     exclusive: Annotated[bool, "serve one client after the other; others wait"] = False
-    reconnect_pause_s: Annotated[Seconds, "wait between one client and the next"] = 0.0
     bye_shuts_down: Annotated[bool, "exit when a client sends bye"] = False
 
     clock: Annotated[
@@ -108,7 +106,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ] = "real"
     rate_hz: Annotated[TickRateHz, "ticks per second"] = 500
     servo_timeout_s: Annotated[
-        SecondsAboveZero | None,
+        Seconds | None,
         "stop if no smart or direct move follows the last one within this time",
     ] = None
 

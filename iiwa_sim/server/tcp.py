@@ -31,32 +31,25 @@ logger = logging.getLogger(__name__)
 
 
 class Admission:
-    """Admits clients in the order in which they connect, all at once or (`exclusive`) one after the other.
+    """Admits clients in the order in which they connect, all at once or (`exclusive`) one after the other."""
 
-    When no client is left, the next one is admitted `pause_s` later.
-    """
-
-    def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
-        self._exclusive, self._pause_s, self._pauses = exclusive, pause_s, False
+    def __init__(self, exclusive: bool = False) -> None:
+        self._exclusive = exclusive
         self._clients: dict[Connection, bool] = {}  # in their order, True for those admitted
 
     def arrives(self, client: "Connection") -> None:
         """Add a client, whose `serve` is called at once or later."""
         self._clients[client] = False
-        self._admit(self._pauses)
+        self._admit()
 
     def leaves(self, client: "Connection") -> None:
         """Forget a client that has gone, admitted or not."""
-        was_admitted = self._clients.pop(client)
-        if was_admitted and self._pause_s and not any(self._clients.values()):
-            self._pauses = True
-            asyncio.get_running_loop().call_later(self._pause_s, self._admit, False)
-        self._admit(self._pauses)
+        del self._clients[client]
+        self._admit()
 
-    def _admit(self, pauses: bool) -> None:
-        self._pauses = pauses
+    def _admit(self) -> None:
         for client in [client for client, is_admitted in self._clients.items() if not is_admitted]:
-            if not (pauses or (self._exclusive and any(self._clients.values()))):
+            if not (self._exclusive and any(self._clients.values())):
                 self._clients[client] = True
                 client.serve()
 

@@ -15,7 +15,7 @@ from tools.reference import DOCS, PAGES
 
 VALUES = """
 cell=cell.toml robot=kr_6_r900_sixx count=3 fleet=fleet.toml protocol=krc4,iiwa host=0.0.0.0 port=31000,31001
-strict=true exclusive=TRUE reconnect_pause=2.5 bye_shuts_down=1 clock=fast rate=250 servo_timeout=1.5
+strict=true exclusive=TRUE bye_shuts_down=1 clock=fast rate=250 servo_timeout=1.5
 status_port=31001 status_rate=20 view_port=31005 view_host=::1 view_token=swordfish view_token_file=SECRET
 transcript=said.txt record=run.mcap record_rate=50 log_level=debug log_json=1 backdoor_port=31003
 backdoor_host=::1 backdoor_token=swordfish backdoor_token_file=SECRET
