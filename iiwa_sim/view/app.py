@@ -11,7 +11,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from functools import partial
 from math import ceil, sin, sqrt, tan
 from typing import TYPE_CHECKING, Any
 
@@ -76,8 +75,7 @@ def run_page(
         def chosen() -> Panel:
             return panels[names.index(choice.value)]
 
-        def enter(name: str, event: Any) -> None:
-            choice.value = name
+        def enter(event: Any) -> None:
             for panel in panels:
                 panel.box.visible = panel is chosen()
             look_at(event.client, chosen().scene.points())
@@ -88,8 +86,8 @@ def run_page(
             if is_open:
                 chosen().show()
 
-        choice.on_update(acting(lambda event: enter(choice.value, event)))
-        for number, (name, place) in enumerate(zip(names, places, strict=True)):
+        choice.on_update(acting(enter))
+        for number, place in enumerate(places):
             x, y = divmod(cells.index(place.backdoor), row)
             apart = Transform(IDENTITY.rotation, (APART_M * x, APART_M * y, 0.0))
             pose = compose(apart, Frame(*place.base).to_transform())
@@ -99,9 +97,7 @@ def run_page(
             with (box := server.gui.add_folder(None, visible=number == 0)):
                 panels.append(Panel(server, station, scene, box))
             if len(places) > 1:
-                server.scene.add_label(f"{scene.root}/name", name, position=(0.0, 0.0, NAME_M))
-                for handle in scene.handles:
-                    handle.on_click(acting(partial(enter, name)))
+                server.scene.add_label(f"{scene.root}/name", place.name, position=(0.0, 0.0, NAME_M))
             server.on_client_disconnect(panels[-1].leave)
         add_surroundings(server, [each.scene for each in panels], lambda: chosen().scene)
         draw(is_open=True)

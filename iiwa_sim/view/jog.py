@@ -40,7 +40,6 @@ class Jog:
         self._robot, self._ask = station.robot, station.command
         self._user: Any = None
         """Client that has ticked Enable."""
-        self._number = 0  # of the axis
         self._release: threading.Event | None = None  # of the button that is held
         self._heard_s = 0.0
         self._thread = ThreadPoolExecutor(1, "iiwa-sim-jog")
@@ -54,7 +53,7 @@ class Jog:
         self._enable.on_update(self._switched)
         for group in (self._frame, self._axis, self._step):
             group.on_click(self._chosen)
-        self._choose(0)
+        self._show_axis()
 
     def stop(self) -> None:
         """Stop a motion and end the thread."""
@@ -66,18 +65,19 @@ class Jog:
         if self._user is client:
             self._disable()
 
-    async def _chosen(self, event: Any) -> None:
-        axis = self._axis.options.index(self._axis.value)
-        self._choose({"Frame": 0, "Axis": axis}.get(event.target.label, self._number))
+    async def _chosen(self, _: Any) -> None:
+        self._show_axis()
 
-    def _choose(self, number: int) -> None:
-        """Have the buttons move an axis, counted from 0."""
-        self._number = number
-        names = CARTESIAN if COMMANDS[self._frame.value] else self._robot.joints
-        self._axis.options = names
+    def _show_axis(self) -> None:
+        self._axis.options = names = CARTESIAN if COMMANDS[self._frame.value] else self._robot.joints
         unit = "mm" if self._is_line else "deg"
         for button, sign in zip(self._buttons, "-+", strict=True):
-            button.label = f"{sign}  {names[number]}  (tap: {self._step.value} {unit})"
+            button.label = f"{sign}  {names[self._number]}  (tap: {self._step.value} {unit})"
+
+    @property
+    def _number(self) -> int:
+        """The axis, from 0; the first one until a viewer has chosen one of this frame."""
+        return self._axis.options.index(self._axis.value) if self._axis.value in self._axis.options else 0
 
     @property
     def _is_line(self) -> bool:

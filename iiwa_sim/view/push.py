@@ -15,11 +15,9 @@ from iiwa_sim.view.scene import FORCE, Scene, line
 if TYPE_CHECKING:
     import viser
 
-STIFFNESS, LEAST_STIFFNESS, MOST_STIFFNESS = 400.0, 50.0, 2000.0
-"""N/m"""
-MOST_N = 150.0
+STIFFNESS_N_PER_M, MOST_N = 400.0, 150.0
 HELP = """\
-Drag the arm: a spring pulls the TCP. It yields in a stiffness move and in a gravity hold, such as
+Drag the arm: a spring of 400 N/m pulls the TCP. It yields in a stiffness move and in a gravity hold, such as
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
 goes on."""
 
@@ -29,9 +27,6 @@ class Push:
 
     def __init__(self, server: viser.ViserServer, station: Station, scene: Scene) -> None:
         self._station, self._scene = station, scene
-        self._stiffness: Any = server.gui.add_slider(
-            "Spring (N/m)", min=LEAST_STIFFNESS, max=MOST_STIFFNESS, step=50.0, initial_value=STIFFNESS
-        )
         server.gui.add_markdown(HELP)
         self._client: Any = None
         """The client that drags the arm."""
@@ -74,7 +69,7 @@ class Push:
         with self._lock:
             if self._client is not None:
                 tcp = self._station.state.tool_frame.to_transform()
-                force = float(self._stiffness.value) * (self._target - tcp.translation)
+                force = STIFFNESS_N_PER_M * (self._target - tcp.translation)
                 force *= min(1.0, MOST_N / max(float(np.linalg.norm(force)), MOST_N))
                 self._force_n = float(np.linalg.norm(force))
                 force_in_tcp = rotate(transpose(tcp.rotation), force.tolist())

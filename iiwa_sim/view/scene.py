@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 HELD = (0.18, 0.62, 0.27, 1.0)
-FORCE, CONTACT, TRAIL = (230, 90, 20), (230, 30, 30), (60, 90, 220)
+FORCE, CONTACT, TRAIL, TOOL = (230, 90, 20), (230, 30, 30), (60, 90, 220), (90, 90, 90)
 M_PER_N, LONGEST_ARROW_M, LEAST_N = 0.005, 0.5, 0.5
 MOST_CONTACTS = 4
 TRAIL_STEP_M, TRAIL_POINTS, TRAIL_JUMP_S = 0.004, 400, 2.0
@@ -71,7 +71,8 @@ class Scene:
             scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
             for number in range(MOST_CONTACTS)
         ]
-        self._trail = line(scene, f"{root}/trail", TRAIL)
+        self._tool, self._trail = line(scene, f"{root}/tool", TOOL), line(scene, f"{root}/trail", TRAIL)
+        self._tool.visible = True
         self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
         self._bodies: dict[str, tuple[Any, list[Any], Sequence[Shape]]] = {}  # node, its shapes as drawn
         self._count = 0
@@ -90,6 +91,7 @@ class Scene:
         for node, pose in zip(self._links, self._arm.poses(state.joint_position), strict=True):
             _place(node, pose)
         _place(self._tcp, tcp)
+        self._tool.points = 1e-3 * np.round([[state.flange_frame[:3], state.tool_frame[:3]]], 1)
         self._add_to_path(state.time_s - before_s, tcp.translation)
         for name, pose, is_held in moving_bodies(state):
             if name in self._bodies:
