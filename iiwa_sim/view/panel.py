@@ -75,11 +75,12 @@ class Readout:
     def show(self, state: Snapshot, fault: str = "") -> None:
         """Show a state below the reason for which there is no newer one."""
         robot, status, gripper, load_kg = self._robot, state.robot_status, state.gripper, state.tool_load[0]
+        force_n = dist(state.cartesian_force[:3], (0, 0, 0))
         lit = [
             ("AUTO", status.mode == 2),
             ("DRIVES", status.drives_powered == 1),
             ("MOVING", status.in_motion == 1),
-            ("FORCE", dist(state.cartesian_force[:3], (0, 0, 0)) >= LEAST_N),
+            (f"FORCE {force_n:.0f} N", force_n >= LEAST_N),
         ]
         if gripper is not None:
             lit += [(f"GRIPPER {gripper.state} {gripper.opening_mm:.0f} mm", gripper.state == "holds")]
@@ -159,7 +160,6 @@ class Panel:
     def show(self) -> None:
         """Show the newest state on the panel, and what the backdoor tells."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
-        self._push.show()
         if now_s < self._next_s:
             return
         self._next_s = now_s + PERIOD_S

@@ -10,7 +10,7 @@ import numpy as np
 
 from iiwa_sim.frames import rotate, transpose
 from iiwa_sim.view.connection import Station
-from iiwa_sim.view.scene import FORCE, Scene, line
+from iiwa_sim.view.scene import Scene
 
 if TYPE_CHECKING:
     import viser
@@ -31,10 +31,7 @@ class Push:
         self._client: Any = None
         """The client that drags the arm."""
         self._target = np.zeros(3)  # the other end of the spring, m in the base
-        self._force_n = 0.0
         self._lock = threading.Lock()
-        self._line = line(server.scene, f"{scene.root}/push/spring", FORCE)
-        self._label: Any = server.scene.add_label(f"{scene.root}/push/force", "", visible=False)
         for handle in scene.handles:
             handle.on_drag("left")(self._dragged)
         station.after_state = self._push
@@ -45,15 +42,6 @@ class Push:
             if self._client is not None and client in (None, self._client):
                 self._client = None
                 self._station.backdoor.release()
-
-    def show(self) -> None:
-        """Draw the spring and its force."""
-        self._line.visible = self._label.visible = self._client is not None
-        if self._client is not None:
-            tcp = self._station.state.tool_frame.to_transform().translation
-            self._line.points = np.array([[tcp, self._target]], np.float32)
-            self._label.position = self._target
-            self._label.text = f"{self._force_n:.0f} N"
 
     async def _dragged(self, event: Any) -> None:  # in viser's loop, in order
         if event.phase == "end":
@@ -71,6 +59,5 @@ class Push:
                 tcp = self._station.state.tool_frame.to_transform()
                 force = STIFFNESS_N_PER_M * (self._target - tcp.translation)
                 force *= min(1.0, MOST_N / max(float(np.linalg.norm(force)), MOST_N))
-                self._force_n = float(np.linalg.norm(force))
                 force_in_tcp = rotate(transpose(tcp.rotation), force.tolist())
                 self._station.backdoor.push((*force_in_tcp, 0.0, 0.0, 0.0))

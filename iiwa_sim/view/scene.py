@@ -71,8 +71,7 @@ class Scene:
             scene.add_icosphere(f"{root}/contact/{number}", radius=0.015, color=CONTACT, visible=False)
             for number in range(MOST_CONTACTS)
         ]
-        self._tool, self._trail = line(scene, f"{root}/tool", TOOL), line(scene, f"{root}/trail", TRAIL)
-        self._tool.visible = True
+        self._tool, self._trail = self._line(f"{root}/tool", TOOL), self._line(f"{root}/trail", TRAIL)
         self._path: deque[Vector] = deque(maxlen=TRAIL_POINTS)
         self._bodies: dict[str, tuple[Any, list[Any], Sequence[Shape]]] = {}  # node, its shapes as drawn
         self._count = 0
@@ -129,6 +128,10 @@ class Scene:
     def _frame(self, path: str, pose: Transform = IDENTITY) -> Any:
         return self._scene.add_frame(path, show_axes=False, **_at(pose))
 
+    def _line(self, path: str, colour: tuple[int, int, int]) -> Any:
+        nothing = np.zeros((1, 2, 3), np.float32)
+        return self._scene.add_line_segments(path, nothing, colour, thickness=3.0, thickness_units="screen")
+
     def _add_mesh(self, path: str, mesh: LinkMesh) -> Any:
         scene, at = self._scene, _at(mesh.pose)
         if mesh.colour is None and mesh.path.suffix.lower() == ".glb":
@@ -170,14 +173,6 @@ class Scene:
         if self._trail.visible:
             points = np.array(self._path)
             self._trail.points = np.stack([points[:-1], points[1:]], axis=1)
-
-
-def line(scene: viser.SceneApi, path: str, colour: tuple[int, int, int]) -> Any:
-    """Add a line that nobody sees yet."""
-    nothing = np.zeros((1, 2, 3), np.float32)
-    return scene.add_line_segments(
-        path, nothing, colour, thickness=3.0, thickness_units="screen", visible=False
-    )
 
 
 def _at(pose: Transform) -> dict[str, Any]:
