@@ -1,7 +1,7 @@
 """A robot recorded while it runs: the messages of a recording, and their times."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -36,11 +36,10 @@ from iiwa_sim.recordings.schemas import (
 from iiwa_sim.recordings.writer import Message, Writer
 
 SECOND_NS = 1_000_000_000
-VIEW_RATE_HZ = 25
-"""Rate of frames, in simulated time."""
+VIEW_PERIOD_NS = SECOND_NS // 25
+"""Period of frames, in simulated time."""
 BLOCKS_HZ = 20
 """Blocks per simulated second: 25 ticks at 500 Hz."""
-_VIEW_PERIOD_NS = SECOND_NS // VIEW_RATE_HZ
 
 
 class Item(NamedTuple):
@@ -95,55 +94,48 @@ class Recorder:
     def __init__(
         self, source: Source, clock: Clock, rate_hz: int, out: Writer, name: str, shows_cell: bool
     ) -> None:
-        """Prepare; nothing of the controller is read before `start`.
+        """Prepare to write `rate_hz` states per simulated second to a file that other robots may share.
 
-        Args:
-            source: The robot.
-            clock: Its clock.
-            rate_hz: States per simulated second.
-            out: The file, which other robots may share.
-            name: Name of the robot, if there are several in the file.
-            shows_cell: True for the one of these that shows surfaces, parts and bodies.
+        `name` is that of one of several robots, the first of which `shows_cell`: surfaces, parts and bodies.
         """
         self.out, self._source, self._name = out, source, name
         self._space = f"/{name}" if name else ""
         self._clock, self._controller = clock, source.controller
         self._rate_hz, self._tick_rate_hz = rate_hz, clock.rate_hz
         self._due = 0  # in parts of 1 / tick_rate_hz of a state
-        self._began_ns = time.time_ns()
-        self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
+        self._clocks_apart_ns = time.time_ns() - time.monotonic_ns()
         self._shown: tuple[object, ...] = ()
         self._last_state = -1  # its tick
         self._block: list[Item] = []
         self._block_due = 0  # a tick
+        self._heard: tuple[tuple[list[Any], Callable[..., None]], ...] = (
+            (source.controller.endings.listeners, self._ended),
+            (source.dialogue.listeners, self._hear),
+            (source.log.on_refused, self._refused),
+            (source.events.listeners, self.event),
+            (source.backdoor.listeners, self._backdoor),
+        )
         self._arm, self._shows_cell = Arm(source.cell.description), shows_cell
         self._view_due_ns = 0  # of the writing thread
         self._encode = msgspec.json.Encoder().encode
 
     def start(self) -> None:
         """Record from the present tick on."""
-        source, robot = self._source, self._controller
+        robot = self._controller
         self._mode, self._accepted, self._begun = robot.mode, robot.accepted, robot.accepted
-        robot.endings.listeners.append(self._ended)
-        source.dialogue.listeners.append(self._hear)
-        source.log.on_refused.append(self._refused)
-        source.events.listeners.append(self.event)
-        source.backdoor.listeners.append(self._backdoor)
+        for listeners, listener in self._heard:
+            listeners.append(listener)
         self._put(ARM, None)
         self._show_cell()
         self._add_state()
 
     def stop(self) -> None:
         """Record no more."""
-        source = self._source
         if self._last_state != self._controller.tick:
             self._add_state()
         self._hand_over()
-        self._controller.endings.listeners.remove(self._ended)
-        source.dialogue.listeners.remove(self._hear)
-        source.log.on_refused.remove(self._refused)
-        source.events.listeners.remove(self.event)
-        source.backdoor.listeners.remove(self._backdoor)
+        for listeners, listener in self._heard:
+            listeners.remove(listener)
 
     def tick(self) -> None:
         """A tick has been made."""
@@ -168,9 +160,8 @@ class Recorder:
         self, kind: str, text: str = "", move: int = 0, code: int = 0, goal_frame: tuple[float, ...] = ()
     ) -> None:
         """Record something that has happened, by the fields of `Event`."""
-        tick, real_ns = self._controller.tick, time.time_ns()
-        event = Event(*self._when(tick, real_ns), kind, move, code, text, goal_frame)
-        self._block.append(Item(EVENTS, event, tick, real_ns))
+        tick = self._controller.tick
+        self._put(EVENTS, Event(self._seconds(tick), tick, kind, move, code, text, goal_frame))
 
     def _look(self) -> None:
         """Record a change of the mode, and moves that were accepted or have begun."""
@@ -203,14 +194,12 @@ class Recorder:
 
     def _hear(self, said: DialogueLine) -> None:
         self._look()  # the line has been carried out
-        real_ns = said.instant_ns + self._clocks_apart_ns
-        when = self._when(said.tick, real_ns)
-        spoken = Spoken(*when, said.session, said.mark, said.text, said.reason, said.protocol)
+        when, real_ns = self._seconds(said.tick), said.instant_ns + self._clocks_apart_ns
+        spoken = Spoken(when, said.tick, said.session, said.mark, said.text, said.reason, said.protocol)
         self._block.append(Item(DIALOGUE, spoken, said.tick, real_ns))
 
-    def _when(self, tick: int, real_ns: int) -> tuple[float, int, float]:
-        real_s = round((real_ns - self._began_ns) / SECOND_NS, 6)
-        return round(tick / self._tick_rate_hz, 9), tick, real_s
+    def _seconds(self, tick: int) -> float:
+        return round(tick / self._tick_rate_hz, 9)
 
     def _visible(self) -> tuple[object, ...]:
         return list(self._controller.load.world.surfaces.values()), parts_of(self._controller)
@@ -248,9 +237,8 @@ class Recorder:
             if item.content.gripper is None:
                 del state["gripper"]  # readers know no values that may be null
             yield STATE, state
-            late_ns = log_ns - self._view_due_ns
-            if late_ns >= 0:
-                self._view_due_ns = log_ns + _VIEW_PERIOD_NS - late_ns % _VIEW_PERIOD_NS
+            if log_ns >= self._view_due_ns:
+                self._view_due_ns = log_ns - log_ns % VIEW_PERIOD_NS + VIEW_PERIOD_NS
                 base = self._source.cell.base if self._name else None
                 yield FRAMES, foxglove.frames(log_ns, self._arm, item.content, self._shows_cell, base)
         else:

@@ -17,15 +17,12 @@ from iiwa_sim.wording import Unusable, harmless, need_library, shortened
 if TYPE_CHECKING:
     from iiwa_sim.recordings.recorder import Recorder
 
-LONGEST_MESSAGE = 400
-"""Characters of a message, which may cite paths."""
-
 
 class RecordingFault(Unusable):
     """The message is one line that names the file and the reason."""
 
     def __init__(self, message: str) -> None:
-        super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
+        super().__init__(shortened(harmless(message), 400))
 
 
 class Source(NamedTuple):
@@ -46,6 +43,7 @@ class Recordings:
         """`on_change` is called when there is a recorder more or less in `recorders`."""
         self.recorders: list[Recorder] = []
         self._clock, self._on_change = clock, on_change
+        self._begun: list[ExitStack] = []
 
     def begin(
         self,
@@ -71,26 +69,23 @@ class Recordings:
         def start() -> None:
             self.recorders += recorders
             self._on_change()  # the robots do not rest from here on
-            for recorder in recorders:
-                recorder.start()
+            for each in recorders:
+                each.start()
+
+        def stop() -> None:
+            for each in recorders:
+                each.stop()
+                self.recorders.remove(each)
+            self._on_change()
 
         call(start)
         recording = ExitStack()
         recording.callback(recorders[0].out.close)
-        recording.callback(call, lambda: self._stop(recorders))  # which comes first
+        recording.callback(call, stop)  # which comes first
+        self._begun.append(recording)
         return recording
 
     def end_all(self) -> None:
         """End those that have not been ended."""
-        recorders = list(self.recorders)
-        self._stop(recorders)
-        for out in {each.out for each in recorders}:
-            out.close()
-
-    def _stop(self, recorders: "Sequence[Recorder]") -> None:
-        """Have recorders see nothing more; does nothing for those that have been stopped."""
-        for recorder in recorders:
-            if recorder in self.recorders:
-                recorder.stop()
-                self.recorders.remove(recorder)
-        self._on_change()
+        for each in self._begun:
+            each.close()

@@ -39,7 +39,6 @@ class Spoken(msgspec.Struct):
 
     time_s: float
     tick: int
-    real_s: float
     session: str
     mark: str = msgspec.field(name="direction")
     """One of those of `iiwa_sim.dialogue.Direction`."""
@@ -53,7 +52,6 @@ class Event(msgspec.Struct):
 
     time_s: float
     tick: int
-    real_s: float
     kind: str
     """One of those of docs/recordings.md."""
     move: int

@@ -17,7 +17,7 @@ from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
-from iiwa_sim.recordings.recorder import VIEW_RATE_HZ
+from iiwa_sim.recordings.recorder import VIEW_PERIOD_NS
 from iiwa_sim.recordings.schemas import (
     ARM,
     CHANNELS,
@@ -91,7 +91,7 @@ def test_times_are_those_of_the_robot(session: Path) -> None:
         assert state.log_ns - first.log_ns == 1_000_000_000 // RATE_HZ
     views = [found.log_ns for found in found_in(session, FRAMES)]
     periods = {after - before for before, after in pairwise(views)}
-    assert periods == {1_000_000_000 // VIEW_RATE_HZ}
+    assert periods == {VIEW_PERIOD_NS}
 
 
 def test_events_tell_what_happens(session: Path) -> None:
