@@ -1,6 +1,5 @@
 """Recordings read: whole ones, and those that were cut off, up to the last whole chunk."""
 
-import struct
 import tempfile
 from bisect import bisect_right
 from collections.abc import Collection, Iterator
@@ -8,10 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, DataEnd, Footer, Header, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader
-from zstandard import ZstdError
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.recordings.recordings import RecordingFault
@@ -24,9 +21,6 @@ STEP_NS = 20_000_000
 LARGEST_RECORD = 64 * 1024 * 1024
 """Bytes; ours have some 100 kB. What says that it is larger is damaged."""
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
-DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError, IndexError, RuntimeError)
-"""Errors that mcap and the libraries below it raise for a damaged file."""
-_SLACK_S = 1e-6  # of times told in seconds; a tick takes a thousand times that
 
 KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Event, CELL: dict[str, Any]}
 
@@ -43,63 +37,49 @@ class Recorded:
         self.path = Path(f"{name}{SUFFIX}") if ending else path
         self.cut_at_s: float | None = None
         """The time up to which a file without its end can be read (s), when `messages` has come to it."""
-        self.metadata: dict[str, str] = {}
-        self.attachments: dict[str, bytes] = {}
-        """Attachments by their names: robot.urdf, robot.toml, and cell.toml where there was one."""
+        self._attachments: dict[str, bytes] = {}
+        robots = None
         for record in self._records():
             if isinstance(record, Metadata) and record.name == METADATA:
-                self.metadata = record.metadata
+                robots = record.metadata.get("robots", "").split()
             elif isinstance(record, Attachment):
-                self.attachments[record.name] = record.data
+                self._attachments[record.name] = record.data
             elif not isinstance(record, Header):
                 break
-        self._space = ""
-        if robots := self.metadata.get("robots", "").split():
-            space = f"{robot if ending else robots[0]}/"
-            if space[:-1] not in robots:
-                raise RecordingFault(f"{path}: expected {' or '.join(robots)} behind the colon")
-            self.metadata = {key.removeprefix(space): each for key, each in self.metadata.items()}
-            self.attachments = {key.removeprefix(space): each for key, each in self.attachments.items()}
-            self._space = f"/{space[:-1]}"
-        rate_hz = self.metadata.get("rate_hz", "")
-        if not rate_hz.isdigit() or int(rate_hz) == 0:
+        if robots is None:
             raise RecordingFault(f"{path}: {EXPECTED}")
-        self.tick_rate_hz = int(rate_hz)
-        self.joints = self.metadata.get("joints", "").split()
-        """Names of the robot's joints, base first."""
+        if ending and robot not in robots:
+            raise RecordingFault(f"{path}: expected {' or '.join(robots) or 'nothing'} behind the colon")
+        self._space = f"{robot if ending else robots[0]}/" if robots else ""
 
-    def messages(self, topics: Collection[str]) -> Iterator[tuple[str, Message]]:
-        """Yield the messages of these topics in their recorded order. `log_time` is simulated time."""
+    def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:
+        """Yield topic, simulated time (ns) and content of messages in their order. Raises RecordingFault.
+
+        The contents have the types in `KINDS`.
+        """
         names: dict[int, str] = {}
         for record in self._records():
-            if isinstance(record, Message):
-                topic = names.get(record.channel_id, "").removeprefix(self._space)
-                if topic in topics:
-                    yield topic, record
+            if isinstance(record, Message) and (topic := names.get(record.channel_id, "")) in topics:
+                try:
+                    content = msgspec.json.decode(record.data, type=KINDS.get(topic, Any))
+                except (msgspec.DecodeError, UnicodeDecodeError) as fault:
+                    raise RecordingFault(f"{self.path}: {topic}: {EXPECTED}: {fault}") from None
+                yield topic, record.log_time, content
             elif isinstance(record, Channel):
-                names[record.id] = record.topic
+                names[record.id] = record.topic.replace(f"/{self._space}", "/", 1)
             elif isinstance(record, DataEnd):
                 return
 
     def contents(self, *topics: str) -> Iterator[Any]:
-        """Yield states, dialogue, events or cells, of the types in `KINDS`. Raises RecordingFault."""
-        for topic, message in self.messages(topics):
-            yield self.content(topic, message)
-
-    def content(self, topic: str, message: Message) -> Any:
-        """Decode a message. Raises RecordingFault."""
-        try:
-            content = msgspec.json.decode(message.data, type=KINDS[topic])
-        except (msgspec.DecodeError, UnicodeDecodeError) as fault:
-            told = f"{self.path}: {topic}: expected messages as iiwa-sim writes them: {fault}"
-            raise RecordingFault(told) from None
-        return content
+        """Yield states, dialogue, events or cells. Raises RecordingFault."""
+        for _, _, content in self.messages(topics):
+            yield content
 
     def description(self) -> RobotDescription:
         """Load the robot whose files are attached. Raises RobotFault."""
         with tempfile.TemporaryDirectory() as folder:
             for name in (SETTINGS_FILE, URDF_FILE):
-                Path(folder, name).write_bytes(self.attachments.get(name, b""))
+                Path(folder, name).write_bytes(self._attachments.get(f"{self._space}{name}", b""))
             return load_robot(folder)
 
     def _records(self) -> Iterator[McapRecord]:
@@ -115,7 +95,7 @@ class Recorded:
                         return
         except OSError as fault:
             raise RecordingFault(f"{self.path}: cannot be read: {fault.strerror}") from None
-        except DAMAGED:
+        except Exception:  # noqa: BLE001  # mcap and the libraries below it raise many for a damaged file
             if last_ns is None:
                 raise RecordingFault(f"{self.path}: {EXPECTED}") from None
             self.cut_at_s = 1e-9 * last_ns
@@ -129,21 +109,20 @@ class Timeline:
 
     def __init__(self, path: Path) -> None:
         """Read the file. Raises RecordingFault, also if it has no state."""
-        self.recorded = recorded = Recorded(path)
-        self._messages: dict[str, list[Message]] = {topic: [] for topic in KINDS}
-        states = self._messages[STATE]
-        for topic, message in recorded.messages(KINDS):
-            if topic != STATE or not states or message.log_time - states[-1].log_time >= STEP_NS:
-                self._messages[topic].append(message)
-        if not states:
+        self.recorded = Recorded(path)
+        self._times_ns: dict[str, list[int]] = {topic: [] for topic in KINDS}
+        self._contents: dict[str, list[Any]] = {topic: [] for topic in KINDS}
+        states_ns = self._times_ns[STATE]
+        for topic, time_ns, content in self.recorded.messages(KINDS):
+            if topic != STATE or not states_ns or time_ns - states_ns[-1] >= STEP_NS:
+                self._times_ns[topic].append(time_ns)
+                self._contents[topic].append(content)
+        if not states_ns:
             raise RecordingFault(f"{path}: expected a state of the robot in it")
-        self.start_s, self.end_s = 1e-9 * states[0].log_time, 1e-9 * states[-1].log_time
+        self.start_s, self.end_s = 1e-9 * states_ns[0], 1e-9 * states_ns[-1]
 
     def last(self, topic: str, time_s: float, count: int = 1) -> list[Any]:
         """Return the last `count` states, lines, events or cells up to a time; the first one before that."""
-        messages = self._messages[topic]
-        end = bisect_right(messages, 1e9 * (time_s + _SLACK_S), key=lambda message: message.log_time)
-        found = messages[max(end - count, 0) : end]
-        if topic in (STATE, CELL):
-            found = found or messages[:1]
-        return [self.recorded.content(topic, each) for each in found]
+        end = bisect_right(self._times_ns[topic], round(1e9 * time_s))
+        end = max(end, 1) if topic in (STATE, CELL) else end
+        return self._contents[topic][max(end - count, 0) : end]
