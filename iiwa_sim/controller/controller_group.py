@@ -15,9 +15,6 @@ class TickObserver(Protocol):
     def tick(self) -> None:
         """The robots have made a tick."""
 
-    def skip(self, ticks: int) -> None:
-        """Robots at rest have made `ticks` ticks at once, while this observer was not `watching`."""
-
     @property
     def watching(self) -> bool:
         """Return True if it has to see each tick, also of robots at rest."""
@@ -59,8 +56,6 @@ class ControllerGroup:
         """Make up for `ticks` ticks of all robots, while they rest."""
         for controller in self.controllers:
             controller.skip(ticks)
-        for observer in self.observers:
-            observer.skip(ticks)
 
     def stop(self) -> None:
         """Stop all robots."""

@@ -16,7 +16,7 @@ WORLD = "world"
 """The frame in which the bases of several robots are."""
 DELETES_ALL = 1
 """The type of a foxglove.SceneEntityDeletion."""
-LEVELS = {"info": 2, "warning": 3, "error": 4}
+INFO, WARNING, ERROR = 2, 3, 4
 """Levels of a foxglove.Log."""
 _MODELS = {
     ".glb": "model/gltf-binary",
@@ -31,20 +31,23 @@ Message = dict[str, Any]
 
 def frames(ns: int, arm: Arm, state: Snapshot, shows_cell: bool, base: Transform | None = None) -> Message:
     """Return a foxglove.FrameTransforms: links, TCP, goal, jaws, parts, bodies, and the base in the world."""
-    time, q, links = stamp(ns), state.joint_position, arm.links
-    transforms = [
-        transform(time, links[link.parent].name, link.name, link.pose_at(q))
-        for link in links
+    rows = [] if base is None else [(WORLD, arm.base, base)]
+    rows += [
+        (arm.links[link.parent].name, link.name, link.pose_at(state.joint_position))
+        for link in arm.links
         if link.parent is not None
     ]
     for name, frame in ((TCP, state.tool_frame), (GOAL, state.goal_frame)):
-        transforms.append(transform(time, arm.base, name, frame.to_transform()))
+        rows.append((arm.base, name, frame.to_transform()))
     for name, pose, _ in moving_bodies(state):
         if name in JAWS or shows_cell:
-            transforms.append(transform(time, TCP if name in JAWS else arm.base, name, pose))
-    if base is not None:
-        transforms.append(transform(time, WORLD, arm.base, base))
-    return {"transforms": transforms}
+            rows.append((TCP if name in JAWS else arm.base, name, pose))
+    return {"transforms": [_transform(ns, *row) for row in rows]}
+
+
+def _transform(ns: int, parent: str, child: str, pose: Transform) -> Message:
+    frames = {"timestamp": stamp(ns), "parent_frame_id": parent, "child_frame_id": child}
+    return {**frames, "translation": _vector(pose.translation), "rotation": _quaternion(pose)}
 
 
 def model(ns: int, arm: Arm) -> Message:
@@ -64,15 +67,9 @@ def scene(ns: int, arm: Arm, cell: Mapping[str, Any], shows_cell: bool) -> Messa
 
 def log(ns: int, event: Event) -> Message:
     """Return a foxglove.Log of an event."""
-    level = LEVELS["error" if event.kind == FAULT else "warning" if event.code else "info"]
-    return {
-        "timestamp": stamp(ns),
-        "level": level,
-        "message": str(event),
-        "name": "iiwa-sim",
-        "file": "",
-        "line": 0,
-    }
+    level = ERROR if event.kind == FAULT else WARNING if event.code else INFO
+    text = {"message": str(event), "name": "iiwa-sim", "file": "", "line": 0}
+    return {"timestamp": stamp(ns), "level": level, **text}
 
 
 def in_namespace(name: str, message: Message) -> Message:
@@ -113,17 +110,6 @@ def entity(ns: int, frame: str, name: str, shapes: Iterable[Shape]) -> Message:
                 points = list(map(_metres, each["corners_mm"]))
                 body["triangles"].append({**common, "points": points, "colors": [], "indices": []})
     return body
-
-
-def transform(time: Message, parent: str, child: str, pose: Transform) -> Message:
-    """Return a foxglove.FrameTransform: the frame `child` in the frame `parent`."""
-    return {
-        "timestamp": time,
-        "parent_frame_id": parent,
-        "child_frame_id": child,
-        "translation": _vector(pose.translation),
-        "rotation": _quaternion(pose),
-    }
 
 
 def _vector(values: Sequence[float]) -> Message:

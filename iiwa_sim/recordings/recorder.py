@@ -2,10 +2,9 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
@@ -15,24 +14,9 @@ from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.dialogue import DialogueLine
-from iiwa_sim.recordings import foxglove
+from iiwa_sim.recordings import foxglove, schemas
 from iiwa_sim.recordings.recordings import Source
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import (
-    ACCEPTED,
-    ARM,
-    BEGINS,
-    CELL,
-    DIALOGUE,
-    ENDS,
-    EVENTS,
-    FRAMES,
-    LOG,
-    SCENE,
-    STATE,
-    Event,
-    Spoken,
-)
 from iiwa_sim.recordings.writer import Message, Writer
 
 SECOND_NS = 1_000_000_000
@@ -40,16 +24,8 @@ VIEW_PERIOD_NS = SECOND_NS // 25
 """Period of frames, in simulated time."""
 BLOCKS_HZ = 20
 """Blocks per simulated second: 25 ticks at 500 Hz."""
-
-
-class Item(NamedTuple):
-    """A state, an event, a line or a cell, of which the writing thread makes messages."""
-
-    topic: str
-    content: Any
-    tick: int
-    real_ns: int
-    """Real time since 1970."""
+Item = tuple[str, Any, int, int]
+"""Topic, a state, event, line or cell, its tick, and real time since 1970 (ns)."""
 
 
 def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz: int) -> "list[Recorder]":
@@ -61,13 +37,10 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
         prefix, robot, noise = f"{name}/" if name else "", source.cell.description, source.cell.noise
         described = {
             "robot": robot.name,
-            "joints": " ".join(robot.joints),
-            "flange": robot.flange,
             "clock": clock.told,
             "rate_hz": str(clock.rate_hz),
             "record_rate_hz": str(rate_hz),
             "seed": "none" if noise is None else str(noise.seed),
-            "began": datetime.now(UTC).isoformat(),
         }
         head |= {f"{prefix}{key}": value for key, value in described.items()}
         attachments[f"{prefix}robot.urdf"] = "application/xml", robot.urdf.encode()
@@ -102,8 +75,6 @@ class Recorder:
         self._space = f"/{name}" if name else ""
         self._clock, self._controller = clock, source.controller
         self._rate_hz, self._tick_rate_hz = rate_hz, clock.rate_hz
-        self._due = 0  # in parts of 1 / tick_rate_hz of a state
-        self._clocks_apart_ns = time.time_ns() - time.monotonic_ns()
         self._shown: tuple[object, ...] = ()
         self._last_state = -1  # its tick
         self._block: list[Item] = []
@@ -125,7 +96,7 @@ class Recorder:
         self._mode, self._accepted, self._begun = robot.mode, robot.accepted, robot.accepted
         for listeners, listener in self._heard:
             listeners.append(listener)
-        self._put(ARM, None)
+        self._put(schemas.ARM, None)
         self._show_cell()
         self._add_state()
 
@@ -146,22 +117,17 @@ class Recorder:
             if robot.motions.is_pending(robot.accepted):
                 self._begin(robot.accepted)
             self._begun = robot.accepted
-        self._due += self._rate_hz
-        if self._due >= self._tick_rate_hz:
-            self._due -= self._tick_rate_hz
+        states, before = (each * self._rate_hz // self._tick_rate_hz for each in (robot.tick, robot.tick - 1))
+        if states > before:
             self._add_state()
         if robot.tick >= self._block_due:
             self._hand_over()
-
-    def skip(self, ticks: int) -> None:
-        """Ticks of a robot at rest have been left out: none of those that are recorded."""
 
     def event(
         self, kind: str, text: str = "", move: int = 0, code: int = 0, goal_frame: tuple[float, ...] = ()
     ) -> None:
         """Record something that has happened, by the fields of `Event`."""
-        tick = self._controller.tick
-        self._put(EVENTS, Event(self._seconds(tick), tick, kind, move, code, text, goal_frame))
+        self._put(schemas.EVENTS, schemas.Event(*self._now(), kind, move, code, text, goal_frame))
 
     def _look(self) -> None:
         """Record a change of the mode, and moves that were accepted or have begun."""
@@ -171,17 +137,17 @@ class Recorder:
             self._mode = robot.mode
         while self._accepted < robot.accepted:
             self._accepted += 1
-            self.event(ACCEPTED, robot.mode.value, self._accepted)
+            self.event(schemas.ACCEPTED, robot.mode.value, self._accepted)
         if robot.motions.under_way > self._begun:
             self._begin(robot.motions.under_way)
 
     def _begin(self, move: int) -> None:
-        self._begun = move
-        self.event(BEGINS, self._controller.mode.value, move, goal_frame=self._controller.goal_frame())
+        self._begun, robot = move, self._controller
+        self.event(schemas.BEGINS, robot.mode.value, move, goal_frame=robot.goal_frame())
 
     def _ended(self, ending: Ending) -> None:
         self._look()
-        self.event(ENDS, ending.reason or "at its target", ending.move, ending.code)
+        self.event(schemas.ENDS, ending.reason or "at its target", ending.move, ending.code)
 
     def _refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.event("refused", f"{session} '{line}': {reason}", code=code)
@@ -194,26 +160,25 @@ class Recorder:
 
     def _hear(self, said: DialogueLine) -> None:
         self._look()  # the line has been carried out
-        when, real_ns = self._seconds(said.tick), said.instant_ns + self._clocks_apart_ns
-        spoken = Spoken(when, said.tick, said.session, said.mark, said.text, said.reason, said.protocol)
-        self._block.append(Item(DIALOGUE, spoken, said.tick, real_ns))
+        words = said.session, said.mark, said.text, said.reason, said.protocol
+        self._put(schemas.DIALOGUE, schemas.Spoken(*self._now(), *words))
 
-    def _seconds(self, tick: int) -> float:
-        return round(tick / self._tick_rate_hz, 9)
+    def _now(self) -> tuple[float, int]:
+        return round(self._controller.tick / self._tick_rate_hz, 9), self._controller.tick
 
     def _visible(self) -> tuple[object, ...]:
         return list(self._controller.load.world.surfaces.values()), parts_of(self._controller)
 
     def _show_cell(self) -> None:
         self._shown = self._visible()
-        self._put(CELL, described_cell(self._controller))
+        self._put(schemas.CELL, described_cell(self._controller))
 
     def _add_state(self) -> None:
         self._last_state = self._controller.tick
-        self._put(STATE, snapshot(self._controller))
+        self._put(schemas.STATE, snapshot(self._controller))
 
     def _put(self, topic: str, content: Any) -> None:
-        self._block.append(Item(topic, content, self._controller.tick, time.time_ns()))
+        self._block.append((topic, content, self._controller.tick, time.time_ns()))
 
     def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
@@ -222,28 +187,24 @@ class Recorder:
 
     def _messages(self, block: Sequence[Item]) -> Iterator[Message]:
         """Yield the messages of a block, in the writing thread."""
-        for item in block:
-            log_ns = item.tick * SECOND_NS // self._tick_rate_hz
-            for topic, content in self._contents(item, log_ns):
-                if self._name and isinstance(content, dict):
-                    foxglove.in_namespace(self._name, content)
-                yield f"{self._space}{topic}", self._encode(content), log_ns, item.real_ns
+        for topic, content, tick, real_ns in block:
+            log_ns = tick * SECOND_NS // self._tick_rate_hz
+            for name, message in self._contents(topic, content, log_ns):
+                if self._name and isinstance(message, dict):
+                    foxglove.in_namespace(self._name, message)
+                yield f"{self._space}{name}", self._encode(message), log_ns, real_ns
 
-    def _contents(self, item: Item, log_ns: int) -> Iterator[tuple[str, Any]]:
-        if item.topic == ARM:
-            yield ARM, foxglove.model(log_ns, self._arm)
-        elif item.topic == STATE:
-            state = msgspec.structs.asdict(item.content)
-            if item.content.gripper is None:
-                del state["gripper"]  # readers know no values that may be null
-            yield STATE, state
-            if log_ns >= self._view_due_ns:
-                self._view_due_ns = log_ns - log_ns % VIEW_PERIOD_NS + VIEW_PERIOD_NS
-                base = self._source.cell.base if self._name else None
-                yield FRAMES, foxglove.frames(log_ns, self._arm, item.content, self._shows_cell, base)
-        else:
-            yield item.topic, item.content
-            if item.topic == EVENTS:
-                yield LOG, foxglove.log(log_ns, item.content)
-            elif item.topic == CELL:
-                yield SCENE, foxglove.scene(log_ns, self._arm, item.content, self._shows_cell)
+    def _contents(self, topic: str, content: Any, log_ns: int) -> Iterator[tuple[str, Any]]:
+        message = foxglove.model(log_ns, self._arm) if topic == schemas.ARM else content
+        if topic == schemas.STATE:
+            fields = msgspec.structs.asdict(content).items()
+            message = {name: value for name, value in fields if value is not None}  # readers know no null
+        yield topic, message
+        if topic == schemas.STATE and log_ns >= self._view_due_ns:
+            self._view_due_ns = log_ns - log_ns % VIEW_PERIOD_NS + VIEW_PERIOD_NS
+            base = self._source.cell.base if self._name else None
+            yield schemas.FRAMES, foxglove.frames(log_ns, self._arm, content, self._shows_cell, base)
+        elif topic == schemas.EVENTS:
+            yield schemas.LOG, foxglove.log(log_ns, content)
+        elif topic == schemas.CELL:
+            yield schemas.SCENE, foxglove.scene(log_ns, self._arm, content, self._shows_cell)

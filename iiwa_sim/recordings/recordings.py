@@ -55,8 +55,7 @@ class Recordings:
         """Record robots into a file until the context that is returned ends.
 
         `call` runs a function in the robots' thread, between two ticks. Raises RecordingFault where the file
-        cannot be written or the library mcap is not installed, and ValueError for a rate outside 1 to that of
-        the ticks.
+        cannot be written, and ValueError for a rate outside 1 to that of the ticks.
         """
         need_library("mcap", "record")
         from iiwa_sim.recordings.recorder import recorders_into

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
 from iiwa_sim.recordings.recordings import RecordingFault
@@ -39,8 +38,8 @@ Message = tuple[str, bytes, int, int]
 class Writer:
     """A recording that is being written.
 
-    Blocks that find no room are dropped: the log tells the first time, and the end of the file the number of
-    messages. A full disk ends the recording with one line in the log.
+    Blocks that find no room are dropped: the end of the file and the log tell the number of messages. A full
+    disk ends the recording with one line in the log.
     """
 
     def __init__(
@@ -48,10 +47,7 @@ class Writer:
     ) -> None:
         """Open the file, which is overwritten. Raises RecordingFault.
 
-        Args:
-            path: The file.
-            metadata: Description of the run, with the `version`.
-            attachments: Attachments by their names: media type and content.
+        `metadata` describes the run. The attachments have a media type and content.
         """
         self.dropped = 0
         """Messages that found no room."""
@@ -60,9 +56,7 @@ class Writer:
         self._over = False  # nothing is written any more
         try:
             self._stream = path.open("wb")
-            self._file = file = McapWriter(
-                self._stream, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD
-            )
+            self._file = file = McapWriter(self._stream, _CHUNK_BYTES)
             file.start(library=f"iiwa-sim {metadata['version']}")
             file.add_metadata(METADATA, dict(metadata))
             now_ns = time.time_ns()
@@ -77,9 +71,7 @@ class Writer:
         except OSError as fault:
             raise RecordingFault(f"{path}: cannot be written: {fault.strerror}") from None
         context = contextvars.copy_context()  # the log knows by it whose recording this is
-        self._thread = threading.Thread(
-            target=context.run, args=(self._write,), name="iiwa-sim-recording", daemon=True
-        )
+        self._thread = threading.Thread(target=context.run, args=(self._write,), daemon=True)
         self._thread.start()
 
     def put(self, block: Block, made: Callable[[Any], Iterable[Message]], *, can_wait: bool = False) -> None:
@@ -92,8 +84,6 @@ class Writer:
         try:
             self._blocks.put((block, made), block=can_wait, timeout=PATIENCE_S)
         except queue.Full:
-            if not self.dropped:
-                logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
             self.dropped += len(block)
 
     def close(self) -> None:
@@ -111,8 +101,7 @@ class Writer:
         flushed_s = time.monotonic()
         try:
             with self._stream:
-                while (item := self._blocks.get()) is not None:
-                    block, made = item
+                for block, made in iter(self._blocks.get, None):
                     for topic, data, log_ns, publish_ns in made(block):
                         self._file.add_message(self._channel(topic), log_ns, data, publish_ns)
                     if self._blocks.empty() and time.monotonic() - flushed_s > FLUSH_S:
@@ -120,9 +109,8 @@ class Writer:
                         flushed_s = time.monotonic()
                 self._file.add_metadata(f"{METADATA}_end", {"lost_messages": str(self.dropped)})
                 self._file.finish()  # type: ignore[no-untyped-call]
-        except Exception as fault:
-            is_known = isinstance(fault, (OSError, ValueError))
-            logger.error("%s: the recording ends here: %s", self._path, fault, exc_info=not is_known)
+        except (OSError, ValueError) as fault:
+            logger.error("%s: the recording ends here: %s", self._path, fault)
         finally:
             self._over = True
 

@@ -67,9 +67,6 @@ class RosSide:
         self._images.step()
         self._joints.step()
 
-    def skip(self, ticks: int) -> None:
-        """Notice that a robot at rest has made so many ticks at once, when nobody was `watching`."""
-
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
         try:

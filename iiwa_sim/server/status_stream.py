@@ -34,10 +34,6 @@ class StatusStream(TcpServer):
             for reader in self.connections:
                 reader.offer(line)
 
-    def skip(self, ticks: int) -> None:
-        """Notice that the robot has made `ticks` ticks while there was no reader."""
-        self._due = (self._due + ticks * self._rate_hz) % self._tick_rate_hz
-
     @property
     def watching(self) -> bool:
         """Return True if there are readers, who are sent lines in time."""

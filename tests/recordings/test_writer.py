@@ -60,10 +60,8 @@ def test_blocks_without_room_are_dropped_and_counted(
     with path.open("rb") as file:
         said = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
     assert said["iiwa_sim_end"] == {"lost_messages": "20"}
-    assert [record.getMessage().partition(": ")[2] for record in caplog.records] == [
-        "the recording loses messages: the file takes them too slowly",
-        "the recording has lost 20 messages",
-    ]
+    (record,) = caplog.records
+    assert record.getMessage().endswith(": the recording has lost 20 messages")
 
 
 def test_a_killed_robot_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
