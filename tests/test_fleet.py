@@ -46,7 +46,7 @@ WRONG = {
     "[robot]": "robot = {}: expected at least one, as [robot.NAME]",
     "rate = 500\n[robot.one]": "rate = 500: expected no key of this name",
     "[robot.one]\nprot = 1": "robot.one.prot: no such option, did you mean port?",
-    "[robot.one]\nlog_level = 'debug'": "robot.one.log_level: no such option",
+    "[robot.one]\nlog_level = 'debug'": "robot.one.log_level: expected on the command line",
     "[robot.one]\nport = 65536": "robot.one.port = 65536: expected a whole number from 0 to 65535",
     "[robot.one]\nrate = '500'": "robot.one.rate = '500': expected a whole number",
     "[robot.one]\ncell = 'a.toml'\nrobot = 'b'": "robot.one: --robot: expected no CELL.toml with it",

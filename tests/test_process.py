@@ -61,7 +61,7 @@ def test_a_port_in_use() -> None:
         port = taken.getsockname()[1]
         assert refused("--port", str(port)) == (
             f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use"
-            "; port 0, such as --port 0, is any free one\n"
+            ", by a program or another option; port 0, such as --port 0, is any free one\n"
         )
 
 

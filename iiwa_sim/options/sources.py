@@ -84,6 +84,8 @@ def from_names(names: Mapping[str, Any], place: Place, folder: Path | None = Non
     left_out = model.PROCESS if place.spelling in ("keyword", "key") else ()
     known = {getattr(each, place.spelling): each for each in OPTIONS.values() if each.key not in left_out}
     for name in sorted(names.keys() - known.keys()):
+        if name in model.PROCESS:
+            raise SettingError(f"{place.before}{name}: expected on the command line, for the whole process")
         raise unknown(name, known, before=place.before)
     given = {known[name]: value for name, value in names.items() if value is not None}
     return {option.keyword: read(option, value, place, folder) for option, value in given.items()}

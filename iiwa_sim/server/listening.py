@@ -120,7 +120,7 @@ async def open_listener(host: str, port: int) -> socket.socket:
     except (OSError, ValueError, OverflowError) as fault:  # characters or a port that no address has
         shown = host_and_port(shortened(harmless(host), 100), port)
         in_use = getattr(fault, "errno", 0) == errno.EADDRINUSE
-        hint = "; port 0, such as --port 0, is any free one" if in_use else ""
+        hint = ", by a program or another option; port 0, such as --port 0, is any free one" if in_use else ""
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}{hint}") from fault
 
 

@@ -38,10 +38,10 @@ class WebAccess:
             return f"{len(hosts)} headers Host: expected one"
         host = _host_of(f"//{hosts[0]}")
         if not (_ADDRESS.fullmatch(host) or _is_local(host) or host in self._hosts):
-            return f"the host {hosts[0]!r:.100} is no address, not localhost, and not named"
+            return f"the host {hosts[0]!r:.100} is no address, not localhost, and admitted by no option"
         for origin in origins:
             if origin.lower() not in self._origins and not _is_local(_host_of(origin)):
-                return f"the web page comes from {origin!r:.100}, which is not this machine and not named"
+                return f"the web page comes from {origin!r:.100}, not this machine and admitted by no option"
         return None
 
 

@@ -113,7 +113,7 @@ def test_keywords_and_settings_of_a_simulator() -> None:
         ({"strict": 1}, "strict=1: expected true or false"),
         ({"record_rate_hz": 10}, "--record-rate: expected --record with it"),
         ({"settings": Settings(rate_hz=5)}, "rate_hz=5: expected"),
-        ({"log_level": "debug"}, "log_level: no such option"),
+        ({"log_level": "debug"}, "log_level: expected on the command line"),
     ],
 )
 def test_wrong_keywords(keywords: dict[str, object], told: str) -> None:

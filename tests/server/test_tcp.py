@@ -81,7 +81,7 @@ async def test_ipv6_is_served() -> None:
 @pytest.mark.parametrize(
     ("host", "port", "why"),
     [
-        ("127.0.0.1", None, "Address already in use; port 0, such as --port 0, is any free one"),
+        ("127.0.0.1", None, "Address already in use, by a program or another option; port 0, such as"),
         ("192.0.2.1", 0, "Cannot assign requested address"),  # an address kept for documentation
         ("a\nb\x1b[2J", 0, r"cannot listen on a\\nb\\x1b\[2J:0: "),
     ],
