@@ -34,8 +34,9 @@ from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
-YIELDS, FREE, GRASPED = -1, 1, 2
-"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least."""
+YIELDS, GRASPED, FREE = -1, 1, 2
+"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least. A light free
+part would swing on the spring of a held one."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05

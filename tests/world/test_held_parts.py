@@ -126,6 +126,19 @@ def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, 100.0, 330.0), abs=0.3)
 
 
+def test_a_light_part_rides_on_a_held_one() -> None:
+    scene = holding(more=part("rider", (450, 300, 305), "[20, 20, 10]", 0.05))
+    world, (x, y, z) = scene.world, scene.world.pose(0).translation
+    world.catch_up(now=True)
+    world.part_q[1], world.part_v[1] = (x, y, z + 0.035, 1.0, 0.0, 0.0, 0.0), 0.0
+    world.wake()
+    scene.goes(down(550, 100, 450), 0.2)
+    scene.step(200)
+    rides = scene.place_mm("rider") - scene.place_mm("block")
+    assert rides == pytest.approx((0.0, 0.0, 35.0), abs=0.1)
+    assert scene.force[2] == pytest.approx(0.55 * G, rel=1e-3)
+
+
 @pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25)])
 def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness)
