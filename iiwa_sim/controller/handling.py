@@ -156,7 +156,7 @@ class Handling:
         if self._driven_by is not self._io.outputs:
             self._drive()
         joints, compliance = motions.joints, motions.compliance if coming is None else STIFF
-        self.arm.go(joints, coming, load.tcp(joints), self.coming_tcp, self._driven, compliance)
+        self.arm.go(joints, load.tcp(joints), self.coming_tcp, self._driven, compliance)
 
     @property
     def skips(self) -> bool:

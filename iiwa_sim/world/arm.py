@@ -49,7 +49,7 @@ Vector = NDArray[np.float64]
 Tell = Callable[[str, bool], None]
 """Takes a line on a part, and True for a warning."""
 NOWHERE = (0.0, 0.0)
-_Told = tuple[Joints, Joints | None, Transform, Transform | None, int, int]
+_Told = tuple[Joints, Transform, Transform | None, int, int]
 
 
 def ways_m(room: Sequence[float]) -> tuple[float, float, float]:
@@ -78,12 +78,11 @@ class Arm:
         self.inside = IDENTITY  # the body of the held part in the TCP
         self.compliance = STIFF  # or how the robot gives way
         self.joints = self.before = setup.joints
-        self.coming: Joints | None = None
         self.tcp = self.tcp_before = self.tcp_older = self.in_world(
             self.model.tcp(setup.tool_in_flange).pose(setup.joints)
         )
         self.coming_tcp: Transform | None = None
-        self._next: _Told = self.joints, None, self.tcp, None, STAYS, STIFF
+        self._next: _Told = self.joints, self.tcp, None, STAYS, STIFF
         self._at: Vector = np.zeros(len(setup.joints) + 12)
         self._levers: Vector = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
         self.room: Vector = np.zeros(7)
@@ -124,22 +123,16 @@ class Arm:
         return self.in_base(self.world.pose(number))
 
     def go(
-        self,
-        joints: Joints,
-        coming: Joints | None,
-        tcp: Transform,
-        coming_tcp: Transform | None,
-        driven: int,
-        compliance: int,
+        self, joints: Joints, tcp: Transform, coming_tcp: Transform | None, driven: int, compliance: int
     ) -> None:
-        """Have the next step bring the arm to `joints` (rad), and the one after that to `coming`, if known.
+        """Have the next step bring the arm to `joints` (rad); outputs drive the jaws as `driven` says.
 
-        Poses of the TCP are in the base; outputs drive the jaws as `driven` says.
+        Poses of the TCP are in the base, `coming_tcp` is that of the step behind, if known.
         """
         if self.base is not None:
             tcp = compose(self.base, tcp)
             coming_tcp = None if coming_tcp is None else compose(self.base, coming_tcp)
-        self._next = joints, coming, tcp, coming_tcp, driven, compliance
+        self._next = joints, tcp, coming_tcp, driven, compliance
 
     @property
     def stands(self) -> bool:
@@ -182,7 +175,7 @@ class Arm:
     def begin(self) -> float:
         """Begin a tick; returns how far (m) links or jaws go at most."""
         self.before, self.tcp_older, self.tcp_before = self.joints, self.tcp_before, self.tcp
-        joints, self.coming, tcp, self.coming_tcp, driven, compliance = self._next
+        joints, tcp, self.coming_tcp, driven, compliance = self._next
         self.joints, self.tcp, jaw_m = joints, tcp, 0.0
         if compliance or self.compliance:
             self._comply(compliance)
@@ -244,26 +237,16 @@ class Arm:
             first, part = self.world.part_first + 7 * self.held, compose(tcp, self.inside)
             q[first : first + 7] = *part.translation, *wxyz(part.rotation)
 
-    def impose(self, v_of_all: Vector, ahead: Vector) -> None:
-        """Give arm, gripper and held part their velocity and acceleration in this tick.
-
-        Both are the velocities of all dofs, now and in the next tick.
-        """
+    def impose(self, v_of_all: Vector) -> None:
+        """Give arm, gripper and held part their velocity in this tick, and the force on a compliant one."""
         h, n, data, dofs = self.world.tick_s, len(self.joints), self._data, self.dofs
-        v, was, felt = v_of_all[dofs], self._v_was, self._acting[dofs]
+        v, was, felt, push = v_of_all[dofs], self._v_was, self._acting[dofs], 0.0
         if self.compliance:
             # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
             push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
             push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
-        else:
-            push = (HEAVY / h) * (ahead[dofs] - v) if self.is_foreseen else 0.0
         self._v_was, self._felt_was = v, felt
         data.qvel[dofs], data.qfrc_applied[dofs] = v, push
-
-    @property
-    def is_foreseen(self) -> bool:
-        """True if the next tick is known, and counts."""
-        return not self.compliance and self.coming is not None and self.coming_tcp is not None
 
     def feel(self) -> None:
         """Find what contacts do to the arm and to what it holds."""
@@ -522,7 +505,7 @@ class Arm:
         world, tcp = self.world, self.in_world(tcp)
         self.joints = self.before = joints
         self.tcp = self.tcp_before = self.tcp_older = tcp
-        self._next = joints, None, tcp, None, *self._next[4:]
+        self._next = joints, tcp, None, *self._next[3:]
         advance(joints, tcp, self._at, self._levers, self.room, 0.0)
         if tool_in_flange != self.setup.tool_in_flange:
             self.setup = self.setup._replace(tool_in_flange=tool_in_flange)

@@ -1,8 +1,7 @@
 """The bodies of a cell in MuJoCo, tick by tick, beside arms whose motion is imposed.
 
 A tick integrates what the last forces made of the parts, puts the arms where their plans have brought them,
-and finds the forces there, with the accelerations that lead to where the next tick will bring them. So what
-is read belongs to the places of this tick.
+and finds the forces there. So what is read belongs to the places of this tick.
 """
 
 from __future__ import annotations
@@ -226,24 +225,17 @@ class World:
             self.part_v[:] = 0.0
 
     def _impose(self) -> None:
-        """Give arms, grippers and held parts the pose, velocity and acceleration of this tick."""
+        """Give arms, grippers and held parts the pose and velocity of this tick."""
         arms, q, before = self.arms, self.data.qpos, self.q_was
         for arm in arms:
             arm.slides(before)
             arm.place_in(q, arm.joints, arm.tcp)
         for arm in arms:
             arm.move_jaws(computed=True)
-        ahead = now = self.velocity(before, q)
+        now = self.velocity(before, q)
         before[:] = q
-        if any(arm.is_foreseen for arm in arms):
-            coming = self._coming
-            coming[:] = q
-            for arm in arms:
-                if arm.coming is not None and arm.coming_tcp is not None:
-                    arm.place_in(coming, arm.coming, arm.coming_tcp)
-            ahead = self.velocity(q, coming)
         for arm in arms:
-            arm.impose(now, ahead)
+            arm.impose(now)
 
     def velocity(self, before: Vector, now: Vector) -> Vector:
         """Return the velocities of all dofs, between positions a tick apart."""
@@ -398,7 +390,7 @@ class World:
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count
         self.part_q: Vector = data.qpos[self.part_first :].reshape(-1, 7)
         self.part_v: Vector = data.qvel[self.part_dof :].reshape(-1, 6)
-        self.q_was, self._coming = data.qpos.copy(), data.qpos.copy()
+        self.q_was = data.qpos.copy()
         self.geoms: list[int] = built.parts.tolist()
         self.bodies: list[int] = model.geom_bodyid[built.parts].tolist()
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
