@@ -5,22 +5,21 @@ negative within the material. The direction is the unit vector along which the d
 are equally good, as in the middle of a sphere, it is always the same one.
 
 `follow` keeps the side by which a point has entered a finite body, which so has no far side. A box, and the
-inner half of a round body, is the half-space behind a tangent plane. A change of side makes no depth greater,
-so none adds energy.
+inner half of a round body, is the half-space behind a tangent plane.
 """
 
 from __future__ import annotations
 
-from math import copysign, dist, hypot
+from math import copysign, hypot
 from typing import NamedTuple
 
 Nearest = tuple[float, float, float, float]
 """Signed distance (m), and the three components of the direction."""
 Point = tuple[float, float, float]
-Side = tuple[float, float, float, float] | None
-"""Tangent plane behind which a point is: its outward direction, and its distance (m) from the origin."""
-TRACED_M, STEPS = 1e-12, 100
-"""Distance at which a path has met a surface, and the most steps along it."""
+Side = tuple[float, float, float, float, bool] | None
+"""Tangent plane: outward direction, distance (m) from the origin, and whether the point is behind it."""
+FLAT_M = 1e-12
+"""A point of a flat face is no farther from it."""
 
 
 class Plane(NamedTuple):
@@ -91,44 +90,27 @@ class Cylinder(NamedTuple):
 Shape = Plane | Box | Sphere | Cylinder
 
 
-def follow(
-    shape: Box | Sphere | Cylinder, side: Side, start: Point | None, end: Point, around: float
-) -> tuple[Nearest, Side]:
-    """Return distance and direction at the end of a straight path, and the side by which it entered.
+def follow(shape: Box | Sphere | Cylinder, side: Side, end: Point, around: float) -> tuple[Nearest, Side]:
+    """Return distance and direction at a point, and the side by which it is in, or would next come in.
 
     Args:
         shape: The body.
-        side: The side at the start.
-        start: Start of the path (m); None if it is not known.
-        end: Its end.
-        around: Radius (m) of the sphere whose centre moves.
+        side: The side of the place before; None if it is not known.
+        end: The point (m).
+        around: Radius (m) of the sphere whose centre it is.
     """
     nearest, thin = shape.nearest(*end), min(shape)
-    inner = 0.0 if isinstance(shape, Box) else 0.5 * max(thin - around, 0.0)  # least depth behind a plane
-    if side is None and start is not None and nearest[0] + inner <= dist(start, end):
-        side = _entered(shape, inner, start, end)
+    is_box = isinstance(shape, Box)
+    inner = 0.0 if is_box else 0.5 * max(thin - around, 0.0)  # least depth behind a plane
+    x, y, z = end
     if side is not None:
-        nx, ny, nz, height = side
-        x, y, z = end
+        nx, ny, nz, height, is_in = side
         distance = nx * x + ny * y + nz * z - height
-        beside = shape.nearest(x - distance * nx, y - distance * ny, z - distance * nz)[0]
-        is_flat = isinstance(shape, Box) or (isinstance(shape, Cylinder) and nz != 0.0)
-        if distance <= -inner and beside <= (TRACED_M if is_flat else thin):
-            return (distance, nx, ny, nz), side
-    return nearest, None
-
-
-def _entered(shape: Box | Sphere | Cylinder, inner: float, start: Point, end: Point) -> Side:
-    """Return the plane of the place where a path from outside reaches the inner half, or None."""
-    (x, y, z), length, gone = start, dist(start, end), 0.0
-    dx, dy, dz = (b - a for a, b in zip(start, end, strict=True))
-    for _ in range(STEPS):
-        distance, nx, ny, nz = shape.nearest(x, y, z)
-        if abs(distance + inner) <= TRACED_M:
-            return (nx, ny, nz, nx * x + ny * y + nz * z - distance)
-        gone += distance + inner
-        if distance < -inner or gone > length:
-            break
-        share = gone / length
-        x, y, z = start[0] + share * dx, start[1] + share * dy, start[2] + share * dz
-    return None
+        is_flat = is_box or (isinstance(shape, Cylinder) and nz != 0.0)
+        if distance <= -inner and (is_in or is_flat or nearest[0] <= -inner):
+            beside = shape.nearest(x - distance * nx, y - distance * ny, z - distance * nz)[0]
+            if beside <= (FLAT_M if is_flat else thin):
+                return (distance, nx, ny, nz), (nx, ny, nz, height, True)
+    distance, nx, ny, nz = nearest
+    height = nx * x + ny * y + nz * z - distance
+    return nearest, (nx, ny, nz, height, False) if distance > -inner else None

@@ -3,10 +3,7 @@ from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class Contact:
     cdef readonly object surface
-    cdef readonly bint touched         # at the last remembered place of the TCP
-    cdef object _start                 # that place in the frame of the shape; None if it is not known
-    cdef bint _left                    # whether the TCP has gone on from there without a look
-    cdef object _entry                 # plane behind which the TCP is, see `shapes`
+    cdef object _side                  # plane by which the TCP is in or has been near, see `shapes`
     cdef bint _is_plane
     cdef double _radius
     cdef double _stiffness
@@ -15,8 +12,7 @@ cdef class Contact:
     cdef double[::1] _r                # pose of the shape
     cdef double[::1] _o
     cdef double[::1] _free             # a ball without contact: its centre (m), and its radius squared
-    cdef bint _anchored
-    cdef double[::1] _anchor           # m
+    cdef double[::1] _anchor           # place (m); whether there is one; whether the surface is touched
     cdef double[::1] _now              # at the place that was asked for last
     cdef bint is_free(self, double x, double y, double z) noexcept
     cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
@@ -38,12 +34,10 @@ cdef class TcpContact:
     cdef double[::1] _place            # its last remembered place (m)
     cdef double[::1] _acting
     cdef double[::1] _asked            # place and velocity of the TCP
+    cdef object _wrench                # along its axes
     cpdef bint acts_at(
         self, double px, double py, double pz, double vx, double vy, double vz, bint remember, double[::1] acting
     ) except? -1
-    cdef object _go_to(self, Tcp tcp, object joints)
-    cdef object _feel(self, double tick_s)
-    cdef object _along_tcp(self)
 
 cdef class Gaps:
     cdef double[::1] _free             # lower bounds of the distances (m)

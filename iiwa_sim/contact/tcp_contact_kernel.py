@@ -24,7 +24,7 @@ from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.shapes import Plane, follow
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform, Vector, apply, inverse
+from iiwa_sim.frames import Transform, apply, inverse
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
@@ -41,12 +41,10 @@ class Contact:
         """Start without contact; `radius_m` is that of the sphere."""
         self._radius = radius_m
         self._r, self._o, self._free = np.zeros(9), np.zeros(3), np.zeros(4)
-        self._anchor, self._now = np.zeros((2, 3))
+        self._anchor, self._now = np.zeros(5), np.zeros(3)
         self._is_plane = isinstance(surface.shape, Plane)
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
-        self.touched = self._left = self._anchored = False
-        self._start: Any = None
-        self._entry: Any = None
+        self._side: Any = None
         self.place(surface)
 
     def place(self, surface: Surface) -> None:
@@ -60,31 +58,19 @@ class Contact:
 
     def move(self, pose: Transform) -> None:
         """Move the surface, and the anchor with it, to a pose."""
-        before = self.surface.pose
+        before, a = self.surface.pose, self._anchor
         self.place(self.surface._replace(pose=pose))
-        if self._anchored:
-            a = self._anchor
-            a[0], a[1], a[2] = apply(pose, apply(inverse(before), (a[0], a[1], a[2])))
-
-    def catch_up(self, place: Vector) -> None:
-        """Continue the path of the TCP from its last remembered place, after ticks within the free ball."""
-        if self._left:
-            self._start, self._left = apply(inverse(self.surface.pose), place), False
+        a[0], a[1], a[2] = apply(pose, apply(inverse(before), (a[0], a[1], a[2])))
 
     def memory(self) -> Any:
         """Return all that influences later forces."""
-        a = self._anchor
-        anchor = (a[0], a[1], a[2]) if self._anchored else None
-        return bool(self.touched), self._start, self._entry, anchor
+        return self._side, np.array(self._anchor)
 
     def restore(self, memory: Any) -> None:
         """Continue from such a memory."""
-        self.touched, self._start, self._entry, anchor = memory
-        self._left, self._free[3] = False, 0.0
-        self._anchored = anchor is not None
-        if anchor is not None:
-            for k in range(3):
-                self._anchor[k] = anchor[k]
+        self._side, self._free[3] = memory[0], 0.0
+        for k in range(5):
+            self._anchor[k] = memory[1][k]
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -113,30 +99,30 @@ class Contact:
                 r[2] * x + r[5] * y + r[8] * z,
             )
             shape: Any = self.surface.shape
-            found, entry = follow(shape, self._entry, self._start, end, self._radius)
+            found, side = follow(shape, self._side, end, self._radius)
             distance, x, y, z = found
             n[0] = r[0] * x + r[1] * y + r[2] * z
             n[1] = r[3] * x + r[4] * y + r[5] * z
             n[2] = r[6] * x + r[7] * y + r[8] * z
             if remember:
-                self._entry, self._start = entry, end
+                self._side = side
         depth: cython.double = self._radius - distance
         if remember:
-            self.touched = depth > 0.0
+            self._anchor[4] = depth > 0.0
             self._free[0], self._free[1], self._free[2] = p[0], p[1], p[2]
             self._free[3] = depth * depth if depth < 0.0 else 0.0
         if depth <= 0.0:
             if remember:
-                self._anchored = False
+                self._anchor[3] = 0.0
             return False
         damped: cython.double = 1.0 - self._damping * (p[3] * n[0] + p[4] * n[1] + p[5] * n[2])
         normal: cython.double = self._stiffness * depth * damped if damped > 0.0 else 0.0
         for k in range(3):
             acting[k] += normal * n[k]
-        if self._friction > 0.0 and self._anchored:
+        if self._friction > 0.0 and self._anchor[3] != 0.0:
             self._rub(p, self._friction * normal, remember, acting)
         elif self._friction > 0.0 and remember:
-            self._anchored = True
+            self._anchor[3] = 1.0
             for k in range(3):
                 self._anchor[k] = p[k]
         return True
@@ -194,6 +180,7 @@ class TcpContact:
         self.is_known = self.settled = False
         self._at, self._place = np.zeros(12), np.zeros(3)
         self._acting, self._asked = np.zeros((2, 6))
+        self._wrench: Any = NO_WRENCH
         for surface in surfaces:
             self.put(surface)
 
@@ -210,9 +197,7 @@ class TcpContact:
 
     def move(self, name: str, pose: Transform) -> None:
         """Move a surface; a TCP that touches it continues to, if it still can."""
-        contact = self._contacts[name]
-        contact.catch_up((self._place[0], self._place[1], self._place[2]))
-        contact.move(pose)
+        self._contacts[name].move(pose)
         self.changes += 1
 
     def remove(self, name: str) -> None:
@@ -223,7 +208,7 @@ class TcpContact:
 
     def touched(self, name: str) -> bool:
         """Return whether a surface was touched at the last place of the TCP."""
-        return bool(self._contacts[name].touched)
+        return bool(self._contacts[name].memory()[1][4])
 
     def forget(self) -> None:
         """Forget all contact and the place of the TCP."""
@@ -233,20 +218,15 @@ class TcpContact:
 
     def memory(self) -> Any:
         """Return all that influences later forces."""
-        place = (self._place[0], self._place[1], self._place[2])
-        for contact in self._contacts.values():
-            contact.catch_up(place)
-        return place, {name: contact.memory() for name, contact in self._contacts.items()}
+        return np.array(self._place), {name: each.memory() for name, each in self._contacts.items()}
 
     def restore(self, memory: Any) -> None:
-        """Continue from such a memory, with the surfaces that are there."""
-        place, contacts = memory
-        for k in range(3):
-            self._place[k] = place[k]
+        """Continue from such a memory, among the same surfaces."""
         self.is_known = True
-        for name, kept in contacts.items():
-            if name in self._contacts:
-                self._contacts[name].restore(kept)
+        for k in range(3):
+            self._place[k] = memory[0][k]
+        for name, kept in memory[1].items():
+            self._contacts[name].restore(kept)
 
     @cython.ccall
     @cython.exceptval(-1, check=True)
@@ -269,80 +249,50 @@ class TcpContact:
         touched: cython.bint = False
         contact: Contact
         for contact in self._contacts.values():
-            if contact.is_free(px, py, pz):
-                contact._left = contact._left or remember
-                continue
-            if contact._left:
-                contact.catch_up((self._place[0], self._place[1], self._place[2]))
-            touched = contact.press(p, remember, acting) or touched
+            if not contact.is_free(px, py, pz):
+                touched = contact.press(p, remember, acting) or touched
         if remember:
             self._place[0], self._place[1], self._place[2] = px, py, pz
         return touched and (acting[0] != 0.0 or acting[1] != 0.0 or acting[2] != 0.0)
 
     def begin(self, tcp: Tcp, joints: Any) -> Wrench:
         """Return the wrench along the axes of a TCP that is put, at rest, at joint positions (rad)."""
-        self._go_to(tcp, joints)
         self.is_known = False
-        wrench: Wrench = self._feel(0.0)
-        return wrench
+        return self.step(tcp, joints, 1.0)
 
-    def step(self, tcp: Tcp, joints: Any, tick_s: float, reached: Reached | None = None) -> Wrench:
+    def step(self, tcp: Tcp, joints: Any, tick_s: cython.double, reached: Reached | None = None) -> Wrench:
         """Return the wrench along the axes of the TCP after a tick to joint positions (rad).
 
         `reached` is used instead if a compliant motion has already found pose and contact of this tick.
         """
-        a, p = self._at, self._place
+        r, p, a, v = self._at, self._place, self._acting, cython.declare(cython.double[3])
         if reached is None:
-            self._go_to(tcp, joints)
+            tcp.go_to(joints)
+            for k in range(9):
+                r[k] = tcp.turned[k]
+            for k in range(3):
+                r[9 + k] = tcp.place[k]
         else:
-            self._at[:] = reached.at
-        self.settled = False
-        if reached is not None and reached.felt:
-            self._acting[:] = reached.acting
-            p[0], p[1], p[2], self.is_known = a[9], a[10], a[11], True
-            return self._along_tcp()  # type: ignore[no-any-return]
-        stays = self.is_known and p[0] == a[9] and p[1] == a[10] and p[2] == a[11]
-        before = self.memory() if stays else None
-        wrench: Wrench = self._feel(tick_s)
-        self.settled = stays and self.memory() == before
-        return wrench
-
-    @cython.cfunc
-    def _go_to(self, tcp: Tcp, joints: Any) -> object:
-        tcp.go_to(joints)
-        for k in range(9):
-            self._at[k] = tcp.turned[k]
+            r[:] = reached.at
+        stays: cython.bint = self.is_known
         for k in range(3):
-            self._at[9 + k] = tcp.place[k]
-        return None
-
-    @cython.cfunc
-    def _feel(self, tick_s: cython.double) -> object:
-        """The wrench at the present pose, after a tick, or 0 s for a TCP that is put there."""
-        a, p = self._at, self._place
-        vx: cython.double = 0.0
-        vy: cython.double = 0.0
-        vz: cython.double = 0.0
-        if self.is_known:
-            vx, vy, vz = (a[9] - p[0]) / tick_s, (a[10] - p[1]) / tick_s, (a[11] - p[2]) / tick_s
-        touched = self.acts_at(a[9], a[10], a[11], vx, vy, vz, tick_s > 0.0, self._acting)
-        p[0], p[1], p[2], self.is_known = a[9], a[10], a[11], True
-        return self._along_tcp() if touched else NO_WRENCH
-
-    @cython.cfunc
-    def _along_tcp(self) -> object:
-        """The acting force and torque along the axes of the TCP."""
-        r, a = self._at, self._acting
-        if a[0] == 0.0 and a[1] == 0.0 and a[2] == 0.0:
-            return NO_WRENCH
-        return (
-            r[0] * a[0] + r[3] * a[1] + r[6] * a[2],
-            r[1] * a[0] + r[4] * a[1] + r[7] * a[2],
-            r[2] * a[0] + r[5] * a[1] + r[8] * a[2],
-            r[0] * a[3] + r[3] * a[4] + r[6] * a[5],
-            r[1] * a[3] + r[4] * a[4] + r[7] * a[5],
-            r[2] * a[3] + r[5] * a[4] + r[8] * a[5],
-        )
+            v[k] = (r[9 + k] - p[k]) / tick_s if self.is_known else 0.0
+            stays = stays and v[k] == 0.0
+        if reached is not None and reached.felt:
+            a[:] = reached.acting
+            p[0], p[1], p[2] = r[9], r[10], r[11]
+        else:
+            self.acts_at(r[9], r[10], r[11], v[0], v[1], v[2], True, a)
+        before, self._wrench, self.is_known = self._wrench, NO_WRENCH, True
+        if a[0] != 0.0 or a[1] != 0.0 or a[2] != 0.0:
+            w = cython.declare(cython.double[6])
+            for k in range(3):
+                w[k] = r[k] * a[0] + r[3 + k] * a[1] + r[6 + k] * a[2]
+                w[3 + k] = r[k] * a[3] + r[3 + k] * a[4] + r[6 + k] * a[5]
+            self._wrench = (w[0], w[1], w[2], w[3], w[4], w[5])
+        self.settled = stays and before == self._wrench
+        wrench: Wrench = self._wrench
+        return wrench
 
 
 @cython.cclass
