@@ -34,8 +34,8 @@ class Scenario:
         self.description = load_robot("lbr_iiwa_7_r800")
         centre = Controller(self.description, TICK_S).tool_frame()
         top = Transform(IDENTITY.rotation, (0.0, 0.0, 1e-3 * centre.z_mm))
-        world = TcpContact([Surface("table", Plane(), top, 20e3, 0.5, 0.3)], RADIUS_M)
-        self.robot = Controller(self.description, TICK_S, **({"world": world} if table else {}))
+        contact = TcpContact([Surface("table", Plane(), top, 20e3, 0.5, 0.3)], RADIUS_M)
+        self.robot = Controller(self.description, TICK_S, **({"contact": contact} if table else {}))
         self.home, self.centre = self.robot.joints, centre
 
     def joints(self, most: float) -> list[float]:

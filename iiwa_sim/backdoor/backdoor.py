@@ -133,7 +133,7 @@ class Backdoor:
 
     def add_surface(self, surface: AnySurface) -> None:
         """Add a surface with the keys of cell.toml, in JSON with `shape`. The TCP may not be within it."""
-        taken = {*self._controller.load.world.surfaces, *(part.name for part in parts_of(self._controller))}
+        taken = {*self._controller.load.contact.surfaces, *(part.name for part in parts_of(self._controller))}
         reader = Reader("surface", CellFault)
         reader.converted(msgspec.to_builtins(surface), type(surface))
         reader.check("name", surface.name, surface.name not in taken, "a name no surface and no part has")
@@ -148,10 +148,10 @@ class Backdoor:
         """Remove a surface."""
         self._surface(name)
         for controller in self._group.controllers:
-            controller.load.world.remove(name)
+            controller.load.contact.remove(name)
 
     def _surface(self, name: str) -> Surface:
-        surfaces = self._controller.load.world.surfaces
+        surfaces = self._controller.load.contact.surfaces
         if name not in surfaces:
             there_are = ", ".join(map(repr, surfaces)) or "none"
             raise Refused(EXECUTION, harmless(f"no surface {name!r}: there are {there_are}"))
@@ -161,15 +161,15 @@ class Backdoor:
         """Add or move a surface, given in the base of this robot, for all robots of the cell."""
         in_world, robots = compose(self._controller.base, surface.pose), self._group.controllers
         seen = {each: surface._replace(pose=compose(inverse(each.base), in_world)) for each in robots}
-        is_there = surface.name in self._controller.load.world.surfaces
+        is_there = surface.name in self._controller.load.contact.surfaces
         for robot, each in seen.items():
-            if not (is_there and robot.load.world.touched(each.name)):
+            if not (is_there and robot.load.contact.touched(each.name)):
                 _check_outside(robot.tcp().translation, [each])
         for robot, each in seen.items():
             if is_there:
-                robot.load.world.move(each.name, each.pose)
+                robot.load.contact.move(each.name, each.pose)
             else:
-                robot.load.world.put(each)
+                robot.load.contact.put(each)
 
     def cell(self) -> dict[str, Any]:
         """Return surfaces, shapes of parts, tool and jaws, and names of inputs and outputs."""
@@ -180,7 +180,7 @@ class Backdoor:
         _check_pose(tool_in_flange)
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
-        _check_outside(tcp.translation, controller.load.world.surfaces.values())
+        _check_outside(tcp.translation, controller.load.contact.surfaces.values())
         controller.place(controller.joints, tool)
 
     # The robot and its inputs
@@ -213,7 +213,7 @@ class Backdoor:
         """Put the robot at joint positions (rad) without a motion. At rest only."""
         controller = self._controller
         tcp = controller.tcp(controller.planner.checked_joints(joints))
-        _check_outside(tcp.translation, controller.load.world.surfaces.values())
+        _check_outside(tcp.translation, controller.load.contact.surfaces.values())
         controller.place(joints)
 
     def robot(self) -> RobotDescription:
@@ -381,19 +381,19 @@ for _name, _method in list(vars(Backdoor).items()):
 
 def _kept(controller: Controller) -> Callable[[], None]:
     """Return a function that restores the state of a robot, except time, errors and random numbers."""
-    load, world, io, handling = controller.load, controller.load.world, controller.io, controller.handling
+    load, contact, io, handling = controller.load, controller.load.contact, controller.io, controller.handling
     joints, tool_in_flange, override = controller.joints, controller.tool_in_flange, controller.override
-    inputs, outputs, surfaces = io.inputs, io.outputs, tuple(world.surfaces.values())
+    inputs, outputs, surfaces = io.inputs, io.outputs, tuple(contact.surfaces.values())
     wrench, joint_push, tool_load = load.wrench, load.joint_push, controller.tool_load
     allowed = controller.protection.allowed
     restore_bodies = None if handling is None else handling.kept()
     felt = load.felt()  # contacts, with their friction and entry sides
 
     def restore() -> None:
-        for there in world.surfaces:
-            world.remove(there)
+        for there in contact.surfaces:
+            contact.remove(there)
         for surface in surfaces:
-            world.put(surface)
+            contact.put(surface)
         controller.place(joints, tool_in_flange)
         controller.set_override(override)
         io.inputs, io.outputs = inputs, outputs
@@ -401,7 +401,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
         controller.set_tool_load(tool_load)
         if restore_bodies is not None:
             restore_bodies()
-        load.feel_again(felt, joints)
+        load.feel_again(felt)
         controller.errors.release_emergency_stop()
         controller.switch_drives(on=True)
         controller.errors.reset()

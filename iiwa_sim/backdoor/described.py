@@ -17,14 +17,14 @@ def described_cell(controller: Controller) -> dict[str, Any]:
     `jaw_mm` is along x y z of the TCP, and empty without jaws. Parts and bodies have shapes; a state has
     their places. The capsules of the tool are in the flange.
     """
-    world, io, tool, handling = controller.load.world, controller.io, controller.tool, controller.handling
+    contact, io, tool, handling = controller.load.contact, controller.io, controller.tool, controller.handling
     gripper = None if handling is None or handling.gripper is None else handling.gripper.kind
     scene = None if handling is None else handling.scene
     return {
-        "contact_radius_mm": 1e3 * world.radius_m,
+        "contact_radius_mm": 1e3 * contact.radius_m,
         "inputs": io.input_names,
         "outputs": io.output_names,
-        "surfaces": list(map(_surface, world.surfaces.values())),
+        "surfaces": list(map(_surface, contact.surfaces.values())),
         "parts": [{"name": part.name, **_shape(part.shape)} for part in parts_of(controller)],
         "bodies": [
             {"name": body.name, "shapes": [_shape(*each) for each in body.shapes]}

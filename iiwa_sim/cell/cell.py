@@ -94,7 +94,7 @@ class Cell:
             tick_s,
             start=self.start,
             tool_in_flange=self.tool_in_flange,
-            world=TcpContact(self.seen(), self.contact_radius_m),
+            contact=TcpContact(self.seen(), self.contact_radius_m),
             noise=None
             if self.noise is None
             else Noise(**structs.asdict(self.noise), joint_count=len(self.start)),

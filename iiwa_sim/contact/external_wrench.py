@@ -8,6 +8,7 @@ In free space there are none, and all readings are exactly 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from math import isfinite
 from operator import add as add_numbers
 from typing import Any
@@ -25,8 +26,6 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 Torques = tuple[float, ...]
-NEVER = -1
-"""Stands for a number of changes of surfaces that is never reached."""
 
 
 class ExternalWrench:
@@ -37,7 +36,7 @@ class ExternalWrench:
         model: Model,
         tool_in_flange: Transform,
         joints: Sequence[float],
-        surfaces: TcpContact | None = None,
+        contact: TcpContact | None = None,
         noise: Noise | None = None,
         tool: Sequence[Capsule] = (),
         base: Transform = IDENTITY,
@@ -48,37 +47,30 @@ class ExternalWrench:
             model: The arm.
             tool_in_flange: Pose of the TCP in the flange.
             joints: Joint positions (rad).
-            surfaces: The surfaces of the cell; none by default.
+            contact: That of the TCP with the surfaces of the cell; none by default.
             noise: Noise of the readings; none by default.
             tool: Capsules of the tool, in the flange.
             base: Pose of the base in the world, where weight acts against z.
         """
         self._model, self._base, self.noise = model, base, noise
-        self.world = TcpContact((), 0.0) if surfaces is None else surfaces
-        """The surfaces; changes act from the next tick on."""
+        self.contact = TcpContact((), 0.0) if contact is None else contact
+        """Contact of the TCP with the surfaces; changes of these act from the next tick on."""
         self._links = Links(model, tool)
         self._gaps = self._links.gaps
         self.arm_links = frozenset(capsule.link for capsule in capsules_of(model.description))
         """The names of the links of the arm, without tool and jaws."""
         self.bodies: Any = None
         """Reports the contacts of links with parts; None without parts."""
-        self.judged = False
-        """True if limits have been compared with it since something was set."""
         self.wrenches: dict[str, Wrench] = {}
         """The contributions at the TCP, along its axes, but for zeros."""
         self.torques: dict[str, Torques] = {}
         """The contributions on the joints (Nm), but for zeros."""
-        self._wrench: Wrench = NO_WRENCH
-        self._joint_push: Torques = (0.0,) * model.joint_count
+        self._no_torques: Torques = (0.0,) * model.joint_count
         self._pushes: tuple[Wrench, Torques] | None = None
         self._parts_push: Wrench = NO_WRENCH
-        self._handed: Torques | None = None
-        self.needs_poses = False
-        """True if ticks need poses of the TCP: for an unknown payload."""
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
         self._motion: TcpMotion | None = None
-        self._surrounded = self._settled = NEVER
         self._put(joints, tool_in_flange)
 
     def _put(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
@@ -88,14 +80,19 @@ class ExternalWrench:
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
-        self._joints = joints
-        self._set(self.wrenches, "surfaces", self.world.begin(self._tcp, joints))
+        self._joints, self._is_settled = joints, False
+        self._links.forget()
+        self._surround(joints)
+        self._set(self.wrenches, "surfaces", self.contact.begin(self._tcp, joints))
+
+    def _surround(self, joints: Sequence[float]) -> None:
+        self._surrounded = self.contact.changes
+        self._links.surround(self.contact.surfaces, joints)
+        self._take_links()
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """Put the robot, with this tool, at rest at joint positions (rad), without any memory of contacts."""
-        self.world.forget()
-        self._part_links()
-        self._settled, self.judged = NEVER, False
+        self.contact.forget()
         self._put(joints, tool_in_flange)
         if self._motion is not None:
             self._motion.rest(compose(self._base, self._tcp.pose(joints)))
@@ -116,52 +113,39 @@ class ExternalWrench:
         (Nm): applied torques, surfaces and parts on links, and links on links.
         """
         if self._pushes is None:
-            tcp = self._wrench if self._parts_push is NO_WRENCH else add(self._wrench, self._parts_push)
+            tcp, found = add(self.wrench, self._parts_push), self._links.forces
             if self._motion is not None:
                 tcp = add(tcp, self._motion.weight(self._at_tcp))
-            joints, found = self._joint_push, self._links.forces
-            for more in (found.yielding, found.folded, self.torques.get("parts")):
-                if more is not None:
-                    joints = tuple(map(add_numbers, joints, more))
-            self._pushes = tcp, joints
+            rows = self.joint_push, found.yielding, found.folded, self.torques.get("parts")
+            self._pushes = tcp, _sum([row for row in rows if row is not None])
         return self._pushes
 
     # What is set from outside
 
     @property
     def wrench(self) -> Wrench:
-        """Wrench applied at the TCP, along its axes.
-
-        Raises `ValueError` if it is set to anything but six finite numbers.
-        """
-        return self._wrench
+        """Wrench applied at the TCP, along its axes. Raises `ValueError` unless it is set to finite numbers."""
+        return self.wrenches.get("applied", NO_WRENCH)
 
     @wrench.setter
     def wrench(self, wrench: Wrench) -> None:
-        _check("wrench", wrench, len(NO_WRENCH))
-        self._wrench, self.judged = wrench, False
-        self._set(self.wrenches, "applied", wrench)
+        self._set(self.wrenches, "applied", _finite(wrench, 6))
 
     @property
     def joint_push(self) -> Torques:
-        """Torque (Nm) applied to each joint.
-
-        Raises `ValueError` if it is set to anything but a finite number for each joint.
-        """
-        return self._joint_push
+        """Torque (Nm) applied to each joint. Raises `ValueError` as the wrench does."""
+        return self.torques.get("applied", self._no_torques)
 
     @joint_push.setter
     def joint_push(self, torques: Torques) -> None:
-        _check("joint_push", torques, len(self._joint_push))
-        self._joint_push, self.judged = torques, False
-        self._set(self.torques, "applied", torques)
+        self._set(self.torques, "applied", _finite(torques, len(self._no_torques)))
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """Carry a payload besides the one that the controller knows, with the arm at joint positions (rad).
 
         `unknown` are its moments in the flange, less than nothing where the controller believes in more.
         """
-        self._moments, self.judged, self.needs_poses = unknown, False, unknown is not None
+        self._moments = unknown
         if unknown is None:
             self._motion = None
             self._set(self.wrenches, "payload", None)
@@ -176,17 +160,20 @@ class ExternalWrench:
 
         `push` is the part of the wrench that a compliant robot gives way to.
         """
-        if wrench is NO_WRENCH and push is NO_WRENCH is self._parts_push and torques is None is self._handed:
+        if (
+            wrench is push is self._parts_push is NO_WRENCH
+            and torques is None
+            and "parts" not in self.torques
+        ):
             return
-        self._handed = torques
         self._set(self.wrenches, "parts", wrench)
         self._set(self.torques, "parts", torques)
-        self._parts_push, self.judged = push, False
+        self._parts_push = push
 
     def jaws_are(self, jaws: Sequence[Capsule]) -> None:
         """Have the jaws of a gripper there, in the flange."""
         self._links.jaws_are(jaws)
-        self._settled = NEVER
+        self._is_settled = False
 
     # Poses
 
@@ -204,27 +191,32 @@ class ExternalWrench:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
         if self.wrenches or self.torques or self.noise is not None or self._motion is not None:
             return False
-        if not self.world.empty or self.world.is_known:
+        if not self.contact.empty or self._surrounded != self.contact.changes:
             return False
         return tick < self._gaps.next or self._gaps.is_free(joints, tick, tick_s)
 
     @property
     def settled(self) -> bool:
         """True if ticks change only the noise as long as the robot stays where it is."""
-        if self._motion is not None and not self._motion.still:
+        if (self._motion is not None and not self._motion.still) or self._surrounded != self.contact.changes:
             return False
-        return not self.world.is_known if self.world.empty else self._settled == self.world.changes
+        return self.contact.empty or self._is_settled
+
+    @property
+    def carries(self) -> bool:
+        """True if an unknown payload is felt, which needs to know where a motion goes."""
+        return self._motion is not None
 
     @property
     def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
         """Data of coming ticks for `leave_out`; None where more acts than what is carried."""
-        world, bodies = self.world, self.bodies
-        known = not world.is_known if world.empty else self._surrounded == world.changes
-        if not known or self.torques or self.noise is not None or any(self._wrench):
+        bodies = self.bodies
+        known = self._surrounded == self.contact.changes
+        if not known or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None
         carried = [] if self._motion is None else [self._at_tcp]
         carried += [] if bodies is None or bodies.moments is None else [bodies.moments]
-        return self._coming_tcp, world, self._gaps, np.reshape(carried, (-1, 4, 4))
+        return self._coming_tcp, self.contact, self._gaps, np.reshape(carried, (-1, 4, 4))
 
     def leave_out(self, joints: Sequence[float], before: Transform, tcp: Transform, tick_s: float) -> None:
         """Be where ticks have brought the arm that were left out, the last of them from `before`."""
@@ -238,42 +230,34 @@ class ExternalWrench:
         joints: Sequence[float],
         tick: int,
         tick_s: float,
-        contact: Reached | None = None,
-        coming: Transform | None = None,
+        reached: Reached | None = None,
+        coming: Sequence[float] | None = None,
     ) -> None:
         """Make the tick of this number, which has moved the robot to joint positions (rad).
 
-        A compliant motion has found the `contact` of this tick already; so it is evaluated once. The next
-        tick will bring the TCP to `coming`, if that is known.
+        A compliant motion has found the contact of this tick already; so it is evaluated once. The next tick
+        will bring the robot to `coming` (rad), if that is known.
         """
         if self.noise is not None:
             self.noise.next()
-        if self._motion is not None and not (self._motion.still and joints == self._joints):
-            coming = None if coming is None else compose(self._base, coming)
-            self._motion.step(compose(self._base, self.tcp(joints)), tick_s, coming)
+        before, self._joints = self._joints, joints
+        if self._motion is not None and not (self._motion.still and joints == before):
+            ahead = None if coming is None else compose(self._base, self.coming_tcp(coming))
+            self._motion.step(compose(self._base, self.tcp(joints)), tick_s, ahead)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
-        before, self._joints, world = self._joints, joints, self.world
-        changes: int = world.changes
-        if world.empty:
-            if world.is_known:
-                world.forget()
-                self.wrenches.pop("surfaces", None)
-                self._part_links()
-        elif contact is None and joints == before and self._settled == changes:
+        if self._surrounded != self.contact.changes:
+            self._surround(joints)
+        elif self._is_settled and reached is None and joints == before:
             return
-        elif self._surrounded != changes:
-            self._surrounded = changes
-            self._links.surround(world.surfaces, joints)
         if tick >= self._gaps.next and not self._gaps.is_free(joints, tick, tick_s):
             self._links.step(joints, before, tick, tick_s)
             self._take_links()
-        if not world.empty:
-            wrench = world.step(self._tcp, joints, tick_s, contact)
-            if wrench is NO_WRENCH:
-                self.wrenches.pop("surfaces", None)
-            else:
-                self.wrenches["surfaces"] = wrench
-            self._settled = changes if world.settled and contact is None and joints == before else NEVER
+        wrench = self.contact.step(self._tcp, joints, tick_s, reached)
+        if wrench is NO_WRENCH:
+            self.wrenches.pop("surfaces", None)
+        else:
+            self.wrenches["surfaces"] = wrench
+        self._is_settled = self.contact.settled and reached is None and joints == before
 
     def _take_links(self) -> None:
         """Have the contributions of links, tool and jaws."""
@@ -288,31 +272,16 @@ class ExternalWrench:
         self._set(self.torques, "links", found.folded)
         self._set(self.wrenches, "tool", wrench)
 
-    def _part_links(self) -> None:
-        """Have no contact of links; surfaces that they are in push them only after they have been out."""
-        self._links.forget()
-        self._surrounded = NEVER
-        self._take_links()
-
     def felt(self) -> Any:
-        """Return the memory of all contacts."""
-        wrenches = {name: each for name, each in self.wrenches.items() if name in ("surfaces", "tool")}
-        torques = {name: each for name, each in self.torques.items() if name in ("surfaces", "links")}
-        links = None if self._surrounded == NEVER else self._links.memory()
-        return self.world.memory(), links, wrenches, torques
+        """Return the memory of all contacts, with what they do."""
+        return self.contact.memory(), self._links.memory(), dict(self.wrenches), dict(self.torques)
 
-    def feel_again(self, felt: Any, joints: Sequence[float]) -> None:
-        """Continue from such a memory, with the robot put at these joint positions (rad) again."""
-        tcp, links, wrenches, torques = felt
-        self.world.restore(tcp)
-        self._joints = joints
-        if links is not None:
-            self._surrounded = self.world.changes
-            self._links.surround(self.world.surfaces, joints)
-            self._links.restore(links)
-        self.wrenches.update(wrenches)
-        self.torques.update(torques)
-        self._settled, self.judged, self._pushes = NEVER, False, None
+    def feel_again(self, felt: Any) -> None:
+        """Continue from such a memory, with the robot put where it was."""
+        contact, links, wrenches, torques = felt
+        self.contact.restore(contact)
+        self._links.restore(links)
+        self.wrenches, self.torques, self._pushes = dict(wrenches), dict(torques), None
 
     # Readings
 
@@ -335,19 +304,12 @@ class ExternalWrench:
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
-        found = NO_WRENCH
-        for wrench in self.wrenches.values():
-            found = wrench if found is NO_WRENCH else add(found, wrench)
-        return found
+        return reduce(add, self.wrenches.values()) if self.wrenches else NO_WRENCH
 
     def exact_torques(self, joints: Sequence[float]) -> Torques:
         """Return the external torques (Nm), without noise, with the robot at joint positions (rad)."""
-        found: Torques | None = None
-        if self.wrenches:
-            found = self._tcp.torques(joints, self.acting)
-        for torques in self.torques.values():
-            found = torques if found is None else tuple(map(add_numbers, torques, found))
-        return self._joint_push if found is None else found
+        found = [self._tcp.torques(joints, self.acting)] if self.wrenches else []
+        return _sum([*found, *self.torques.values()] or [self._no_torques])
 
     def cartesian_force(self) -> Wrench:
         """Return the reading of the wrench at the TCP, along its axes."""
@@ -356,9 +318,14 @@ class ExternalWrench:
     def joint_torques(self, joints: Sequence[float]) -> Torques:
         """Return the reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
         torques = self.exact_torques(joints)
-        return torques if self.noise is None else tuple(map(add_numbers, torques, self.noise.joint_torques))
+        return torques if self.noise is None else _sum([torques, self.noise.joint_torques])
 
 
-def _check(name: str, values: Sequence[float], count: int) -> None:
+def _finite(values: Any, count: int) -> Any:
     if len(values) != count or not all(map(isfinite, values)):
-        raise ValueError(f"{name} is {values}, expected {count} finite numbers")
+        raise ValueError(f"expected {count} finite numbers")
+    return values
+
+
+def _sum(rows: Sequence[Torques]) -> Torques:
+    return reduce(lambda a, b: tuple(map(add_numbers, a, b)), rows)

@@ -42,10 +42,6 @@ LEAST_JOINTS_BETWEEN = 3
 """Links with fewer joints between them overlap or cannot meet."""
 TOLERANCE_M = 1e-9
 """The greatest error of distances from cylinders; other distances are exact."""
-TURNED = 0.5
-"""The normal of a link in a surface has jumped if it turns by more than 60 degrees in a tick."""
-THROUGH_M = 0.05
-"""A link that has gone through a surface is released at this distance behind it."""
 FAR_M = 1e9
 MARGIN_M = 0.1
 """Distance that jaws may move before levers are computed again."""
@@ -119,7 +115,7 @@ class _Scene(NamedTuple):
     data: Any
     """Shared by equal robots: each reads results before the next call."""
     pairs: tuple[_Pair, ...]
-    """Moving capsules with each surface, links with links, then capsules of the base with surfaces."""
+    """Moving capsules with each surface, then links with links."""
     gaps: tuple[Array, Array, NDArray[np.int64], Array]
     """Levers, capsules, pairs of them and distances at which these touch, as in `Gaps`."""
 
@@ -134,14 +130,13 @@ class Links:
         """They tell when nothing can touch."""
         self._tool = tuple(tool)
         self._jaws: tuple[Capsule, ...] = ()
-        self._jaw_places: list[Any] | None = None  # in the last joint; None before they are asked for
+        self._jaw_places: list[Any] = []  # in the last joint
         self.forget()
 
     def forget(self) -> None:
         """Have no surfaces, and know nothing of where the arm is."""
         self._surfaces: dict[str, Surface] = {}
         self._memory: dict[tuple[int, str], _Memory] = {}
-        self._entry: dict[tuple[int, str], tuple[Array, Array]] = {}
         self._muted: set[tuple[int, str]] = set()
         self._based: set[str] = set()
         self.forces = LinkForces()
@@ -149,12 +144,12 @@ class Links:
 
     def memory(self) -> Any:
         """Return all that influences later forces, and the forces."""
-        return self.forces, copy.deepcopy((self._memory, self._entry, self._muted, self._based))
+        return self.forces, copy.deepcopy((self._memory, self._muted, self._based))
 
     def restore(self, memory: Any) -> None:
         """Continue from such a memory, with the surfaces that are there."""
         self.forces, kept = memory
-        self._memory, self._entry, self._muted, self._based = copy.deepcopy(kept)
+        self._memory, self._muted, self._based = copy.deepcopy(kept)
         self.gaps.forget()
 
     # Scene
@@ -167,7 +162,9 @@ class Links:
 
     def jaws_are(self, jaws: Sequence[Capsule]) -> None:
         """Have jaws at new places in the flange."""
-        before, self._jaws, self._jaw_places = self._jaws, tuple(jaws), None
+        before, self._jaws, arm = self._jaws, tuple(jaws), self._model
+        flange = arm.pin_model.frames[arm.flange_index].placement
+        self._jaw_places = [flange * _se3(capsule.pose) for capsule in jaws]
         if len(before) != len(jaws) or _moved_m(self._built, self._jaws) > MARGIN_M:
             self._build()
         else:
@@ -175,28 +172,20 @@ class Links:
 
     def surround(self, surfaces: Mapping[str, Surface], joints: Sequence[float]) -> None:
         """Have these surfaces from now on, with the arm at joint positions (rad)."""
-        before, self._surfaces = self._surfaces, dict(surfaces)
+        before, self._surfaces, self._memory = self._surfaces, dict(surfaces), {}
         self._build()
-        self._memory = {key: memory for key, memory in self._memory.items() if key[1] in surfaces}
-        unmoved = {name for name, surface in before.items() if surfaces.get(name) == surface}
-        self._entry = {key: entry for key, entry in self._entry.items() if key[1] in unmoved}
-        self._muted = {key for key in self._muted if key[1] in surfaces}
-        self._based &= surfaces.keys()
+        base = [each for each in capsules_of(self._model.description) if not each.joints]
+        for name in surfaces.keys() - before.keys():
+            depths = [c.radius_m - surfaces[name].nearest(*end)[0] for c in base for end in (c.start, c.end)]
+            (self._based.add if max(depths, default=0.0) > STANDS_M else self._based.discard)(name)
         self._go_to(np.array(joints))
-        for row, (capsule, _, name, _) in enumerate(self._scene.pairs):
-            if name is not None and name not in before:
-                depth, moves = -self._distance(row), self._scene.joints[capsule] > 0
-                if moves and depth > 0.0:
-                    self._muted.add((capsule, name))
-                elif depth > STANDS_M:
-                    self._based.add(name)
+        for row, pair in enumerate(self._scene.pairs):
+            if pair.surface is not None and pair.surface not in before and self._distance(row) < 0.0:
+                self._muted.add((pair.capsule, pair.surface))
 
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions."""
         scene, arm = self._scene, self._model
-        if self._jaw_places is None:
-            flange = arm.pin_model.frames[arm.flange_index].placement
-            self._jaw_places = [flange * _se3(capsule.pose) for capsule in self._jaws]
         for number, place in enumerate(self._jaw_places, start=len(scene.capsules) - len(self._jaws)):
             scene.model.geometryObjects[number].placement = place
         self._data = arm.data
@@ -242,36 +231,14 @@ class Links:
                 distance = -distance
             else:
                 self._muted.discard(key)
-                if distance <= 0.0 or self._memory or key in self._entry:
-                    distance, normal, point = self._deepest(row, key, distance)
-                    body = pair.body, key[1]
-                    if body not in touching or distance < touching[body][0]:
-                        touching[body] = distance, normal, point, row
+                body, found = (pair.body, key[1]), scene.data.distanceResults[row]
+                if (distance <= 0.0 or body in self._memory) and distance < touching.get(body, (FAR_M,))[0]:
+                    touching[body] = distance, -found.normal, found.getNearestPoint1(), row
             self.gaps.set(row, distance)
         folded = None if colliding is None else tuple(torques.tolist())
         self.forces = self.forces._replace(folded=folded, colliding=colliding)
         if touching or self.forces.contacts or self._memory:
             self._press_all(touching, way, tick_s)
-
-    def _deepest(self, row: int, key: tuple[int, str], distance: float) -> tuple[float, Array, Array]:
-        """Distance, contact normal and deepest point; where the normal jumps, those of the side of entry."""
-        found, entry = self._scene.data.distanceResults[row], self._entry.get(key)
-        normal, point = -found.normal, found.getNearestPoint1()
-        if entry is not None and (
-            0.0 <= distance < THROUGH_M or (distance < 0.0 and normal @ entry[0] < TURNED)
-        ):
-            out, place = entry
-            pose, capsule = self._scene.data.oMg[key[0]], self._scene.capsules[key[0]]
-            along = 0.5 * capsule.length_m * pose.rotation[:, 2]
-            end = pose.translation - along * np.sign(along @ out) - capsule.radius_m * out
-            behind = float((end - place) @ out)
-            if behind < 0.0:
-                return behind, out, end
-        if distance < 0.0:
-            self._entry[key] = normal, found.getNearestPoint2()
-        else:
-            self._entry.pop(key, None)
-        return distance, normal, point
 
     def _fold(self, row: int, distance: float) -> Array:
         """Torques of two links that are in each other, on the joints between them."""
@@ -327,31 +294,32 @@ def _press(
     The latter is that of the end of the next tick, if the link has the least inertia it can have and its
     average force continues. So a compliant robot does not oscillate at any tick rate.
     """
-    stiffness, friction = share * surface.stiffness, surface.friction
-    rub_stiffness = share * min(surface.stiffness, STIFFEST_RUB_N_PER_M)
-    moves = bool(way.any())
-    follows = FOLLOWS if moves else 1.0
+    stiffness, moves = share * surface.stiffness, bool(way.any())
     speed = float(way @ normal) / tick_s
     push = pressing = stiffness * max(depth, 0.0) * max(1.0 - surface.damping * speed, 0.0)
     if moves:
         along = normal @ levers
         stiff = stiffness * per_kg * float(along @ along)
         push = max(stiffness * (depth - tick_s * speed) + stiff * kept.push, 0.0) / (1.0 + stiff)
+    follows = FOLLOWS if moves else 1.0
     kept.push += follows * (push - kept.push)
     if kept.push < LEAST_PUSH_N:
         kept.push = 0.0
-    if friction == 0.0 or pressing == 0.0:
+    if surface.friction == 0.0 or pressing == 0.0:
         kept.rubbed = None
         return pressing * normal, push * normal
+    rub_stiffness = share * min(surface.stiffness, STIFFEST_RUB_N_PER_M)
+    across = way - (way @ normal) * normal
     if kept.rubbed is None:
         kept.rubbed, kept.drag = np.zeros(3), np.zeros(3)
     else:
-        kept.rubbed = _within(_across(kept.rubbed + way, normal), friction * pressing / rub_stiffness)
+        rubbed = kept.rubbed + across - (kept.rubbed @ normal) * normal
+        kept.rubbed = _within(rubbed, surface.friction * pressing / rub_stiffness)
     drag = rubbing = -rub_stiffness * kept.rubbed
     if moves:
         stiff = rub_stiffness * per_kg * float((levers * levers).sum())
-        ahead = rub_stiffness * (kept.rubbed + _across(way, normal))
-        drag = _within((stiff * kept.drag - ahead) / (1.0 + stiff), friction * push)
+        ahead = (stiff * kept.drag + rubbing - rub_stiffness * across) / (1.0 + stiff)
+        drag = _within(ahead, surface.friction * push)
     kept.drag = kept.drag + follows * (drag - kept.drag)
     return pressing * normal + rubbing, push * normal + drag
 
@@ -380,30 +348,25 @@ def _scene(
         scene.addGeometryObject(pin.GeometryObject(str(scene.ngeoms), joint, place, solid))
 
     # No point of a capsule is ever farther (m) from the axis of a joint that moves it.
-    steps = [place.translation for place in list(model.jointPlacements)[2:]]
-    spans = [float(np.linalg.norm(step)) for step in steps]
-    across = np.linalg.norm(np.cross(arm.local_axes[:-1], steps), axis=1) if steps else ()
+    along = np.cumsum([0.0, *(np.linalg.norm(each.translation) for each in list(model.jointPlacements)[2:])])
     reach = np.zeros((len(capsules), model.nq))
-    for number, (row, place) in enumerate(zip(reach, places, strict=True)):
+    for number, (row, place, n) in enumerate(zip(reach, places, joints, strict=True)):
         far = float(np.linalg.norm(place.translation)) + MARGIN_M * (number >= len(own))
-        far += 0.5 * capsules[number].length_m + capsules[number].radius_m
-        for joint in range(joints[number] - 1, -1, -1):
-            row[joint] = far + (across[joint] if joint + 1 < joints[number] else 0.0)
-            far += spans[joint] if joint + 1 < joints[number] else 0.0
+        row[:n] = far + 0.5 * capsules[number].length_m + capsules[number].radius_m + along[n - 1] - along[:n]
 
-    firsts = {each.link: number for number, each in reversed(list(enumerate(own)))}
-    bodies = [*(firsts[each.link] for each in own), *range(len(own), len(capsules))]
-    touched = [
+    links = [each.link for each in own]
+    bodies = [*map(links.index, links), *range(len(own), len(capsules))]
+    moving = [
         _Pair(number, s, surface.name, bodies[number])
         for s, surface in enumerate(surfaces, start=len(capsules))
-        for number in range(len(capsules))
+        for number, n in enumerate(joints)
+        if n
     ]
-    moving = [each for each in touched if joints[each.capsule]]
     meeting = _meeting(description, tool)
     folding = [_Pair(a, b, None) for a, b in meeting[1].tolist()]
     levers = [reach[each.capsule] for each in moving]
     levers += [np.where(np.arange(model.nq) < joints[a], 0.0, reach[b]) for a, b, *_ in folding]
-    pairs = (*moving, *folding, *(each for each in touched if not joints[each.capsule]))
+    pairs = (*moving, *folding)
     for each in pairs:
         scene.addCollisionPair(pin.CollisionPair(*each[:2]))
     found = scene.createData()
@@ -451,10 +414,6 @@ def _levers(jacobian: Array, point: Array) -> Array:
     """Velocity of a point per joint velocity (3, n), from a Jacobian about the origin."""
     x, y, z = point.tolist()
     return jacobian[:3] + np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0))) @ jacobian[3:]
-
-
-def _across(vector: Array, normal: Array) -> Array:
-    return vector - (vector @ normal) * normal
 
 
 def _within(vector: Array, longest: float) -> Array:

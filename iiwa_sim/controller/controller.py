@@ -67,7 +67,7 @@ class Controller:
         *,
         start: Joints | None = None,
         tool_in_flange: Transform | None = None,
-        world: TcpContact | None = None,
+        contact: TcpContact | None = None,
         noise: Noise | None = None,
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
@@ -84,7 +84,7 @@ class Controller:
             tick_s: Simulated time of a tick.
             start: Joint positions (rad) within the limits; by default home.
             tool_in_flange: The pose of the TCP; by default the robot's own.
-            world: Surfaces that TCP and links touch.
+            contact: Contact of the TCP with the surfaces of the cell, which links touch, too.
             noise: Noise of the readings of forces and torques.
             io: Inputs and outputs; by default 16 of each.
             safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
@@ -113,7 +113,7 @@ class Controller:
         self.model = arm_model(description)
         self.base = IDENTITY if arm is None or arm.base is None else arm.base
         """The pose of the base in the world."""
-        self.load = ExternalWrench(self.model, tcp, start, world, noise, tool.capsules, self.base)
+        self.load = ExternalWrench(self.model, tcp, start, contact, noise, tool.capsules, self.base)
         """The contacts and other forces from outside."""
         self.handling = None
         """The gripper and the bodies of the cell; None without any."""
@@ -204,14 +204,10 @@ class Controller:
         motions, load, handling, tick = self.motions, self.load, self.handling, self.tick
         joints = motions.joints
         if handling is not None or not load.is_idle(joints, tick, self.tick_s):
-            contact = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-            coming = None
             if handling is not None:
                 handling.feel()
-                coming = handling.coming_tcp
-            elif load.needs_poses and (next_joints := motions.coming) is not None:
-                coming = load.coming_tcp(next_joints)
-            load.step(joints, tick, self.tick_s, contact, coming)
+            reached = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
+            load.step(joints, tick, self.tick_s, reached, motions.coming if load.carries else None)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
@@ -533,4 +529,6 @@ class Controller:
 
     def _motions_from(self, joints: Joints) -> Motions:
         limits, load = self.planner.limits, self.load
-        return Motions(self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.world)
+        return Motions(
+            self.model, self.tool_in_flange, joints, self.tick_s, limits, load.pushes, load.contact
+        )

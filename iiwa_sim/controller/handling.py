@@ -116,8 +116,6 @@ class Handling:
         self._setup, self._io, self._load = setup, io, load
         self.arm = load.bodies = arm
         self.world, self.gripper, self.scene = arm.world, arm.gripper, setup.scene
-        self.coming_tcp: Transform | None = None
-        """Pose of the TCP in the base in the next tick, if that is known."""
         wired = {sensor: getattr(setup.wiring, f"{sensor}_input") for sensor in SENSORS}
         self._sensors = {sensor: number for sensor, number in wired.items() if number != NOTHING}
         self._wrong: dict[str, bool] = {}  # sensors that always tell this
@@ -126,7 +124,7 @@ class Handling:
         self._driven_by: tuple[bool, ...] | None = None  # outputs that drive jaws and scene
         self._driven = STAYS  # direction of the jaws
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
-        self._changes = load.world.changes
+        self._changes = load.contact.changes
         self._place_jaws()
         self._drive()
         self._tell()
@@ -135,7 +133,7 @@ class Handling:
     def settled(self) -> bool:
         """True if ticks change nothing, as long as the robot stays where it is and outputs as they are."""
         gripper = self.gripper
-        if self._driven_by is not self._io.outputs or self._changes != self._load.world.changes:
+        if self._driven_by is not self._io.outputs or self._changes != self._load.contact.changes:
             return False
         if gripper is not None and not gripper.stuck and self._driven != gripper.driven:
             return False
@@ -150,13 +148,13 @@ class Handling:
     def go(self, motions: Motions) -> None:
         """Tell the world where a tick has brought the robot, and where the next one will."""
         load, coming = self._load, motions.coming
-        self.coming_tcp = None if coming is None else load.coming_tcp(coming)
-        if self._changes != load.world.changes:
+        coming_tcp = None if coming is None else load.coming_tcp(coming)
+        if self._changes != load.contact.changes:
             self._share_surfaces()
         if self._driven_by is not self._io.outputs:
             self._drive()
         joints, compliance = motions.joints, motions.compliance if coming is None else STIFF
-        self.arm.go(joints, load.tcp(joints), self.coming_tcp, self._driven, compliance)
+        self.arm.go(joints, load.tcp(joints), coming_tcp, self._driven, compliance)
 
     @property
     def skips(self) -> bool:
@@ -180,8 +178,8 @@ class Handling:
 
     def _share_surfaces(self) -> None:
         """Have the world's surfaces be where those of its first robot are; all robots have the same ones."""
-        world, arm, surfaces = self.world, self.arm, self._load.world.surfaces.values()
-        self._changes = self._load.world.changes
+        world, arm, surfaces = self.world, self.arm, self._load.contact.surfaces.values()
+        self._changes = self._load.contact.changes
         if arm is world.arms[0]:
             world.set_surfaces([each._replace(pose=arm.in_world(each.pose)) for each in surfaces])
 
@@ -196,7 +194,7 @@ class Handling:
 
         The robot is then at rest where it is now.
         """
-        if self._changes != self._load.world.changes:
+        if self._changes != self._load.contact.changes:
             self._share_surfaces()
         gripper, world, arm = self.gripper, self.world, self.arm
         jaws = gripper and (gripper.opening_m, gripper.driven, gripper.blocked)
@@ -208,7 +206,7 @@ class Handling:
             self._place_jaws()
             if state is not None:
                 world.restore(state)
-            self._changes = self._load.world.changes
+            self._changes = self._load.contact.changes
             self._load.hand(arm.wrench, arm.push, arm.torques)
             self._driven_by = None
             self._tell_anew()

@@ -5,7 +5,8 @@ A model of how a robot protects itself, and no safety device.
 
 from collections.abc import Callable
 from math import hypot, inf
-from typing import NamedTuple
+from operator import truediv
+from typing import Any, NamedTuple
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -16,12 +17,17 @@ from iiwa_sim.wording import harmless
 
 EASE = 1.02
 """An excess at a reset may grow by this factor before it stops the robot again."""
-NEARLY = 0.999
-"""Part of a limit up to which it is surely kept."""
 LEAST, GREATEST = 1e-3, 1e5
 """Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
+TORQUE = "the external torque on {} is {:.1f} Nm, its limit is {:g} Nm"
+AT_TCP = (
+    "collision: the external force at the TCP is {:.1f} N, its threshold is {:g} N",
+    "collision: the external torque at the TCP is {:.1f} Nm, its threshold is {:g} Nm",
+)
+SPEED = "the TCP runs at {:.1f} mm/s, its limit is {:g} mm/s"
+BOX = "the TCP is at {} {:.1f} mm, its box is {:g} to {:g} mm"
 NAMED = {"tip": "the sphere round the TCP"}
 """Names of what is fixed to the flange, as the log has them, where that is not the own name."""
 
@@ -50,9 +56,8 @@ class Protection:
 
     def __init__(self, load: ExternalWrench, description: RobotDescription, safety: Safety) -> None:
         self._load, self._joints, self._torque_limits = load, description.joints, description.torque
-        self._least_limit = min(self._torque_limits)
         self._levers_m: object = None
-        self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
+        self._harmless = (0.0, 0.0)
         self.allowed: dict[str, float] = {}  # excess over each limit that a reset has left
         self.safety = safety
         self._watches_tcp = safety[2:] != NOTHING_MORE[2:]
@@ -69,8 +74,7 @@ class Protection:
                 expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
-        self.allowed = {key: each for key, each in self.allowed.items() if key not in ("force", "torque")}
-        self._load.judged = False
+        self.allowed = {key: each for key, each in self.allowed.items() if key not in AT_TCP}
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -78,34 +82,26 @@ class Protection:
         force_n, torque_nm = (0.0 if limit == inf else limit for limit in self.safety[:2])
         return force_n, torque_nm
 
-    def tolerates(self) -> bool:
-        """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
-        load, safety = self._load, self.safety
-        load.judged = True
-        if load.levers_m is not self._levers_m:
-            self._levers_m = load.levers_m
-            levers = zip(load.levers_m, self._torque_limits, strict=True)
-            self._part_per_n = max(lever / limit for lever, limit in levers)
-        x, y, z, a, b, c = load.acting
-        force, torque = hypot(x, y, z), hypot(a, b, c)
-        if self.allowed or force >= NEARLY * safety.force_n or torque >= NEARLY * safety.torque_nm:
-            return False
-        for torques in load.torques.values():
-            torque += max(map(abs, torques))
-        return force * self._part_per_n + torque / self._least_limit < NEARLY
-
     @property
     def harmless(self) -> tuple[float, float]:
-        """Force (N) and torque (Nm) at the TCP that surely stop no robot."""
-        least, safety = 0.4 * self._least_limit, self.safety
-        most_n = NEARLY * min(least / max(self._load.levers_m), safety.force_n)
-        return most_n, NEARLY * min(least, safety.torque_nm)
+        """Force (N) and torque (Nm) at the TCP that surely stop no robot, even together."""
+        load, limits, safety = self._load, self._torque_limits, self.safety
+        if load.levers_m is not self._levers_m:
+            self._levers_m = load.levers_m
+            self._harmless = 0.84 / max(map(truediv, load.levers_m, limits)), 0.15 * min(limits)
+        return min(self._harmless[0], safety.force_n), min(self._harmless[1], safety.torque_nm)
+
+    def tolerates(self) -> bool:
+        """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
+        most_n, most_nm = self.harmless
+        x, y, z, a, b, c = self._load.acting
+        torque = hypot(a, b, c) + sum(max(map(abs, torques)) for torques in self._load.torques.values())
+        return not self.allowed and hypot(x, y, z) < most_n and torque < most_nm
 
     @property
     def settled(self) -> bool:
         """True if another look at the present load would change nothing."""
-        load = self._load
-        return load.judged or not (load.wrenches or load.torques or self.allowed)
+        return self.tolerates()
 
     def reason_to_stop(
         self, joints: Joints, tcp: Vector, speed_m_per_s: float, is_in_error: bool
@@ -120,37 +116,31 @@ class Protection:
             speed_m_per_s: Speed of the TCP.
             is_in_error: True in the error state.
         """
-        found, safety = list[tuple[str, float, str]](), self.safety
+        rows, safety = list[tuple[Any, ...]](), self.safety  # limit, excess, and the words with their values
         if not self.tolerates():
             x, y, z, a, b, c = self._load.acting
             torques = map(abs, self._load.exact_torques(joints))
             for name, torque, limit in zip(self._joints, torques, self._torque_limits, strict=True):
-                why = f"the external torque on {name} is {torque:.1f} Nm, its limit is {limit:g} Nm"
-                found.append((name, torque / limit - 1.0, why))
-            for what, value, unit, threshold in (
-                ("force", hypot(x, y, z), "N", safety.force_n),
-                ("torque", hypot(a, b, c), "Nm", safety.torque_nm),
-            ):
-                at_tcp = f"collision: the external {what} at the TCP is {value:.1f} {unit}"
-                why = f"{at_tcp}, its threshold is {threshold:g} {unit}"
-                found.append((what, value / threshold - 1.0, why))
+                rows.append((name, torque / limit - 1.0, TORQUE, name, torque, limit))
+            for words, value, limit in zip(AT_TCP, (hypot(x, y, z), hypot(a, b, c)), safety[:2], strict=True):
+                rows.append((words, value / limit - 1.0, words, value, limit))
         if self._watches_tcp:
             limit = safety.tcp_speed_m_per_s
-            why = f"the TCP runs at {1e3 * speed_m_per_s:.1f} mm/s, its limit is {1e3 * limit:g} mm/s"
-            found.append(("speed", speed_m_per_s / limit - 1.0 - ROUNDING, why))
+            excess = speed_m_per_s / limit - 1.0 - ROUNDING
+            rows.append((SPEED, excess, SPEED, 1e3 * speed_m_per_s, 1e3 * limit))
             for axis, low, at, high in zip("xyz", safety.box[0], tcp, safety.box[1], strict=True):
-                why = f"the TCP is at {axis} {1e3 * at:.1f} mm, its box is {1e3 * low:g} to {1e3 * high:g} mm"
-                found.append((axis, max(low - at, at - high), why))
-        before, self.allowed, reasons = self.allowed, {}, [(0.0, "")]
-        for key, excess, why in found:
+                rows.append((axis, max(low - at, at - high), BOX, axis, 1e3 * at, 1e3 * low, 1e3 * high))
+        before, self.allowed, worst, reason = self.allowed, {}, 0.0, None
+        for key, excess, words, *values in rows:
             if excess > 0.0:
                 allowed = before.get(key, 0.0)
                 grows = excess > EASE * allowed
                 self.allowed[key] = excess if grows or is_in_error else min(excess, allowed)
-                reasons += [(excess, why)] if grows and not is_in_error else []
+                if grows and not is_in_error and excess > worst:
+                    worst, reason = excess, words.format(*values)
         # An excess is allowed only as long as it lasts: its end has to be seen.
         self.looks_always = self._watches_tcp or bool(self.allowed)
-        return max(reasons)[1] or None
+        return reason
 
 
 def touch(load: ExternalWrench, link: str, other: str) -> str:

@@ -167,7 +167,7 @@ class Recorder:
         return round(self._controller.tick / self._tick_rate_hz, 9), self._controller.tick
 
     def _visible(self) -> tuple[object, ...]:
-        return list(self._controller.load.world.surfaces.values()), parts_of(self._controller)
+        return list(self._controller.load.contact.surfaces.values()), parts_of(self._controller)
 
     def _show_cell(self) -> None:
         self._shown = self._visible()

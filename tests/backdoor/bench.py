@@ -45,7 +45,7 @@ class Bench:
         backdoor, load = self.backdoor, self.controller.load
         return {
             "state": backdoor.state(),
-            "surfaces": load.world.surfaces,
+            "surfaces": load.contact.surfaces,
             "tool": self.controller.tool_in_flange,
             "push": (load.wrench, load.joint_push),
         }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import inf, nan
-
 import numpy as np
 import pytest
 
@@ -21,7 +19,7 @@ TICK_S = 0.002
 TCP_HEIGHT = ROBOT.tcp(ROBOT.controller.joints).translation[2]
 
 
-def test_pushes_add_up_and_wrong_ones_change_nothing() -> None:
+def test_pushes_add_up() -> None:
     controller = SteppedRobot().controller
     load = controller.load
     load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
@@ -29,18 +27,13 @@ def test_pushes_add_up_and_wrong_ones_change_nothing() -> None:
     load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
     pushed = controller.joint_torque()
     np.testing.assert_allclose(np.subtract(pushed, alone), range(1, 8))
-    for name, count in (("wrench", 6), ("joint_push", 7)):
-        for wrong in ((0.0,) * (count - 1) + (nan,), (inf,) * count, (0.0,) * (count - 1)):
-            with pytest.raises(ValueError, match=f"^{name} is .*, expected {count} finite numbers"):
-                setattr(load, name, wrong)
-    assert controller.joint_torque() == pushed
     assert controller.cartesian_force()[2] == 10.0
 
 
 def pressed(depth: float, friction: float = 0.0, damping: float = 0.0) -> Controller:
     """At home, the contact sphere so deep (m) in a level surface."""
     table = surface(PLANE, at(0.0, 0.0, TCP_HEIGHT - RADIUS + depth), friction=friction, damping=damping)
-    return Controller(load_robot(), TICK_S, world=World([table], RADIUS))
+    return Controller(load_robot(), TICK_S, contact=World([table], RADIUS))
 
 
 def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> None:

@@ -116,7 +116,7 @@ def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     robot = yielding(ARMS[0], stiffness, tick_s)
     plan_mm = robot.controller.tool_frame().z_mm
     top = Frame(0.0, 0.0, plan_mm + 10.0, 0.0, 0.0, 0.0).to_transform()  # the plan is 10 mm inside
-    robot.controller.load.world.put(Surface("table", Plane(), top, surface, 0.0, 0.0))
+    robot.controller.load.contact.put(Surface("table", Plane(), top, surface, 0.0, 0.0))
     robot.step(round(5.0 / tick_s))
     assert np.ptp(off_m(robot, round(0.1 / tick_s))) < 1e-6, "at rest"
     up_m = 1e-3 * (robot.controller.tool_frame().z_mm - plan_mm)

@@ -39,7 +39,7 @@ class Robot:
             strong(IIWA) if unbreakable else load_robot(IIWA),
             TICK_S,
             start=start,
-            world=TcpContact(surfaces, 0.0),
+            contact=TcpContact(surfaces, 0.0),
             on_event=self._hears,
         )
 

@@ -37,7 +37,7 @@ def watched(
     robot.controller = Controller(
         robot.description,
         TICK_S,
-        world=TcpContact(surfaces, 0.0),
+        contact=TcpContact(surfaces, 0.0),
         safety=Safety(**safety),  # type: ignore[arg-type]
         on_event=robot._hears,
     )
