@@ -124,7 +124,7 @@ class ExternalWrench:
 
     @property
     def wrench(self) -> Wrench:
-        """Wrench applied at the TCP, along its axes. Raises `ValueError` unless it is set to finite numbers."""
+        """Wrench applied at the TCP, along its axes. Raises `ValueError` unless set to finite numbers."""
         return self.wrenches.get("applied", NO_WRENCH)
 
     @wrench.setter

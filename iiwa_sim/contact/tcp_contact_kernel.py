@@ -265,7 +265,8 @@ class TcpContact:
 
         `reached` is used instead if a compliant motion has already found pose and contact of this tick.
         """
-        r, p, a, v = self._at, self._place, self._acting, cython.declare(cython.double[3])
+        r, p, a = self._at, self._place, self._acting
+        v = cython.declare(cython.double[3])
         if reached is None:
             tcp.go_to(joints)
             for k in range(9):

@@ -164,7 +164,7 @@ class Controller:
         touches = self._touch_log is not None and self._touch_log.touching
         if not handling.skips or protection.looks_always or touches or motions.coming is None:
             return 0
-        most_n, most_nm = protection.harmless
+        most_n, most_nm = protection.harmless()
         if pending and (guard := pending[0].guard) is not None:
             least_n = min(filter(None, guard.thresholds), default=inf)
             most_n = min(most_n, least_n - max(map(abs, guard.offset[:3])))

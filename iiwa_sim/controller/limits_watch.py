@@ -75,6 +75,7 @@ class Protection:
                 raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
         self.allowed = {key: each for key, each in self.allowed.items() if key not in AT_TCP}
+        self._levers_m = None
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -82,20 +83,22 @@ class Protection:
         force_n, torque_nm = (0.0 if limit == inf else limit for limit in self.safety[:2])
         return force_n, torque_nm
 
-    @property
     def harmless(self) -> tuple[float, float]:
-        """Force (N) and torque (Nm) at the TCP that surely stop no robot, even together."""
-        load, limits, safety = self._load, self._torque_limits, self.safety
-        if load.levers_m is not self._levers_m:
-            self._levers_m = load.levers_m
-            self._harmless = 0.84 / max(map(truediv, load.levers_m, limits)), 0.15 * min(limits)
-        return min(self._harmless[0], safety.force_n), min(self._harmless[1], safety.torque_nm)
+        """Return a force (N) and a torque (Nm) at the TCP that surely stop no robot, even together."""
+        levers_m, limits, safety = self._load.levers_m, self._torque_limits, self.safety
+        if levers_m is not self._levers_m:
+            most_n = 0.84 / max(map(truediv, levers_m, limits))
+            self._harmless = min(most_n, safety.force_n), min(0.15 * min(limits), safety.torque_nm)
+            self._levers_m = levers_m
+        return self._harmless
 
     def tolerates(self) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
-        most_n, most_nm = self.harmless
+        most_n, most_nm = self.harmless()
         x, y, z, a, b, c = self._load.acting
-        torque = hypot(a, b, c) + sum(max(map(abs, torques)) for torques in self._load.torques.values())
+        torque = hypot(a, b, c)
+        for torques in self._load.torques.values():
+            torque += max(map(abs, torques))
         return not self.allowed and hypot(x, y, z) < most_n and torque < most_nm
 
     @property
