@@ -103,7 +103,7 @@ class SimulatedRobot:
     @property
     def source(self) -> Source:
         """The robot as recordings see it."""
-        return Source(self.cell, self.stepped, self.dialogue, self.backdoor, self.log, self._events)
+        return Source(self.cell, self.stepped, self.dialogue, self.log, self._events)
 
     @property
     def controller(self) -> Controller:

@@ -5,7 +5,7 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 
 import time
 from asyncio import wrap_future
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
 from inspect import iscoroutinefunction
@@ -38,9 +38,8 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 ON_PURPOSE = "made to fail through the backdoor"
 LONGEST_TEXT = 200
 """Characters of a call in the dialogue, and of a reason."""
-DRAGGED = ("push", "push_joints", "move_surface")
-"""Methods that a client calls many times a second while somebody drags the arm: the dialogue has one each
-second."""
+BACKDOOR = "backdoor"
+"""Name of all its clients in the dialogue."""
 
 
 class Backdoor:
@@ -69,8 +68,6 @@ class Backdoor:
         `call` calls a function in the simulator's event loop and returns its result, or raises its fault.
         """
         self._call = call
-        self.listeners: list[Callable[[str], None]] = []
-        """Called with the text of each call that has changed something."""
         self._controller = controller
         self._wire = wire
         self._ports = ports
@@ -81,16 +78,7 @@ class Backdoor:
         self._states = {} if states is None else states
         """Functions that restore a state of each robot, by the names of states."""
         self._states.setdefault("start", list(map(_kept, self._group.controllers)))
-        self._dragged = Throttle(1)
-
-    def _tell(self, name: str, values: Sequence[object], keywords: Mapping[str, object]) -> None:
-        """Tell the dialogue and listeners what has changed."""
-        given = ", ".join([*map(repr, values), *(f"{key}={value!r}" for key, value in keywords.items())])
-        text = harmless(shortened(f"{name}({given})", LONGEST_TEXT))
-        for listener in self.listeners:
-            listener(text)
-        if name not in DRAGGED or self._dragged.count(name, time.monotonic_ns()):
-            self._dialogue.event("backdoor", text)
+        self._pushes = Throttle(1)  # of the page, while somebody drags the arm
 
     # Time
 
@@ -364,8 +352,9 @@ def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
     def called(self: Backdoor, /, *args: Any, **kwargs: Any) -> Any:
         def act() -> Any:
             result = method(self, *args, **kwargs)
-            if acts:
-                self._tell(name, args, kwargs)
+            if acts and (name != "push" or self._pushes.count(name, time.monotonic_ns())):
+                given = ", ".join([*map(repr, args), *(f"{key}={each!r}" for key, each in kwargs.items())])
+                self._dialogue.event(BACKDOOR, harmless(shortened(f"{name}({given})", LONGEST_TEXT)))
             return result
 
         with _refusing():

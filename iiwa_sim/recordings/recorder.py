@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from iiwa_sim.backdoor.backdoor import BACKDOOR
 from iiwa_sim.backdoor.described import described_cell, parts_of
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.endings import Ending
@@ -84,7 +85,6 @@ class Recorder:
             (source.dialogue.listeners, self._hear),
             (source.log.on_refused, self._refused),
             (source.events.listeners, self.event),
-            (source.backdoor.listeners, self._backdoor),
         )
         self._arm, self._shows_cell = Arm(source.cell.description), shows_cell
         self._view_due_ns = 0  # of the writing thread
@@ -152,16 +152,14 @@ class Recorder:
     def _refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.event("refused", f"{session} '{line}': {reason}", code=code)
 
-    def _backdoor(self, call: str) -> None:
-        """A test bench has done something, which may have changed the cell."""
-        self.event("backdoor", call)
-        if self._shown != self._visible():
-            self._show_cell()
-
     def _hear(self, said: DialogueLine) -> None:
         self._look()  # the line has been carried out
         words = said.session, said.mark, said.text, said.reason, said.protocol
         self._put(schemas.DIALOGUE, schemas.Spoken(*self._now(), *words))
+        if said.session == BACKDOOR:
+            self.event(BACKDOOR, said.text)
+            if self._shown != self._visible():
+                self._show_cell()
 
     def _now(self) -> tuple[float, int]:
         return round(self._controller.tick / self._tick_rate_hz, 9), self._controller.tick

@@ -5,7 +5,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
@@ -31,7 +30,6 @@ class Source(NamedTuple):
     cell: Cell
     controller: Controller
     dialogue: Dialogue
-    backdoor: Backdoor
     log: SessionLog
     events: RobotEvents
 

@@ -69,7 +69,7 @@ class Robot:
         dialogue = Dialogue(lambda: self.controller.tick)
         silent: Any = SimpleNamespace(listeners=[], on_refused=[])
         events = RobotEvents(dialogue)
-        source = Source(self.cell, self.controller, dialogue, silent, silent, events)
+        source = Source(self.cell, self.controller, dialogue, silent, events)
         clock: Any = SimpleNamespace(rate_hz=RATE_HZ, told="stepped", in_haste=True, paused=False)
         (self.recorder,) = recorders_into(path, [source], clock, rate_hz)
         self.recorder.start()
