@@ -256,8 +256,7 @@ class Handling:
         gripper = self.gripper
         if gripper is None:
             return None
-        state = "holds" if gripper.holds else "open" if gripper.is_open else "between"
-        return GripperState(1e3 * gripper.opening_m, "closed" if gripper.is_closed else state)
+        return GripperState(1e3 * gripper.opening_m, gripper.state)
 
     def stick(self, stuck: bool) -> None:
         """Have the jaws stay where they are, until they are told not to."""
@@ -307,8 +306,7 @@ class Handling:
         gripper, data = self.gripper, self.world.data
         now = {each.number: each.is_on(data) for each in self._setup.inputs}
         if gripper is not None:
-            state = {"open": gripper.is_open, "closed": gripper.is_closed, "holds": gripper.holds}
-            state |= self._wrong
+            state = {sensor: gripper.state == sensor for sensor in SENSORS} | self._wrong
             now |= {number: state[sensor] for sensor, number in self._sensors.items()}
         for number, on in now.items():
             if self._told.get(number) is not on:

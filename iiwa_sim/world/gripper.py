@@ -41,18 +41,16 @@ class Gripper:
         self.blocked = False  # True: something keeps the jaws from closing further, or the cup holds a part
 
     @property
-    def is_open(self) -> bool:
-        """True while the jaws are open to their stroke, or the cup does not suck."""
-        return self.driven != CLOSES if isinstance(self.kind, Cup) else self.opening_m == self.stroke_m
+    def state(self) -> str:
+        """The state: holds, open, closed or between.
 
-    @property
-    def is_closed(self) -> bool:
-        """True while jaw touches jaw, or the cup sucks on nothing."""
+        It holds while it presses on a part, also where jaws stay as they have closed on it. Jaws are open at
+        their stroke, closed where they touch; a cup is closed while it sucks on nothing.
+        """
+        if self.blocked and self.driven != OPENS:
+            return "holds"
         if isinstance(self.kind, Cup):
-            return self.driven == CLOSES and not self.blocked
-        return self.opening_m == 0.0
-
-    @property
-    def holds(self) -> bool:
-        """True while it presses on a part, also where the jaws stay as they have closed on it."""
-        return self.blocked and self.driven != OPENS
+            return "closed" if self.driven == CLOSES else "open"
+        if self.opening_m == self.stroke_m:
+            return "open"
+        return "between" if self.opening_m else "closed"
