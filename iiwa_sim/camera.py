@@ -46,11 +46,13 @@ class Camera:
         if not (1 <= width <= MOST_PIXELS and 1 <= height <= MOST_PIXELS):
             why = f"a picture of {width} x {height}: expected 1 to {MOST_PIXELS} pixels each"
             raise Refused(EXECUTION, why)
-        model = copy.copy(handling.world.model)
-        model.geom_rgba[handling.world.geoms] = PART_COLOUR
+        world = handling.world
+        world.catch_up(now=True)
+        model, data = copy.copy(world.model), copy.copy(world.data)
+        model.geom_rgba[world.geoms] = PART_COLOUR
         if self._thread is None:
             self._thread = ThreadPoolExecutor(1, "iiwa-sim-camera")
-        return self._thread.submit(_render, model, handling.world.seen(), name, width, height)
+        return self._thread.submit(_render, model, data, name, width, height)
 
 
 def _render(model: Any, data: Any, name: str, width: int, height: int) -> bytes:

@@ -98,10 +98,8 @@ class Arm:
         self._force_was = 0.0
         self.jaw_speed = self._jaw_wants = 0.0  # of each jaw, and as outputs drive it (m/s)
         self.jaws_move = self.jaws_rest = False
-        self.with_jaws: list[int] = []
         self._v_was: Vector = np.zeros(0)
         self._felt_was: Vector = np.zeros(0)
-        self.contacts_found: tuple[LinkContact, ...] | None = None
         self._felt = self._on_held = self._weight = self._carried = NO_WRENCH
         self.wrench: Wrench = NO_WRENCH
         """Wrench of bodies on the TCP, along its axes: contacts, and weight and inertia of the held part."""
@@ -146,13 +144,10 @@ class Arm:
         return self.moments is not None and not self.motion.still
 
     @property
-    def contacts(self) -> tuple[LinkContact, ...]:
-        """Contacts of links, tool and jaws with bodies: deepest point and summed force of each pair."""
-        if self.contacts_found is None:
-            self.contacts_found = () if self.world.behind else tuple(self._find_contacts())
-        return self.contacts_found
-
-    def _find_contacts(self) -> list[LinkContact]:
+    def contacts(self) -> list[LinkContact]:
+        """Contacts of links, tool and jaws with bodies: a point and the summed force of each pair."""
+        if self.world.behind:
+            return []
         data, touching, force = self._data, self._numbers.touching, np.zeros(6)
         found: dict[tuple[str, str], tuple[Any, Any]] = {}
         for k, (a, b) in enumerate(data.contact.geom.tolist()):
@@ -213,7 +208,7 @@ class Arm:
 
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
-        self._felt, self.torques, self.contacts_found = NO_WRENCH, None, ()
+        self._felt, self.torques = NO_WRENCH, None
         self.wrench, self.push = self._carried, self._weight
         if self.jaws_move:
             self.move_jaws(computed=False)
@@ -251,7 +246,7 @@ class Arm:
     def feel(self) -> None:
         """Find what contacts do to the arm and to what it holds."""
         data, first, n = self._data, self._dof, len(self.joints)
-        self.contacts_found = self.torques = None
+        self.torques = None
         self._felt = self._on_held = NO_WRENCH
         if data.ncon:
             self._felt = self._at_tcp(first + n, IDENTITY)
@@ -299,7 +294,7 @@ class Arm:
             press_n = min(self._acting[self._jaw_dofs].tolist())
             gripper.blocked = driven != OPENS and press_n > min(FELT_N, 0.5 * gripper.kind.force_n)
         if closes and gripper.blocked and (number := self._between_pads()) >= 0:
-            if number not in self.world.holders:
+            if self.world.leader(number) is None:
                 apart_m = partial(self.world.apart, self.world.geoms[number])
                 gripper.opening_m -= sum(map(apart_m, self._numbers.fingers))
             self.hold(number)
@@ -346,7 +341,7 @@ class Arm:
 
     def _meets_held(self) -> bool:
         """Return True if jaws touch a part that another arm holds: that gives way to no grip force."""
-        held = self.world.holders.keys()
+        held = {arm.held for arm in self.world.arms if arm.leads}
         return bool(held) and any(held & self._meets(finger) for finger in self._numbers.fingers)
 
     def _is_on_pads(self, number: int) -> bool:
@@ -359,9 +354,7 @@ class Arm:
     def hold(self, number: int) -> None:
         """Hold a part where it is, from now on; another arm that holds it goes on to lead."""
         self.held = number
-        arms = self.world.holders.setdefault(number, [])
-        arms.append(self)
-        if arms[0] is self:
+        if self.world.leader(number) is None:
             self.lead()
         self._say(HOLDS, number)
 
@@ -385,8 +378,6 @@ class Arm:
     def let_go(self, why: str = LOSES) -> None:
         """Let the held part go on with the velocity of the gripper, or with the next arm that holds it."""
         number, world, data, led = self.held, self.world, self._data, self.leads
-        arms = world.holders[number]
-        arms.remove(self)
         if led and world.behind:  # the velocity is that of the last tick, which was not computed
             older = data.qpos.copy()
             self.place_in(older, self.before, self.tcp_older)
@@ -395,12 +386,12 @@ class Arm:
         self.held, self.leads, self.moments, self.slip, self.jaws_rest = -1, False, None, NOWHERE, False
         self._on_held = self._weight = self._carried = NO_WRENCH
         self.lost = number if led else -1
-        if not arms:
-            del world.holders[number]
-            world.free(number)
         self.note_imposed()
-        if arms and led:
-            arms[0].lead()
+        others = [arm for arm in world.arms if arm.held == number]
+        if not others:
+            world.free(number)
+        elif led:
+            others[0].lead()
         world.wake_up()
         if self.gripper is not None:
             self.gripper.blocked = False
@@ -466,9 +457,8 @@ class Arm:
         self._held_dof = world.part_dof + 6 * self.held if self.leads else -1
         held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
         self.dofs = np.array([*range(first, first + n + 6), *held])
-        self.with_jaws = [*range(first, self._jaw_dofs.stop), *held]
+        self.with_jaws = np.array([*range(first, self._jaw_dofs.stop), *held])
         self._v_was, self._felt_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
-        world.note_imposed()
 
     def _comply(self, compliance: int) -> None:
         """Impose the apparent inertia of a compliant robot, or make all heavy again."""

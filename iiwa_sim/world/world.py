@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco as mj
 import numpy as np
@@ -34,15 +34,6 @@ SPINS_RAD_S = 2.0
 """An explicit step, which is cheaper, would make bodies that turn faster tumble faster and faster."""
 LEAST_ACT_PER_S = 1e-6
 """An actuator of a scene whose activation changes by more may begin to move something."""
-
-
-class WorldState(NamedTuple):
-    """State of a world that a named state keeps."""
-
-    built: Built
-    data: Any
-    fields: dict[str, Any]
-    arms: list[dict[str, Any]]
 
 
 class World:
@@ -71,8 +62,6 @@ class World:
         self.surfaces = tuple(surfaces)
         self.changes = 0
         """Counts up when a part may have another pose or state."""
-        self.holders: dict[int, list[Arm]] = {}
-        """The arms that hold a part, by its number; the first of them leads."""
         self._gone: set[int] = set()
         self.behind = False
         """True if the model is not where the arms are, since ticks were not computed."""
@@ -81,7 +70,6 @@ class World:
         self._distances: Distances | None = None
         self._touched: set[int] | None = None
         self._built: Built
-        self.q_was: Vector
         self.data: Any = None
         self.arms = [Arm(self, number, arm) for number, arm in enumerate(arms)]
         self.rebuild()
@@ -105,19 +93,19 @@ class World:
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
-        offset, arm = self._built.offsets[number], self._leader(number)
+        offset, arm = self._built.offsets[number], self.leader(number)
         at = pose_of(self.part_q[number].tolist()) if arm is None else compose(arm.tcp, arm.inside)
         return at if offset is None else compose(at, offset)
 
-    def _leader(self, number: int) -> Arm | None:
-        arms = self.holders.get(number)
-        return arms[0] if arms else None
+    def leader(self, number: int) -> Arm | None:
+        """Return the arm that imposes the motion of a part; None for a free part."""
+        return next((arm for arm in self.arms if arm.leads and arm.held == number), None)
 
     def state(self, number: int) -> str:
         """Return the state of a part: lies, falls, held or gone."""
         if number in self._gone:
             return GONE
-        if number in self.holders:
+        if self.leader(number) is not None:
             return HELD
         if self._touched is None:
             geoms = set(self.data.contact.geom.ravel().tolist())
@@ -146,7 +134,7 @@ class World:
             self.quiet = self.quiet and arm.bears and arm.lost < 0
         if self._frozen and far == 0.0:
             return
-        if self.holders:
+        if any(arm.leads for arm in arms):
             self.changes += 1
         if self.quiet and (away or self._is_away()):
             for arm in arms:
@@ -207,7 +195,7 @@ class World:
                 self._take_away(number)
         self.changes += 1
         # A scene's sensors may see what an arm does anywhere.
-        quiet = not model.nsensor and details.is_quiet(data, 2 * len(arms) + len(self.holders))
+        quiet = not model.nsensor and details.is_quiet(data, 2 * len(arms) + sum(arm.leads for arm in arms))
         if not (quiet and self.quiet):
             self._distances = None
         self.quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
@@ -245,8 +233,8 @@ class World:
 
     def _find_forces(self) -> None:
         """Find the forces where everything is, and what they do to the arms and to what these hold."""
-        built = self._built
-        find_forces(built.model, self.data, built.points, built.kinds, self._imposed, self.tick_s)
+        built, imposed = self._built, np.concatenate([arm.with_jaws for arm in self.arms])
+        find_forces(built.model, self.data, built.points, built.kinds, imposed, self.tick_s)
         self._touched = None
         for arm in self.arms:
             arm.feel()
@@ -262,14 +250,15 @@ class World:
 
     def set_bits(self, number: int) -> None:
         """Set what a part meets: not the arm that leads it, nor one that has lost it."""
-        leader = self._leader(number)
+        leader = self.leader(number)
         passed = {arm.bit for arm in self.arms if arm is leader or arm.lost == number}
         details.set_passed(self.model, self.geoms[number], sum(passed))
 
     def remove(self, number: int) -> None:
         """Take a part away."""
-        for arm in tuple(self.holders.get(number, ())):
-            arm.let_go("")
+        for arm in self.arms:
+            if arm.held == number:
+                arm.let_go("")
         self._take_away(number)
         self.wake()
         for arm in self.arms:
@@ -291,11 +280,6 @@ class World:
             arm.lost = -1
             self.set_bits(number)
             self.wake_up()
-
-    def note_imposed(self) -> None:
-        """Note which dofs are imposed, after an arm has changed its own."""
-        dofs = [arm.with_jaws for arm in self.arms]
-        self._imposed = np.array([dof for each in dofs for dof in each])
 
     # Changes from outside
 
@@ -337,29 +321,17 @@ class World:
             mj.mj_kinematics(self.model, self.data)
             self.behind = False
 
-    def seen(self) -> Any:
-        """Return a copy of the data, with the arms where they are."""
-        data = copy.copy(self.data)
-        for arm in self.arms:
-            arm.place_in(data.qpos, arm.joints, arm.tcp)
-        return data
-
-    def kept(self) -> WorldState:
+    def kept(self) -> tuple[Built, Any, list[dict[str, Any]]]:
         """Return the state, for `restore`."""
-        built = self._built._replace(model=copy.copy(self._built.model))
-        arms = [_fields(arm, _SHARED_OF_ARM) | {"motion": copy.copy(arm.motion)} for arm in self.arms]
-        fields = _fields(self, _SHARED) | {"holders": {n: list(arms) for n, arms in self.holders.items()}}
-        return WorldState(built, copy.copy(self.data), fields, arms)
+        built = self._built._replace(model=copy.copy(self.model))
+        return built, copy.copy(self.data), [_copied(vars(each)) for each in (self, *self.arms)]
 
-    def restore(self, state: WorldState) -> None:
+    def restore(self, state: tuple[Built, Any, list[dict[str, Any]]]) -> None:
         """Bring a kept state back; the next ticks are the same to the last bit as after it was kept."""
-        fields = {name: copy.copy(value) for name, value in state.fields.items()}
-        fields["holders"] = {n: list(arms) for n, arms in state.fields["holders"].items()}
-        vars(self).update(fields)
-        for arm, kept in zip(self.arms, state.arms, strict=True):
-            vars(arm).update({name: copy.copy(value) for name, value in kept.items()})
-        self._bind(state.built._replace(model=copy.copy(state.built.model)), copy.copy(state.data))
-        self.q_was = fields["q_was"]
+        built, data, kept = state
+        for of, fields in zip((self, *self.arms), kept, strict=True):
+            vars(of).update(_copied(fields))
+        self._bind(built._replace(model=copy.copy(built.model)), copy.copy(data))
         self.changes += 1
 
     def rebuild(self) -> None:
@@ -380,7 +352,7 @@ class World:
             arm.begin_anew()
         for number in {arm.lost for arm in arms if arm.lost >= 0}:
             self.set_bits(number)
-        self.q_was[:] = data.qpos
+        self.q_was: Vector = data.qpos.copy()
 
     def _bind(self, built: Built, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
@@ -390,7 +362,6 @@ class World:
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count
         self.part_q: Vector = data.qpos[self.part_first :].reshape(-1, 7)
         self.part_v: Vector = data.qvel[self.part_dof :].reshape(-1, 6)
-        self.q_was = data.qpos.copy()
         self.geoms: list[int] = built.parts.tolist()
         self.bodies: list[int] = model.geom_bodyid[built.parts].tolist()
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
@@ -416,13 +387,13 @@ class World:
             arm.bind(built, data)
 
 
-_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "parts", "holders"}
-_SHARED_OF_ARM = {"world", "_built", "_data", "model", "motion", "gripper", "tell"}
-"""Attributes that a named state does not keep, or copies otherwise."""
+_SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "parts"}
+_SHARED |= {"world", "_data", "model", "gripper", "tell"}
+"""Attributes of worlds and arms that a named state does not keep, or copies otherwise."""
 
 
-def _fields(of: Any, without: set[str]) -> dict[str, Any]:
-    return {name: copy.copy(value) for name, value in vars(of).items() if name not in without}
+def _copied(fields: dict[str, Any]) -> dict[str, Any]:
+    return {name: copy.copy(value) for name, value in fields.items() if name not in _SHARED}
 
 
 def name_in(model: Any, geom: int) -> str:
