@@ -97,8 +97,7 @@ class SessionLog:
 
 
 def _say(level: int, text: str, fault: Exception | None = None, **fields: object) -> None:
-    if logger.isEnabledFor(level):
-        logger.log(level, "%s", text, exc_info=fault, extra={"fields": fields})
+    logger.log(level, "%s", text, exc_info=fault, extra={"fields": fields})
 
 
 def configure(level: str, as_json: bool) -> None:

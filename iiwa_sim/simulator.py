@@ -275,8 +275,7 @@ class Simulator(OnlyRobot):
                     opened.enter_context(recorded(file, robot.dialogue, title, list(robot.servers)))
             opened.callback(self._recordings.end_all)
             if self.settings.record is not None:
-                path, rate_hz = Path(self.settings.record), self.settings.record_rate_hz
-                self._recordings.begin(path, rate_hz, [each.source for each in self.robots.values()])
+                self.record(self.settings.record, self.settings.record_rate_hz)
             opened.callback(self.clock.stop)
             for server in (self._status, self.ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
