@@ -12,7 +12,7 @@ import socket
 import sys
 from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from iiwa_sim import log
 from iiwa_sim.cli.parsing import from_command_line, reached_at
@@ -72,9 +72,8 @@ async def _serve(robots: Robots) -> None:
             lines = [line for name, each in simulators.items() for line in _announcement(name, each)]
             if page is not None:
                 lines.append(f"page on {page_url(page)}")
-                places = [place for name, each in simulators.items() for place in _places(name, each)]
                 # It ends before the robots, or it would miss them.
-                await running.enter_async_context(_page(page, common, places))
+                await running.enter_async_context(_page(page, common, simulators))
             print(*lines, sep="\n", flush=True)
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
@@ -114,22 +113,6 @@ def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:
     return [" ".join(f"{name} {line}".split()) for line in lines]
 
 
-def _places(name: str, simulator: "Simulator") -> list[dict[str, object]]:
-    """Return how the page reaches robots."""
-    here, settings = reached_at(simulator.host), simulator.settings
-    return [
-        {
-            "name": f"{name} {robot.name}".strip(),
-            "in_cell": robot.name,
-            "base": Frame.from_transform(robot.cell.base),
-            "backdoor": (reached_at(settings.backdoor_host), simulator.backdoor_port),
-            "token": word_of(settings.backdoor_token, settings.backdoor_token_file) or "",
-            "driver": (here, robot.port) if robot.ports.get(IIWA) == robot.port else None,
-        }
-        for robot in simulator.robots.values()
-    ]
-
-
 async def listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens for the page. Raises Unusable."""
     need_library("viser", "view")
@@ -144,12 +127,23 @@ def page_url(listening: socket.socket) -> str:
 
 @asynccontextmanager
 async def _page(
-    listening: socket.socket, settings: Settings, places: Sequence[dict[str, Any]]
+    listening: socket.socket, settings: Settings, simulators: "dict[str, Simulator]"
 ) -> AsyncIterator[None]:
-    """Have a process serve the page while the context is open, for `places` of `iiwa_sim.view.connection`."""
+    """Have a process serve the page of all robots while the context is open."""
     task = {
         "listening": listening.fileno(),
-        "places": places,
+        "places": [
+            {
+                "name": f"{name} {robot.name}".strip(),
+                "in_cell": robot.name,
+                "base": Frame.from_transform(robot.cell.base),
+                "backdoor": (reached_at(each.settings.backdoor_host), each.backdoor_port),
+                "token": word_of(each.settings.backdoor_token, each.settings.backdoor_token_file) or "",
+                "driver": (reached_at(each.host), robot.ports[IIWA]) if IIWA in robot.ports else None,
+            }
+            for name, each in simulators.items()
+            for robot in each.robots.values()
+        ],
         "token": word_of(settings.view_token, settings.view_token_file),
         "log_level": settings.log_level,
         "log_json": settings.log_json,
