@@ -28,7 +28,7 @@ RUN useradd --uid 10001 --no-create-home --no-log-init --shell /usr/sbin/nologin
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 # One thread for linear algebra: arrays are small. The import writes .pyc files of Python's own library.
 ENV PATH=/opt/iiwa-sim/bin:$PATH OPENBLAS_NUM_THREADS=1 IIWA_SIM_HOST=0.0.0.0
-RUN python -I -c "import iiwa_sim.cli.commands, iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.backdoor.http"
+RUN python -I -c "import iiwa_sim.cli.commands, iiwa_sim.client, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.backdoor.http"
 USER 10001
 EXPOSE 30000 54600 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s --start-interval=1s CMD ["iiwa-sim", "health"]

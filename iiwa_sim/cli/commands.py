@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
-from iiwa_sim.cli.parsing import Parser, server
+from iiwa_sim.cli.parsing import Parser, from_command_line, reached_at, server
 from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.wording import Unusable, harmless, need_library, shortened
 
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from iiwa_sim.recordings.read import Recorded
 
 PICTURES = (".png", ".svg")
+PROGRAMS = ("iiwa-sim", "iiwa_sim")
+"""Names of the script, and of the module behind `python -m`."""
+HEALTH_S = 2.0
+"""Seconds for each protocol: a check of two protocols ends before Docker's limit of 5 s."""
 
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
@@ -163,19 +167,38 @@ def show(parser: Parser, words: Sequence[str]) -> int:
 
 
 def health(parser: Parser, words: Sequence[str]) -> int:
-    """It asks all protocols, on the ports that command line and environment of the process name. Exit code
-    0 if all answer, else 1.
+    """It asks all protocols, on the ports that command line and environment of the process name; with --count
+    and --fleet those of the first robot. Exit code 0 if all answer, else 1.
 
       iiwa-sim health
     """
     number = "number of the process (default: 1, the first of a container)"
     parser.add_argument("process", nargs="?", type=int, default=1, metavar="PROCESS", help=number)
-    from iiwa_sim.cli.health import fault_of
+    process = parser.parsed(words)[0].process
+    from iiwa_sim.client import Iiwa, Krc4, ReplyError
+    from iiwa_sim.options.robots import robots_in, robots_of
+    from iiwa_sim.options.sources import from_environment, merged
+    from iiwa_sim.protocols.ports import IIWA
 
-    fault = fault_of(parser.parsed(words)[0].process)
-    if fault:
-        print(f"iiwa-sim: {fault}", file=sys.stderr)
-    return 1 if fault else 0
+    what = f"process {process}"
+    try:
+        line, environment = (
+            Path(f"/proc/{process}/{each}").read_text(errors="surrogateescape").split("\0")[:-1]
+            for each in ("cmdline", "environ")
+        )
+        own = next((i for i, word in enumerate(line, 1) if Path(word).name in PROGRAMS), len(line))
+        variables, _ = from_environment(dict(each.partition("=")[::2] for each in environment))
+        name, settings = next(iter(robots_of(merged(variables, from_command_line(line[own:]))).items()))
+        for robot, ports in (robots_in(settings) or {"": settings.ports}).items():
+            for protocol, port in ports.items():
+                what = f"{name} {robot} {protocol} on port {port}"
+                address = reached_at(settings.host), port, HEALTH_S
+                with Iiwa(*address) if protocol == IIWA else Krc4(*address) as client:
+                    client.hello() if isinstance(client, Iiwa) else client.fin()
+    except (OSError, ReplyError) as fault:
+        print(f"iiwa-sim: {' '.join(what.split())}: {fault}", file=sys.stderr)
+        return 1
+    return 0
 
 
 def ros2_env(parser: Parser, words: Sequence[str]) -> int:

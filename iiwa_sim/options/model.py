@@ -15,6 +15,7 @@ from msgspec import Meta
 from iiwa_sim.clock import pace
 from iiwa_sim.protocols.ports import DEFAULT_PORTS, MAX_PORT
 from iiwa_sim.server.token import LOOPBACK, check_token, is_loopback, word_of
+from iiwa_sim.server.web_access import WebAccess
 from iiwa_sim.wording import Unusable
 
 
@@ -49,12 +50,6 @@ def _number(metavar: str, least: float, greatest: float, unit: str = "") -> Meta
     return Meta(ge=least, le=greatest, extra={"metavar": metavar, "expected": expected})
 
 
-def _admit(**named: list[str]) -> None:
-    from iiwa_sim.server.web_access import WebAccess
-
-    WebAccess(**named)
-
-
 _TOKEN = "1 to 256 printable ASCII characters without blanks"
 Port = Annotated[int, _number("PORT", 0, MAX_PORT)]
 Count = Annotated[int, _number("NUMBER", 1, 10_000)]
@@ -72,9 +67,9 @@ TokenFile = Annotated[str, _text("FILE", f"a file with {_TOKEN}", lambda f: chec
 Name = Annotated[str, _text("NAME")]
 Clock = Annotated[str, _text("real|10x|fast|stepped", pace.EXPECTED, pace.pace)]
 _ORIGIN = "scheme://host or scheme://host:port"
-Origin = Annotated[str, _text("ORIGIN", _ORIGIN, lambda text: _admit(origins=[text]))]
+Origin = Annotated[str, _text("ORIGIN", _ORIGIN, lambda text: WebAccess([text]))]
 _HOST_NAME = "a host name without scheme and port"
-HostName = Annotated[str, _text("NAME", _HOST_NAME, lambda text: _admit(hosts=[text]))]
+HostName = Annotated[str, _text("NAME", _HOST_NAME, lambda text: WebAccess(hosts=[text]))]
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
