@@ -20,7 +20,7 @@ WITHIN = 1e-6
 
 _LINE = re.compile(
     r"(?:\[\s*(?P<simulated>[0-9.]+)\s+(?P<real>[0-9.]+)\s*\]\s*)?"
-    r"(?:(?P<only>only)\s+(?P<robot>\S+) at home"
+    r"(?:only\s+(?P<robot>\S+) at home"
     r"|protocol\s+(?P<protocols>\S+)"
     r"|(?P<client>[A-Za-z]\w*(?=\s*[<>]|\s+[a-z]))?\s*"
     r"(?:(?P<mark>>|<~|<\?|<)(?P<within>(?<=~)(?:[0-9.]+|inf))?(?: (?P<text>.*))?"
@@ -106,20 +106,14 @@ def read(name: str, text: str) -> Transcript:
         try:
             if found is None:
                 raise ValueError("expected `> words`, `< words`, a wait, connects or leaves")
-            if found["only"]:
+            if found["robot"]:
                 robot = found["robot"]
                 continue
             if found["protocols"]:
                 protocols = tuple(found["protocols"].split(","))
-                if (
-                    steps
-                    or len(set(protocols)) < len(protocols)
-                    or not set(protocols) <= DEFAULT_PORTS.keys()
-                ):
+                if steps or len(DEFAULT_PORTS.keys() & set(protocols)) < len(protocols):
                     choice = " or ".join(DEFAULT_PORTS)
-                    raise ValueError(
-                        f"expected {choice}, each at most once, a comma between, above all lines"
-                    )
+                    raise ValueError(f"expected {choice}, each at most once, with a comma, above all lines")
                 continue
             client = found["client"] or ""
             protocol = found["protocol"] or spoken.get(client, protocols[0])
