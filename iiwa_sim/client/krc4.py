@@ -77,7 +77,7 @@ class Krc4(Client):
         # All twenty values: other servers may not take an absent one for 0.
         whole = [self._id, command, *integers, *[0] * (8 - len(integers))]
         values = zip(REGISTERS, [*whole, *reals, *[0.0] * (10 - len(reals))], strict=True)
-        message = f"<Cmd>{''.join(f'<{key}>{value!r}</{key}>' for key, value in values)}</Cmd>"
+        message = f"<Cmd>{''.join(f'<{key}>{value}</{key}>' for key, value in values)}</Cmd>"
         reply = self._exchange(name, message.encode(), REPLY)
         try:
             root = ElementTree.fromstring(reply)

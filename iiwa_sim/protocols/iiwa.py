@@ -6,6 +6,7 @@ intrinsic Z-Y-X.
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import Any
 
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
@@ -14,8 +15,9 @@ from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, from
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.protocols.decimals import format_decimals
+from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.session import LineSession, written
-from iiwa_sim.protocols.table import Request, helped
+from iiwa_sim.protocols.table import Request, helped, load_table
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_REPLY = 1000
@@ -26,48 +28,38 @@ Values = tuple[float, ...]
 Handler = Callable[[LineSession, Request], bytes]
 
 
-def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
-    """A command that makes a move."""
+def _move(session: LineSession, request: Request) -> bytes:
+    """Make a move, by the kind and the parameters that the table names."""
+    command, kind = request.command, Kind(request.command.kind)
+    v = {each.name: value for each, value in zip(command.parameters, request.values, strict=True)}
 
-    def handler(session: LineSession, request: Request) -> bytes:
-        session.move(request_of(request.values))
-        return written("done")
+    def given(names: str) -> Any:
+        return tuple(v[name] for name in names.split() if name in v)
 
-    return handler
-
-
-def _to_frame(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A move to a frame, from a frame, a speed, a blending and maybe a redundancy angle."""
-    return lambda v: MoveRequest(kind, Frame(*v[:6]), v[6], v[7], redundancy=(*v, None)[8])
-
-
-def _to_turned(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A move to x y z (mm) and a quaternion."""
-    return lambda v: MoveRequest(
-        kind, from_quaternion((v[0], v[1], v[2]), (v[3], v[4], v[5], v[6])), v[7], v[8]
+    target = joints = given("j0 j1 j2 j3 j4 j5 j6")
+    if quaternion := given("qx qy qz qw"):
+        target = from_quaternion(given("x y z"), quaternion)
+    elif frame := given("x y z alpha beta gamma"):
+        target = Frame(*frame)
+    shift, forces = given("dx dy dz dalpha dbeta dgamma"), given("fx fy fz tx ty tz")
+    thresholds = v.get("thresholdX"), v.get("thresholdY"), v.get("thresholdZ")
+    balanced = tuple(0.0 - force for force in forces)  # which the controller adds
+    session.move(
+        MoveRequest(
+            kind,
+            target,
+            v.get("speed", 1.0),
+            v.get("blending", JOINT_BLENDING if joints and kind is Kind.PTP else 0.0),
+            given("v0 v1 v2 v3 v4 v5 v6"),
+            shift=Frame(*shift) if shift else None,
+            in_tool=command.in_tool,
+            redundancy=v.get("r"),
+            thresholds=thresholds if "thresholdZ" in v else None,
+            compliance=CartesianImpedance(v["stiffness"], balanced) if forces else None,
+            hold_nm_per_rad=v.get("joint_stiffness", 0.0),
+        )
     )
-
-
-def _by_shift(kind: Kind, *, in_tool: bool) -> Callable[[Values], MoveRequest]:
-    return lambda v: MoveRequest(kind, speed=v[6], blending=v[7], shift=Frame(*v[:6]), in_tool=in_tool)
-
-
-def _until_force(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A move that a force along x, y or z ends; with one threshold along z only."""
-    return lambda v: MoveRequest(
-        kind, Frame(*v[:6]), v[6], v[7], thresholds=(v[8], v[9], v[10]) if len(v) > 9 else (None, None, v[8])
-    )
-
-
-def _compliant(kind: Kind) -> Callable[[Values], MoveRequest]:
-    """A compliant move, from a frame, a speed, a stiffness and a wrench, which the controller balances."""
-
-    def request(v: Values) -> MoveRequest:
-        fx, fy, fz, tx, ty, tz = (0.0 - value for value in v[8:14])
-        impedance = CartesianImpedance(v[7], (fx, fy, fz, tx, ty, tz))
-        return MoveRequest(kind, Frame(*v[:6]), v[6], compliance=impedance)
-
-    return request
+    return written("done")
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
@@ -131,35 +123,13 @@ def _error(session: LineSession, _: Request) -> bytes:
 
 
 COMMANDS: dict[str, Handler] = {
+    **{name: _move for name, command in load_table(IIWA).commands.items() if command.kind},
     "hello": lambda _session, _request: written("hello"),
     "bye": _bye,
     "help": lambda session, request: written(helped(session.table, request.phrase, "lin move")),
     "stop": _does(lambda robot, _: robot.stop()),
     "cancel move": _does(lambda robot, _: robot.cancel_move()),
     "clear queue": _does(lambda robot, _: robot.clear_queue()),
-    "joint move": _move(lambda v: MoveRequest(Kind.PTP, v[:7], speeds=v[7:], blending=JOINT_BLENDING)),
-    "lin joint move": _move(lambda v: MoveRequest(Kind.LIN, v[:7], v[7], v[8])),
-    "lin move": _move(_to_frame(Kind.LIN)),
-    "ptp move": _move(_to_frame(Kind.PTP)),
-    "linr move": _move(_to_frame(Kind.LIN)),
-    "ptpr move": _move(_to_frame(Kind.PTP)),
-    "lin quaternion move": _move(_to_turned(Kind.LIN)),
-    "ptp quaternion move": _move(_to_turned(Kind.PTP)),
-    "lin relative move": _move(_by_shift(Kind.LIN, in_tool=False)),
-    "lin tool relative move": _move(_by_shift(Kind.LIN, in_tool=True)),
-    "ptp relative move": _move(_by_shift(Kind.PTP, in_tool=False)),
-    "ptp tool relative move": _move(_by_shift(Kind.PTP, in_tool=True)),
-    "linforcez move": _move(_until_force(Kind.LIN)),
-    "ptpforcez move": _move(_until_force(Kind.PTP)),
-    "linforce move": _move(_until_force(Kind.LIN)),
-    "ptpforce move": _move(_until_force(Kind.PTP)),
-    "linstiff move": _move(_compliant(Kind.LIN)),
-    "ptpstiff move": _move(_compliant(Kind.PTP)),
-    "start gravity": _move(lambda v: MoveRequest(Kind.HOLD, hold_nm_per_rad=v[0])),
-    "smart joint move": _move(lambda v: MoveRequest(Kind.SMART, v[:7], speeds=v[7:])),
-    "smart cartesian move": _move(lambda v: MoveRequest(Kind.SMART, Frame(*v[:6]), v[6])),
-    "direct joint move": _move(lambda v: MoveRequest(Kind.DIRECT, v[:7], speeds=v[7:])),
-    "direct cartesian move": _move(lambda v: MoveRequest(Kind.DIRECT, Frame(*v[:6]), v[6])),
     "is reachable": _checks(Kind.PTP),
     "is lin reachable": _checks(Kind.LIN),
     "get tool frame": _gives(lambda robot: robot.tool_frame()),

@@ -81,6 +81,9 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     parameters: tuple[Quantity, ...] = ()
     optional: tuple[Quantity, ...] = ()
     phrase: str = ""
+    kind: str = ""
+    """The kind of a move, else empty."""
+    in_tool: bool = False
     extension: bool = False
     name: str = ""
 
