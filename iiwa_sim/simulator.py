@@ -232,9 +232,8 @@ class Simulator(OnlyRobot):
                 each.dialogue.remember()
             token = word_of(settings.backdoor_token, settings.backdoor_token_file)
             backdoors = {name: each.backdoor for name, each in self.robots.items()}
-            self._backdoor_http = http.BackdoorHttp(
-                backdoors, first.log, settings.backdoor_host, settings.backdoor_port or 0, token
-            )
+            host, port = settings.backdoor_host, settings.backdoor_port or 0
+            self._backdoor_http = http.BackdoorHttp(backdoors, host, port, token)
         self._status: StatusStream | None = None
         if settings.status_port is not None:
             self._status = StatusStream(

@@ -10,6 +10,7 @@ the loop's thread; its connection waits in a thread of its own.
 import asyncio
 import contextlib
 import inspect
+import logging
 import socket
 import threading
 from collections.abc import Callable, Mapping
@@ -23,8 +24,7 @@ import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
-from iiwa_sim.log import SessionLog
-from iiwa_sim.server.listening import Acceptor, host_and_port
+from iiwa_sim.server.listening import Acceptor
 from iiwa_sim.server.token import fits
 from iiwa_sim.server.web_access import LOCALHOST, WebAccess
 from iiwa_sim.wording import harmless, shortened
@@ -37,7 +37,9 @@ MOST_CONNECTIONS = 32
 IDLE_S = 60.0
 """Time (s) after which a connection without a request is closed."""
 LONGEST_SHOWN = 400
-"""Characters of a request or a reason in the log."""
+"""Characters of a request in the log, and of a reason."""
+
+logger = logging.getLogger(__name__)
 
 
 class Call(NamedTuple):
@@ -88,11 +90,9 @@ class BackdoorHttp:
     pages are rejected: a browser names the page in the header Origin, and a rebound host name shows in Host.
     """
 
-    def __init__(
-        self, robots: Mapping[str, Backdoor], log: SessionLog, host: str, port: int, token: str | None
-    ) -> None:
+    def __init__(self, robots: Mapping[str, Backdoor], host: str, port: int, token: str | None) -> None:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
-        self.robots, self.log, self.token = robots, log, token
+        self.robots, self.token = robots, token
         self.acceptor = Acceptor(host, port, self._serve)
         self._connections: set[socket.socket] = set()
 
@@ -143,8 +143,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._reject(refused)
         except (ConnectionError, TimeoutError, CancelledError):
             raise
-        except Exception as fault:  # noqa: BLE001 - answered, and logged
-            self._log(self.server.log.exception, fault)
+        except Exception:
+            logger.exception("internal error at %r", shortened(self.requestline, LONGEST_SHOWN))
             self._reject(NoCall(HTTPStatus.INTERNAL_SERVER_ERROR, "internal error, see the log"))
 
     do_POST = do_GET  # noqa: N815
@@ -154,7 +154,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._reject(NoCall(HTTPStatus(code), message or HTTPStatus(code).phrase))
 
     def log_message(self, *_: object) -> None:
-        """Log nothing: the server logs rejections."""
+        """Log nothing: the client has the reply."""
 
     def _result(self) -> Any:
         """Make the call, and return its result."""
@@ -216,7 +216,6 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _reject(self, refused: Refused) -> None:
         self.close_connection = self.close_connection or isinstance(refused, NoCall)
-        self._log(self.server.log.refused, refused.code, refused.reason)
         error = msgspec.json.encode({"error": {"code": refused.code, "reason": refused.reason}}) + b"\n"
         self._send(refused.status if isinstance(refused, NoCall) else HTTPStatus.CONFLICT, error)
 
@@ -230,10 +229,3 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(body)
         self.wfile.flush()
-
-    def _log(self, how: Callable[..., None], *what: object) -> None:
-        """Log something of this request, in the loop's thread."""
-        client = f"{host_and_port(*self.client_address[:2])} (backdoor)"
-        request = harmless(shortened(self.requestline, LONGEST_SHOWN))
-        with contextlib.suppress(RuntimeError):  # the robot has gone
-            self.server.loop.call_soon_threadsafe(how, client, request, *what)
