@@ -13,11 +13,9 @@ from math import isfinite
 from operator import add as add_numbers
 from typing import Any
 
-import numpy as np
-
 from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from
+from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from, size_of
 from iiwa_sim.contact.tcp_contact_kernel import Gaps, Reached, TcpContact
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
 from iiwa_sim.robot.arm_kernel import Tcp
@@ -70,6 +68,7 @@ class ExternalWrench:
         self._parts_push: Wrench = NO_WRENCH
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
+        self._size = size_of(NO_MOMENTS)
         self._motion: TcpMotion | None = None
         self._put(joints, tool_in_flange)
 
@@ -147,12 +146,13 @@ class ExternalWrench:
         """
         self._moments = unknown
         if unknown is None:
-            self._motion = None
+            self._motion, self._size = None, size_of(NO_MOMENTS)
             self._set(self.wrenches, "payload", None)
             return
         if self._motion is None:
             self._motion = TcpMotion(compose(self._base, self._tcp.pose(joints)))
         self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
+        self._size = size_of(self._at_tcp)
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
@@ -214,16 +214,15 @@ class ExternalWrench:
         known = self._surrounded == self.contact.changes
         if not known or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None
-        carried = [] if self._motion is None else [self._at_tcp]
-        carried += [] if bodies is None or bodies.moments is None else [bodies.moments]
-        return self._coming_tcp, self.contact, self._gaps, np.reshape(carried, (-1, 4, 4))
+        carried = self._size if bodies.moments is None else self._size + bodies.size
+        return self._coming_tcp, self.contact, self._gaps, carried
 
-    def leave_out(self, joints: Sequence[float], before: Transform, tcp: Transform, tick_s: float) -> None:
-        """Be where ticks have brought the arm that were left out, the last of them from `before`."""
-        self._joints = joints
+    def leave_out(self, before: Sequence[float], joints: Sequence[float], tick: int, tick_s: float) -> None:
+        """Make the tick of this number, from joint positions `before` (rad), after others were left out."""
+        self._joints = before
         if self._motion is not None:
-            self._motion.step(before, tick_s)
-            self._motion.step(tcp, tick_s)
+            self._motion.step(self.tcp(before), tick_s)
+        self.step(joints, tick, tick_s)
 
     def step(
         self,

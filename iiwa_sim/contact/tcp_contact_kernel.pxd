@@ -55,5 +55,6 @@ cdef class Gaps:
     cdef double _fastest               # the same of all joints at their greatest velocities (1/s); 0 if one is not free
     cdef readonly long next            # no distance can be 0 before this tick
     cpdef bint is_free(self, object joints, long tick, double tick_s) except? -1
+    cdef double _turn(self, object joints) except? -1e9
     cdef void _place(self) noexcept
     cdef double _distance(self, Py_ssize_t pair) noexcept

@@ -333,27 +333,39 @@ class Gaps:
         for k in range(self._rates.shape[0]):
             q = joints[k]
             left -= self._rates[k] * fabs(q - self._looked[k])
+        if self._fastest != 0.0 and left <= 0.0 and self._turn(joints) > 0.0:
+            self.begin(tick, tick_s)
+            return self._fastest != 0.0
         if self._fastest == 0.0 or left <= 0.0:
             return False
         self.next = tick + max(1, int(left / (self._fastest * tick_s)))
         return True
+
+    @cython.cfunc
+    @cython.exceptval(-1e9)
+    def _turn(self, joints: Any) -> cython.double:
+        """Move the joints to positions (rad); return the least bound (m)."""
+        least: cython.double = 1e9
+        for k in range(self._looked.shape[0]):
+            q: cython.double = joints[k]
+            self._turns[k], self._looked[k] = fabs(q - self._looked[k]), q
+        for row in range(self._free.shape[0]):
+            for k in range(self._looked.shape[0]):
+                self._free[row] -= self._turns[k] * self._levers[row, k]
+            least = min(least, self._free[row])
+        return least
 
     def go_to(self, joints: Any) -> list[int]:
         """Move the arm to joint positions (rad); return the numbers of the distances to measure.
 
         Pairs of capsules are measured, and returned only if they are in each other, or were before.
         """
-        count, rows, own = self._looked.shape[0], self._free.shape[0], self._touching.shape[0]
-        q: cython.double
-        for k in range(count):
-            q = joints[k]
-            self._turns[k], self._looked[k] = fabs(q - self._looked[k]), q
+        rows, own = self._free.shape[0], self._touching.shape[0]
+        self._turn(joints)
         self._arm.go_to(joints)
         self._place()
         due = []
         for row in range(rows):
-            for k in range(count):
-                self._free[row] -= self._turns[k] * self._levers[row, k]
             if self._free[row] <= 0.5 * self._known[row]:
                 apart: cython.bint = row >= rows - own and self._known[row] > 0.0
                 if row >= rows - own:
@@ -401,7 +413,8 @@ class Gaps:
     def approach(self, moved_m: float) -> None:
         """Have all bodies come nearer by so much."""
         np.asarray(self._free)[:] -= moved_m
-        self._fastest, self.next = 0.0, 0
+        self.begin(0, 1.0)
+        self.next = 0
 
     def begin(self, tick: cython.long, tick_s: cython.double) -> None:
         """Begin to count from the present bounds, in the tick of this number."""
@@ -410,8 +423,9 @@ class Gaps:
         for row in range(self._free.shape[0]):
             if self._free[row] <= 0.0:
                 return
+            share: cython.double = 1.0 / self._free[row]
             for k in range(self._rates.shape[0]):
-                self._rates[k] = max(self._rates[k], self._levers[row, k] / self._free[row])
+                self._rates[k] = max(self._rates[k], self._levers[row, k] * share)
         for k in range(self._rates.shape[0]):
             fastest += self._rates[k] * self._velocity[k]
         self._fastest = fastest

@@ -46,8 +46,6 @@ AUTOMATIC = 2
 """The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
 """Moves that wait; one more is refused."""
-TRY_TICKS = 5
-"""Ticks from one try to make several at once to the next; a try may cost as much as a tick."""
 
 
 class Controller:
@@ -101,7 +99,7 @@ class Controller:
         self.tool_load = tool.load
         """The load at the flange that the controller assumes."""
         self.tick_s = tick_s
-        self.tick = self._try_at = 0
+        self.tick = 0
         """The number of ticks so far."""
         self.mode = Mode.UNKNOWN
         """Mode of the last command: it changes with the command, also where the robot has to stop first."""
@@ -149,7 +147,7 @@ class Controller:
         world each has to `move_on`, then the world a step, then each robot has to `feel`.
         """
         left_out, handling = 0, self.handling
-        if handling is not None and at_most > 1 and self.tick >= self._try_at:
+        if handling is not None and at_most > 1 and handling.skips:
             left_out = self._leave_out(handling, at_most - 1)
         self.move_on()
         if handling is not None:
@@ -159,10 +157,9 @@ class Controller:
 
     def _leave_out(self, handling: Handling, ticks: int) -> int:
         """Make at most so many ticks, but for what only they would know; return how many."""
-        self._try_at = self.tick + TRY_TICKS
         motions, protection, pending = self.motions, self.protection, self.endings.pending
         touches = self._touch_log is not None and self._touch_log.touching
-        if not handling.skips or protection.looks_always or touches or motions.coming is None:
+        if protection.looks_always or touches or motions.coming is None:
             return 0
         most_n, most_nm = protection.harmless()
         if pending and (guard := pending[0].guard) is not None:
@@ -170,8 +167,9 @@ class Controller:
             most_n = min(most_n, least_n - max(map(abs, guard.offset[:3])))
         ahead = [motions.joints, *motions.executor.ahead(ticks + 1)]
         made = handling.arm.leave_out(ahead, self.tick, self.load, (most_n, most_nm))
-        for _ in range(made):
-            motions.step()
+        if made:
+            motions.executor.go_on(made)
+            motions.joints = motions.executor.joints
         self.tick += made
         return made
 

@@ -7,7 +7,6 @@ from math import ceil
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
-import numpy as np
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -98,7 +97,7 @@ def capsules_of(jaws: Jaws, opening_m: float, tool_in_flange: Transform) -> list
     radius = 0.5 * min(wide, thick)
     count = min(MOST_CAPSULES, ceil(max(wide, thick) / (2.0 * radius)))
     spread = 0.5 * max(wide, thick) - radius
-    offs: list[float] = np.linspace(-spread, spread, count).tolist()
+    offs = [spread * (2 * k / max(count - 1, 1) - 1.0) for k in range(count)]
     top, tip, middle, found = min(-radius, radius - long), -radius, 0.5 * (opening_m + thick), []
     for name, side in (("jaw 1", middle), ("jaw 2", -middle)):
         for off in offs:

@@ -206,6 +206,13 @@ class Executor:
         self.joints = self._ahead.pop()
         return True
 
+    def go_on(self, ticks: int) -> None:
+        """Make ticks of those that are `ahead`."""
+        for _ in range(ticks):
+            self.time.time_s += self.time.advance_s
+        self.joints = self._ahead[-ticks]
+        del self._ahead[-ticks:]
+
     def ahead(self, ticks: int) -> Sequence[Joints]:
         """Return the joint positions to which a last move will `step_quietly`, at most so many."""
         time, queued = self.time, self._queued

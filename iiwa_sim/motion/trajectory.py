@@ -135,6 +135,7 @@ class Trajectory:
         self._quintics = quintics
         self._controls, self._profile = controls, profile
         self._lengths = np.diff(times)
+        self._at: tuple[float, Joints] = 0.0, ()  # asked for last
 
     def sample(self, times: Array) -> Array:
         """Return joint positions (m, n), in rad, at times (m,), in s."""
@@ -146,7 +147,9 @@ class Trajectory:
             return self.end
         if time_s <= 0.0:
             return self.moves[0].path.start
-        return tuple(self.sample(np.array([time_s]))[0].tolist())
+        if time_s != self._at[0]:
+            self._at = time_s, tuple(self.sample(np.array([time_s]))[0].tolist())
+        return self._at[1]
 
     def state(self, time_s: float) -> State:
         """Return joint positions (rad), velocities and accelerations at a time (s)."""

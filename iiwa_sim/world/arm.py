@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.links import LinkContact
-from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
+from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from, size_of
 from iiwa_sim.frames import IDENTITY, Transform, apply, compose, inverse, rotate, transpose
 from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.joints import Joints
@@ -52,9 +52,9 @@ NOWHERE = (0.0, 0.0)
 _Told = tuple[Joints, Transform, Transform | None, int, int]
 
 
-def ways_m(room: Sequence[float]) -> tuple[float, float, float]:
-    """How far (m) a tick brings links, what moves with the gripper, and both, by the `room` of an arm."""
-    *_, links_m, tcp_m, turned, reach_m = room
+def ways_m(bounds: Sequence[float]) -> tuple[float, float, float]:
+    """How far (m) a tick brings links, what moves with the gripper, and both, by the `bounds` of an arm."""
+    links_m, tcp_m, turned, reach_m = bounds[3:7]
     tool_m = tcp_m + reach_m * turned
     return links_m, tool_m, max(links_m, tool_m)
 
@@ -83,15 +83,15 @@ class Arm:
         )
         self.coming_tcp: Transform | None = None
         self._next: _Told = self.joints, self.tcp, None, STAYS, STIFF
-        self._at: Vector = np.zeros(len(setup.joints) + 12)
-        self._levers: Vector = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
-        self.room: Vector = np.zeros(7)
+        levers = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
+        self.bounds: Vector = np.concatenate([np.zeros(19), levers, setup.joints])
         """How far (m) links and gripper are from what they may meet, and all from other arms, at least; then
         how far a tick brings them, as `advance` has it."""
-        self.is_away, self.bears = False, True
-        """True if these bounds leave room in this tick; if the gripper bears what the held part then does."""
+        self.bears = True
+        """True if the gripper bears what the held part does."""
         self.motion = TcpMotion(self.tcp)
-        self.moments: Moments | None = None
+        self.moments: Moments | None = None  # of what it holds, in the TCP
+        self.size: Vector = np.zeros(3)  # and without their directions
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
         self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
@@ -184,26 +184,32 @@ class Arm:
             self.bears = self._load_n(self._carried) <= self._most_n
             if compliance:
                 self._weight = self.motion.weight(self.moments)
-        far_m: float
-        far_m, self.is_away = advance(joints, tcp, self._at, self._levers, self.room, jaw_m)
+        far_m: float = advance(joints, tcp, self.bounds, jaw_m)
         return far_m
 
     def leave_out(
         self, ahead: list[Joints], tick: int, load: ExternalWrench, most: tuple[float, float]
     ) -> int:
         """Make the ticks behind this one in which it only moves as is known; return how many."""
-        tick_s, known, (most_n, most_nm) = self.world.tick_s, load.foreseen, most
+        world, known, (most_n, most_nm) = self.world, load.foreseen, most
         if known is None:
             return 0
-        most_n = most_n if self.moments is None else min(most_n, self._most_n)
-        made = leave_out(ahead, tick, tick_s, *known, most_n, most_nm, self._at, self._levers, self.room)
-        if made:
-            self.joints, self.tcp_before, self.tcp = ahead[made], *map(load.tcp, ahead[made - 1 : made + 1])
-            load.leave_out(self.joints, self.tcp_before, self.tcp, tick_s)
+        if self.moments is not None:
+            most_n = min(most_n, self._most_n)
+        made, h = 0, world.tick_s
+        while (now := leave_out(ahead, made, tick, h, *known, most_n, most_nm, self.bounds)) > made:
+            made = now
+            self.before, self.joints = ahead[made - 1 : made + 1]
+            self.tcp_before, self.tcp = load.tcp(self.before), load.tcp(self.joints)
+            load.leave_out(self.before, self.joints, tick + made, h)
             if self.moments is not None:
-                self.motion.step(self.tcp_before, tick_s)
-                self.motion.step(self.tcp, tick_s)
-                self.world.changes += made
+                self.motion.step(self.tcp_before, h)
+                self.motion.step(self.tcp, h)
+            if made < len(ahead) - 2:
+                world.is_away()
+                world.behind = True
+        if made and self.leads:
+            world.changes += made
         return made
 
     def skip(self) -> None:
@@ -450,6 +456,7 @@ class Arm:
         kg, *_, xx, yy, zz = self._built.masses[self.held].tolist()
         own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
         self.moments = seen_from(own, self.inside)
+        self.size = size_of(self.moments)
 
     def note_imposed(self) -> None:
         """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
@@ -496,7 +503,7 @@ class Arm:
         self.joints = self.before = joints
         self.tcp = self.tcp_before = self.tcp_older = tcp
         self._next = joints, tcp, None, *self._next[3:]
-        advance(joints, tcp, self._at, self._levers, self.room, 0.0)
+        advance(joints, tcp, self.bounds, 0.0)
         if tool_in_flange != self.setup.tool_in_flange:
             self.setup = self.setup._replace(tool_in_flange=tool_in_flange)
             world.rebuild()

@@ -8,15 +8,15 @@ from typing import Any
 import mujoco as mj
 import numpy as np
 
-FARTHEST_M = 1.0
+FARTHEST_M, SPHERES_M = 1.0, 0.02
+"""The greatest distance that is measured, and that from which the one of bounding spheres will do."""
 
 
 class Distances:
     """Distances of geoms that are imposed from all others.
 
-    Only pairs are measured whose bounding spheres are nearer than the least distance so far. Pairs are in
-    groups: for each arm those of its links, and those of what moves with its gripper; the last one has the
-    pairs of different arms.
+    Only pairs are measured whose bounding spheres are near. Geoms are in groups: for each arm its links, and
+    what moves with its gripper; the last group has the pairs of different arms.
     """
 
     def __init__(self, model: Any, data: Any, arms: Sequence[tuple[list[int], list[int], int]]) -> None:
@@ -28,13 +28,14 @@ class Distances:
         bit, takes, none = model.geom_contype, model.geom_conaffinity, len(groups)
         group = np.full(model.ngeom, none)
         group[movers] = np.repeat(range(none), [*map(len, groups)])
-        one, two = np.meshgrid(movers, np.arange(model.ngeom), indexing="ij")
-        meets = ((bit[one] & takes[two]) | (bit[two] & takes[one])) != 0
-        meets &= (group[two] == none) | ((one < two) & (group[one] // 2 != group[two] // 2))
-        one, two = one[meets], two[meets]
-        of = np.where(group[two] == none, group[one], none)
-        self._pairs = [(one[of == k], two[of == k]) for k in range(none + 1)]
-        self._reaches = [radius[first] + radius[second] for first, second in self._pairs]
+        meets = ((bit[movers, None] & takes) | (bit & takes[movers, None])) != 0
+        others = meets & (group[movers, None] // 2 != group // 2) & (group != none)
+        meets &= group == none
+        self._groups = []
+        for found in [*(meets & (group[movers, None] == k) for k in range(none)), others]:
+            one, two = found.any(axis=1).nonzero()[0], found.any(axis=0).nonzero()[0]
+            reach = np.where(found[np.ix_(one, two)], radius[movers[one], None] + radius[two], -np.inf)
+            self._groups.append((movers[one], two, reach))
         self.reach_m = []
         """No point of what moves with each gripper is farther from it."""
         for _, tool, body in arms:
@@ -42,11 +43,13 @@ class Distances:
             self.reach_m.append(float((off + radius[tool]).max(initial=0.0)))
 
     def least(self, model: Any, data: Any, group: int) -> float:
-        """Return how far (m) a group is from all that it may meet."""
-        (one, two), least = self._pairs[group], FARTHEST_M
-        apart = np.linalg.norm(data.geom_xpos[one] - data.geom_xpos[two], axis=1) - self._reaches[group]
-        for k in apart.argsort(kind="stable").tolist():
-            if apart[k] >= least:
-                break
-            least = min(least, mj.mj_geomDistance(model, data, int(one[k]), int(two[k]), least, None))
+        """Return how far (m) a group is from all that it may meet, at least."""
+        one, two, reach = self._groups[group]
+        a, b = data.geom_xpos.take(one, 0), data.geom_xpos.take(two, 0)
+        square = np.einsum("ij,ij->i", a, a)[:, None] + np.einsum("ij,ij->i", b, b) - 2.0 * (a @ b.T)
+        apart = np.sqrt(np.maximum(square, 0.0)) - reach
+        near = apart < SPHERES_M
+        least = float(apart.min(initial=FARTHEST_M, where=~near))
+        for i, k in np.argwhere(near).tolist():
+            least = min(least, mj.mj_geomDistance(model, data, int(one[i]), int(two[k]), least, None))
         return least

@@ -4,12 +4,9 @@
 
 from __future__ import annotations
 
-from math import hypot
-from typing import Any
-
 import cython
 from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import Contact, Gaps, TcpContact
-from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp, carried_wrench
+from cython.cimports.iiwa_sim.robot.arm_kernel import Tcp
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.payload import GRAVITY_M_S2
@@ -32,6 +29,7 @@ _RUBS = cython.declare(cython.double, 1e3)
 # Free bodies that are slower creep (m/s, rad/s).
 _CREEPS_M_S = cython.declare(cython.double, 0.02)
 _CREEPS_RAD_S = cython.declare(cython.double, 1.0)
+_GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
 # Friction may always ask for this deceleration (m/s2).
 _BRAKES = cython.declare(cython.double, 1.5 * GRAVITY_M_S2)
 
@@ -103,100 +101,100 @@ def correct(
         c = end
 
 
-@cython.ccall
-def advance(
-    joints: Joints,
-    tcp: Transform,
-    was: cython.double[::1],
-    levers: cython.double[::1],
-    room: cython.double[::1],
-    jaw_m: cython.double,
-    if_away: cython.bint = False,
-) -> tuple[float, bool]:
-    """Lower the bounds of distances of an arm by how far it goes in a tick; `was` becomes where it is now.
-
-    `room` has bounds (m) of links, of what moves with the gripper, and of both from other arms; then how far
-    links (m), TCP and jaws (m), and TCP (rad) go, and the reach (m) of what moves with it. Returns how far
-    (m) links or jaws go, and True if all bounds leave room; `if_away`, nothing changes where they do not.
-    """
-    n: cython.Py_ssize_t = levers.shape[0]
+@cython.cfunc
+@cython.exceptval(-2.0)
+def _advance(
+    joints: Joints, pose: cython.p_double, b: cython.double[::1], jaw_m: cython.double, if_away: cython.bint
+) -> cython.double:
+    """Advance, with the pose as 12 numbers; `if_away`, return -1 at once where bounds leave no room."""
+    n: cython.Py_ssize_t = (b.shape[0] - 19) // 2
     far: cython.double = 0.0
     turned: cython.double = 0.0
     moved: cython.double = 0.0
     now: cython.double
     for k in range(n):
         now = joints[k]
-        far += fabs(now - was[k]) * levers[k]
-    rotation: tuple[float, ...] = tcp[0]
-    place: tuple[float, ...] = tcp[1]
-    if far > 0.0:
-        for k in range(9):
-            now = rotation[k]
-            turned += (now - was[n + k]) * (now - was[n + k])
-        for k in range(3):
-            now = place[k]
-            moved += (now - was[n + 9 + k]) * (now - was[n + 9 + k])
+        far += fabs(now - b[19 + n + k]) * b[19 + k]
+    for k in range(12 if far > 0.0 else 0):
+        now = pose[k] - b[7 + k]
+        turned, moved = turned + (now * now if k < 9 else 0.0), moved + (now * now if k >= 9 else 0.0)
     tcp_m: cython.double = sqrt(moved) + jaw_m
     turned = sqrt(0.5 * turned)
-    tool: cython.double = tcp_m + room[6] * turned
-    if if_away and min(room[0] - far, room[1] - tool, room[2] - max(far, tool)) < _ROOM:
-        return far + jaw_m, False
-    room[3], room[4], room[5] = far, tcp_m, turned
-    if far > 0.0:
-        for k in range(n):
-            was[k] = joints[k]
-        for k in range(9):
-            was[n + k] = rotation[k]
-        for k in range(3):
-            was[n + 9 + k] = place[k]
-    room[0] -= far
-    room[1] -= tool
-    room[2] -= max(far, tool)
-    return far + jaw_m, min(room[0], room[1], room[2]) >= _ROOM
+    tool: cython.double = tcp_m + b[6] * turned
+    if if_away and min(b[0] - far, b[1] - tool, b[2] - max(far, tool)) < _ROOM:
+        return -1.0
+    for k in range(n):
+        b[19 + n + k] = joints[k]
+    for k in range(12):
+        b[7 + k] = pose[k]
+    b[0], b[1], b[2] = b[0] - far, b[1] - tool, b[2] - max(far, tool)
+    b[3], b[4], b[5] = far, tcp_m, turned
+    return far + jaw_m
+
+
+def advance(joints: Joints, tcp: Transform, b: cython.double[::1], jaw_m: cython.double) -> float:
+    """Lower the bounds of distances of an arm by how far it goes in a tick; returns how far (m) links or jaws
+    go.
+
+    Bounds are (m) of links, of what moves with the gripper, and of both from other arms; then follow how far
+    links (m), TCP and jaws (m), and TCP (rad) have gone, the reach (m) of what moves with it, the pose of the
+    TCP, and of each joint the greatest lever (m) and the position (rad).
+    """
+    pose = cython.declare(cython.double[12])
+    for k in range(12):
+        pose[k] = tcp[0][k] if k < 9 else tcp[1][k - 9]
+    return float(_advance(joints, pose, b, jaw_m, False))
 
 
 def leave_out(
     ahead: list[Joints],
+    made: cython.Py_ssize_t,
     tick: cython.long,
     tick_s: cython.double,
     tcp: Tcp,
     surfaces: TcpContact,
     gaps: Gaps,
-    carried: cython.double[:, :, ::1],
+    carried: cython.double[::1],
     most_n: cython.double,
     most_nm: cython.double,
-    was: cython.double[::1],
-    levers: cython.double[::1],
-    room: cython.double[::1],
+    bounds: cython.double[::1],
 ) -> int:
     """Return how many ticks behind that of number `tick` need not be made: nothing is near the arm in these
     and the next one, and what is carried does no more to the TCP than `most_n` and `most_nm`.
 
-    Joint positions `ahead` are those of now and of coming ticks, `carried` are moments in the TCP. Bounds of
-    distances are lowered, as by `advance`.
+    Joint positions `ahead` are those of now and of coming ticks, of which so many are `made`; `carried` are
+    mass (kg), first (kg m) and second moments (kg m2). Bounds of distances are lowered, as by `advance`.
     """
-    made: cython.Py_ssize_t = 0
+    poses = cython.declare(cython.double[36])
     contact: Contact
-    before: Any = None
-    at: Any = tcp.pose(ahead[0])
-    after: Any = at if len(ahead) < 2 else tcp.pose(ahead[1])
-    for k in range(1, len(ahead) - 1):
-        free: cython.bint = tick + k < gaps.next or gaps.is_free(ahead[k], tick + k, tick_s)
-        before, at, after = at, after, tcp.pose(ahead[k + 1])
+    for k in range(made, len(ahead)):
+        before: cython.p_double = poses + 12 * ((k - 2) % 3)
+        at: cython.p_double = poses + 12 * ((k - 1) % 3)
+        after: cython.p_double = poses + 12 * (k % 3)
+        tcp.go_to(ahead[k])
+        for i in range(12):
+            after[i] = tcp.turned[i] if i < 9 else tcp.place[i - 9]
+        free: cython.bint = True
         for contact in surfaces._contacts.values():
-            for place in (at[1], after[1]):
-                free = free and contact.is_free(place[0], place[1], place[2])
-        force: cython.double = 0.0
-        torque: cython.double = 0.0
-        for each in range(carried.shape[0]):
-            wrench = carried_wrench(at, (before, at, after), tick_s, carried[each])
-            force += hypot(*wrench[:3])
-            torque += hypot(*wrench[3:])
-        if not free or force > most_n or torque > most_nm:
+            free = free and (k == made or contact.is_free(after[9], after[10], after[11]))
+        if free and k < made + 2:
+            continue
+        if not (free and gaps.is_free(ahead[k - 1], tick + k - 1, tick_s)):
             break
-        if not advance(ahead[k], at, was, levers, room, 0.0, True)[1]:
+        turns: cython.double = 0.0
+        pushes: cython.double = 0.0
+        for i in range(12):
+            bend: cython.double = after[i] - 2.0 * at[i] + before[i]
+            turns, pushes = turns + (bend * bend if i < 9 else 0.0), pushes + (bend * bend if i >= 9 else 0.0)
+        turns = sqrt(turns) / (tick_s * tick_s)
+        pushes = 1.5 * sqrt(pushes) / (tick_s * tick_s) + _GRAVITY
+        if carried[0] * pushes + carried[1] * turns > most_n:
             break
-        made = k
+        if carried[1] * pushes + 1.5 * carried[2] * turns > most_nm:
+            break
+        if _advance(ahead[k - 1], at, bounds, 0.0, True) < 0.0:
+            break
+        made = k - 1
     return int(made)
 
 

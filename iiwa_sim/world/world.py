@@ -130,13 +130,13 @@ class World:
         arms, far, away = self.arms, 0.0, self._distances is not None
         for arm in arms:
             far += arm.begin()
-            away = away and arm.is_away
+            away = away and min(arm.bounds[:3].tolist()) >= ROOM_M
             self.quiet = self.quiet and arm.bears and arm.lost < 0
         if self._frozen and far == 0.0:
             return
         if any(arm.leads for arm in arms):
             self.changes += 1
-        if self.quiet and (away or self._is_away()):
+        if self.quiet and (away or self.is_away()):
             for arm in arms:
                 if not self.behind:
                     arm.rest()
@@ -145,25 +145,26 @@ class World:
             return
         self._compute(far)
 
-    def _is_away(self) -> bool:
+    def is_away(self) -> bool:
         """Measure where bounds do not tell; returns True if the arms meet nothing in this tick."""
-        far, arms, anew = self._distances, self.arms, self._distances is None
-        self.catch_up(now=False)
+        far, arms, rooms = self._distances, self.arms, [arm.bounds[:7].tolist() for arm in self.arms]
         if far is None:
+            self.catch_up(now=False)
             far = self._distances = Distances(self.model, self.data, self._movers())
-        rooms = [arm.room.tolist() for arm in arms]
-        for number, room in enumerate(rooms):
-            if anew:
+            for number, room in enumerate(rooms):
                 room[:3], room[6] = (0.0, 0.0, 0.0 if len(arms) > 1 else np.inf), far.reach_m[number]
+        for number, room in enumerate(rooms):
             for k, way_m in enumerate(ways_m(room)[:2]):
-                if room[k] < ROOM_M:
+                if room[k] < ROOM_M + 2.0 * way_m:
+                    self.catch_up(now=False)
                     room[k] = far.least(self.model, self.data, 2 * number + k) - way_m
         if any(room[2] < ROOM_M for room in rooms):
+            self.catch_up(now=False)
             half_m = 0.5 * far.least(self.model, self.data, 2 * len(arms))
             for room in rooms:
                 room[2] = half_m - ways_m(room)[2]
         for arm, room in zip(arms, rooms, strict=True):
-            arm.room[:] = room
+            arm.bounds[:7] = room
         return all(min(room[:3]) >= ROOM_M for room in rooms)
 
     def _movers(self) -> list[tuple[list[int], list[int], int]]:
