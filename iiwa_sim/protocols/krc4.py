@@ -34,23 +34,14 @@ _LONGEST_TEXT = 200  # of a message in the log
 _DONE: Answer = (), ()
 
 
-def _to_frame(kind: Kind) -> Handler:
-    """A handler of moves to a frame; no message has a speed or a blending."""
-
-    def handler(session: "Krc4Session", message: Message) -> Answer:
-        x_mm, y_mm, z_mm, *angles = message.reals[:6]
-        session.move(MoveRequest(kind, Frame(x_mm, y_mm, z_mm, *map(radians, angles))))
-        return _DONE
-
-    return handler
-
-
-def _to_joints(kind: Kind) -> Handler:
-    """A handler of moves to joint positions, one for each axis of the robot."""
+def _move(kind: Kind, *, to_joints: bool = False) -> Handler:
+    """A handler of moves to a frame or to a joint position; no message has a speed or a blending."""
 
     def handler(session: "Krc4Session", message: Message) -> Answer:
         axes = len(session.controller.description.joints)
-        session.move(MoveRequest(kind, tuple(map(radians, message.reals[:axes])), speeds=[1.0] * axes))
+        joints = tuple(map(radians, message.reals[:axes]))
+        frame = Frame(*message.reals[:3], *map(radians, message.reals[3:6]))
+        session.move(MoveRequest(kind, joints if to_joints else frame, speeds=[1.0] * axes * to_joints))
         return _DONE
 
     return handler
@@ -83,10 +74,10 @@ def _goal_pose(session: "Krc4Session", _: Message) -> Answer:
 
 
 COMMANDS: dict[str, Handler] = {
-    "LIN": _to_frame(Kind.LIN),
-    "LIA": _to_joints(Kind.LIN),
-    "PTP": _to_frame(Kind.PTP),
-    "PTA": _to_joints(Kind.PTP),
+    "LIN": _move(Kind.LIN),
+    "LIA": _move(Kind.LIN, to_joints=True),
+    "PTP": _move(Kind.PTP),
+    "PTA": _move(Kind.PTP, to_joints=True),
     "STO": _stop,
     "FIN": lambda session, _: ((int(not session.controller.moving),), ()),
     "SIO": _set_io,

@@ -32,8 +32,7 @@ def open_session(
         from iiwa_sim.protocols.krc4 import Krc4Session
 
         return Krc4Session(controller, log, name, dialogue)
-    table, commands = load_table(IIWA), iiwa.COMMANDS
-    return LineSession(controller, log, name, table, commands, dialogue, IIWA, strict=strict, canned=canned)
+    return LineSession(controller, log, name, iiwa.COMMANDS, dialogue, strict, canned)
 
 
 def command_names() -> list[str]:

@@ -15,7 +15,8 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
-from iiwa_sim.protocols.table import ERROR, Refusal, Request, Table
+from iiwa_sim.protocols.ports import IIWA
+from iiwa_sim.protocols.table import ERROR, Refusal, Request, load_table
 
 ASKED_OFTEN = 3
 """Times in a row that a client sends the same line before it counts as one that waits."""
@@ -91,22 +92,19 @@ class LineSession(Session):
         controller: Controller,
         log: SessionLog,
         name: str,
-        table: Table,
         commands: Mapping[str, Callable[[Any, Request], bytes]],
         dialogue: Dialogue | None = None,
-        protocol: str = "",
-        *,
         strict: bool = False,
         canned: CannedReplies | None = None,
     ) -> None:
-        """`name` stands for the connection in log and dialogue; `commands` has a handler for each of `table`.
+        """`name` stands for the connection in log and dialogue; `commands` has a handler for each.
 
         A handler gives the reply with its line end, and may raise `Refused`. A `strict` session refuses
         values after the last parameter, which are ignored and logged otherwise. `canned` replies are given
         in place of carrying out a command.
         """
-        super().__init__(controller, log, name, dialogue, protocol)
-        self.table = table
+        super().__init__(controller, log, name, dialogue, IIWA)
+        self.table = load_table(IIWA)
         self.waiting: deque[bytes] = deque()
         self._commands = commands
         self._strict = strict

@@ -12,8 +12,8 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.log import SessionLog
-from iiwa_sim.protocols.session import LineSession, written
-from iiwa_sim.protocols.table import Refusal, Request, Table, load_table
+from iiwa_sim.protocols.session import LineSession
+from iiwa_sim.protocols.table import Refusal, Request
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
@@ -33,22 +33,16 @@ class StatusSession(LineSession):
 
     def __init__(self, controllers: Sequence[Controller], log: SessionLog, name: str) -> None:
         """`controllers` are those of all robots; `name` identifies this connection in the log."""
-        table = Table({STOP: load_table("iiwa").commands[STOP]})
-        super().__init__(controllers[0], log, name, table, {STOP: _stop})
+        super().__init__(controllers[0], log, name, {})
         self.controllers = controllers
 
     def _reply(self, line: bytes) -> bytes:
-        if line.strip(b" \t"):
-            super()._reply(line)
+        request = self.table.parse(line)
+        if isinstance(request, Request) and request.command.name == STOP:
+            for controller in self.controllers:
+                controller.stop()
+        elif line.strip(b" \t"):
+            for other in self.controllers[1:]:
+                other.errors.record(COMMUNICATION_FAILURE, NOTHING_ELSE)
+            self._refuse(line, Refusal(NOTHING_ELSE))
         return b""
-
-    def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
-        for other in self.controllers[1:]:
-            other.errors.record(COMMUNICATION_FAILURE, NOTHING_ELSE)
-        return super()._refuse(line, refusal._replace(code=COMMUNICATION_FAILURE, reason=NOTHING_ELSE))
-
-
-def _stop(session: StatusSession, _: Request) -> bytes:
-    for controller in session.controllers:
-        controller.stop()
-    return written("done")
