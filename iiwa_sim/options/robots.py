@@ -1,7 +1,6 @@
 """Robots of a process: the settings of each robot of a fleet."""
 
 import tomllib
-from collections.abc import Container
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,12 +22,22 @@ class _Fleet(msgspec.Struct, forbid_unknown_fields=True):
 
 def robots_of(given: Given) -> Robots:
     """Return name and settings of each robot of the process. Raises SettingError and SettingsFault."""
-    if "fleet" in given and "count" not in given:
-        robots = _named(Path(given["fleet"]), {key: given[key] for key in given if key != "fleet"})
+    fleet = Path(given["fleet"]) if "fleet" in given and "count" not in given else None
+    if fleet is not None:
+        reader = Reader(str(fleet), SettingsFault)
+        tables = reader.settings(reader.text(fleet, "a fleet file"), _Fleet).robot
+        given = {key: given[key] for key in given if key != "fleet"}
     else:
-        common = Settings(**given)
-        names = [""] if common.count is None else [f"robot-{number}" for number in range(common.count)]
-        robots = {name: _numbered(common, number, name) for number, name in enumerate(names)}
+        count = Settings(**given).count
+        tables = {"": {}} if count is None else {f"robot-{number}": {} for number in range(count)}
+    robots: Robots = {}
+    for index, (name, table) in enumerate(tables.items()):
+        place = f"{fleet}: robot.{name}"
+        own = from_names(table, Place("key", " = ", f"{place}."), fleet and fleet.parent)
+        try:
+            robots[name] = _numbered(Settings(**merged(given, own)), index, name, own)
+        except SettingError as fault:
+            raise SettingError(f"{place}: {fault}" if fleet else str(fault)) from None
     if len(robots) > 1 and any(robot.ros for robot in robots.values()):
         raise SettingError("--ros: expected one robot: a process is one node of ROS 1")
     spaces = [robot.ros_namespace.strip("/") for robot in robots.values() if robot.ros2]
@@ -58,21 +67,7 @@ def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
     return found
 
 
-def _named(path: Path, common: Given) -> Robots:
-    reader = Reader(str(path), SettingsFault)
-    fleet = reader.settings(reader.text(path, "a fleet file"), _Fleet)
-    robots: Robots = {}
-    for index, (name, table) in enumerate(fleet.robot.items()):
-        before = f"{path}: robot.{name}"
-        own = from_names(table, Place("key", " = ", f"{before}."), path.parent)
-        try:
-            robots[name] = _numbered(Settings(**merged(common, own)), index, name, own)
-        except SettingError as fault:
-            raise SettingError(f"{before}: {fault}") from None
-    return robots
-
-
-def _numbered(robot: Settings, index: int, name: str, own: Container[str] = ()) -> Settings:
+def _numbered(robot: Settings, index: int, name: str, own: Given) -> Settings:
     """Return settings with ports and files of this robot, except for its `own` options."""
     ports = {key: getattr(robot, key) for key in model.PORTS if key not in own}
     changed = {key: port + index for key, port in ports.items() if port}
