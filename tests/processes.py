@@ -16,8 +16,7 @@ from typing import Any
 from iiwa_sim.cli import main
 from iiwa_sim.cli.parsing import from_command_line
 from iiwa_sim.options.model import Settings
-from iiwa_sim.options.robots import robots_of
-from iiwa_sim.options.sources import from_environment, merged
+from iiwa_sim.options.sources import from_environment, merged, robots_of
 from tests.talking import DEADLINE_S
 
 IIWA_SIM = (sys.executable, "-m", "iiwa_sim")

@@ -176,8 +176,7 @@ def health(parser: Parser, words: Sequence[str]) -> int:
     parser.add_argument("process", nargs="?", type=int, default=1, metavar="PROCESS", help=number)
     process = parser.parsed(words)[0].process
     from iiwa_sim.client import Iiwa, Krc4, ReplyError
-    from iiwa_sim.options.robots import robots_in, robots_of
-    from iiwa_sim.options.sources import from_environment, merged
+    from iiwa_sim.options.sources import from_environment, merged, robots_in, robots_of
     from iiwa_sim.protocols.ports import IIWA
 
     what = f"process {process}"

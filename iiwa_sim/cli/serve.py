@@ -18,8 +18,7 @@ from iiwa_sim import log
 from iiwa_sim.cli.parsing import from_command_line, reached_at
 from iiwa_sim.frames import Frame
 from iiwa_sim.options.model import Settings
-from iiwa_sim.options.robots import Robots, robots_of
-from iiwa_sim.options.sources import from_environment, merged
+from iiwa_sim.options.sources import from_environment, merged, robots_of
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.server.listening import host_and_port, open_listener
 from iiwa_sim.server.token import word_of
@@ -55,7 +54,7 @@ def run(words: Sequence[str]) -> int:
     return 0
 
 
-async def _serve(robots: Robots) -> None:
+async def _serve(robots: dict[str, Settings]) -> None:
     over = asyncio.Event()
     common = next(iter(robots.values()))
     try:
@@ -82,7 +81,7 @@ async def _serve(robots: Robots) -> None:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
 
 
-def _simulators(robots: Robots, end: Callable[[], None]) -> "dict[str, Simulator]":
+def _simulators(robots: dict[str, Settings], end: Callable[[], None]) -> "dict[str, Simulator]":
     """Return the simulators by their names. Each file is read once for equal robots."""
     # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
