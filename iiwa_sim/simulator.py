@@ -1,6 +1,12 @@
 """The simulator put together: a cell with its robots, the clock that steps them and the servers that talk."""
 
+import asyncio
+import os
+import sys
+import threading
+import traceback
 from collections.abc import Callable, Coroutine, Sequence
+from concurrent import futures
 from contextlib import AsyncExitStack, ExitStack
 from functools import partial
 from pathlib import Path
@@ -17,7 +23,6 @@ from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.log import SessionLog
-from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.options.model import SettingError, Settings, file_of
 from iiwa_sim.options.sources import from_keywords
@@ -42,6 +47,57 @@ LEAVE_S = 10.0
 """Seconds that the thread has to leave the context before it counts as blocked."""
 
 T = TypeVar("T")
+
+
+class LoopThread(threading.Thread):
+    """An asyncio event loop in a thread, from its creation until `close`, or until the program ends."""
+
+    def __init__(self) -> None:
+        super().__init__(name="iiwa-sim", daemon=True)
+        # A factory, so that the loop of the calling thread stays as it is.
+        self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
+        self._loop = self._runner.get_loop()
+        self._lock, self._closed, self._process = threading.Lock(), False, os.getpid()
+        self.start()
+
+    def run(self) -> None:
+        with self._runner:
+            self._loop.run_forever()
+
+    def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
+        """Run a coroutine in the loop and wait for its result; what it raises is raised here.
+
+        If the wait is interrupted, the coroutine is cancelled. Raises TimeoutError, which names what blocks
+        the thread, after `limit_s`. Raises RuntimeError in this thread itself, where it would wait for ever,
+        in a forked process, and if the loop is closed or closes meanwhile.
+        """
+        if os.getpid() != self._process:
+            raise RuntimeError("the loop runs in the process that this one was forked from")
+        if threading.current_thread() is self:
+            raise RuntimeError("the loop cannot wait for itself")
+        with self._lock:
+            if self._closed:
+                raise RuntimeError("the loop is closed")
+            answer = asyncio.run_coroutine_threadsafe(function(), self._loop)
+        try:
+            if not futures.wait([answer], limit_s).done:
+                line = traceback.extract_stack(sys._current_frames().get(self.ident or 0))[-1]
+                busy = f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
+                raise TimeoutError(f"the thread {self.name} is blocked by {busy}")
+            return answer.result()
+        except futures.CancelledError:
+            raise RuntimeError("the loop is closed") from None
+        except KeyboardInterrupt:
+            answer.cancel()
+            raise
+
+    def close(self, *, wait: bool) -> None:
+        """Cancel what runs in the loop, and end the thread; without `wait`, once it is no longer blocked."""
+        with self._lock:
+            self._closed = True  # before the loop stops: pending coroutines start, and are cancelled
+            self._loop.call_soon_threadsafe(self._loop.stop)
+        if wait:
+            self.join()
 
 
 class SimulatedRobot:
@@ -335,7 +391,7 @@ class Simulator(OnlyRobot):
         async def awaited() -> T:
             return called()
 
-        if self._thread is None or self._thread.current:
+        if self._thread is None or threading.current_thread() is self._thread:
             return called()
         return self._thread.wait_for(awaited, limit_s)
 
