@@ -266,8 +266,8 @@ class Arm:
             self.let_go(SLIPS)
         self.wrench = self.push = self._felt
         if self.leads:
-            self.wrench = add(self._felt, self._at_most(add(self._carried, self._on_held)))
-            self.push = add(self._felt, self._at_most(add(self._weight, self._on_held)))
+            felt = add(self._felt, self._on_held)
+            self.wrench, self.push = add(felt, self._carried), add(felt, self._weight)
 
     def _at_tcp(self, first: int, inside: Transform) -> Wrench:
         """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
@@ -408,16 +408,6 @@ class Arm:
         """Return the force of a wrench along the pads, or that pulls at the cup (N)."""
         x, y, z = wrench[:3]
         return hypot(x, y, max(z, 0.0)) if self._sucks else hypot(x, z)
-
-    def _at_most(self, wrench: Wrench) -> Wrench:
-        """Return a wrench on the held part as the gripper feels it: along the pads at most friction."""
-        load, most = self._load_n(wrench), self._most_n
-        if load <= most or self._sucks:
-            return wrench
-        share = most / load - 1.0
-        fx, fz = share * wrench[0], share * wrench[2]
-        x, y, z = self.inside.translation
-        return add(wrench, (fx, 0.0, fz, y * fz, z * fx - x * fz, -y * fx))
 
     def _slide(self) -> None:
         """Let the part slide while what acts along the pads is more than their friction."""
