@@ -71,10 +71,10 @@ class Built(NamedTuple):
     """A compiled model, and the numbers of its geoms and bodies; those of the scene come first."""
 
     model: Any
-    arms: tuple[BuiltArm, ...]
+    arms: list[BuiltArm]
     parts: NDArray[np.intp]  # geom of each part
     surfaces: NDArray[np.intp]  # body of each surface
-    offsets: tuple[Transform | None, ...]  # frame of each part in its body; None where they are the same
+    offsets: list[Transform]  # frame of each part in its body, which MuJoCo puts along the axes of inertia
     points: NDArray[np.intc]  # for each geom the least number of points in which it rests
     masses: NDArray[np.float64]  # for each part the inertia of its six dofs
     kinds: NDArray[np.int8]  # for each geom `OF_PART`, `STANDS`, `OF_ARM` or `OF_SCENE`
@@ -104,52 +104,35 @@ def build(
     common = {"solref": law.solref, "solimp": law.solimp, "margin": MARGIN_M}
     of_arms = [_add_arm(spec, arm, number, law) for number, arm in enumerate(arms)]
     of_surfaces = []
-    for surface in surfaces:
-        laid = {"contype": SURFACES, "conaffinity": PARTS + PASSING, **common}
-        body = _add_body(spec.worldbody, surface.pose)
-        geom = _add_shape(body, surface.shape, friction=[surface.friction, 0.0, 0.0], **laid)
-        if any(surface.surface_velocity):
-            geom.surfacevel = [*surface.surface_velocity, 0.0, 0.0, 0.0]
-        of_surfaces.append(body)
+    for each in surfaces:
+        laid = common | {"contype": SURFACES, "conaffinity": PARTS + PASSING}
+        laid |= {"friction": [each.friction, 0.0, 0.0], "surfacevel": [*each.surface_velocity, 0.0, 0.0, 0.0]}
+        of_surfaces.append(_add_shape(_add_body(spec.worldbody, each.pose), each.shape, **laid))
     of_parts = [_add_part(spec, number, *each, common) for number, each in enumerate(parts)]
     model = spec.compile()
-    for body, surface in zip(of_surfaces, surfaces, strict=True):
-        soften(model, body.id, surface.stiffness, law)
-    for geom, (part, _) in zip(of_parts, parts, strict=True):
-        soften(model, model.geom_bodyid[geom.id], part.stiffness, law)
+    geoms = np.array([geom.id for geom in of_parts], np.intp)
+    bodies = model.geom_bodyid[geoms]
+    laid_bodies = model.geom_bodyid[[geom.id for geom in of_surfaces]]
+    soft = dict.fromkeys(model.geom_bodyid[foreign:].tolist(), RIGID_N_PER_M)
+    soft |= zip(bodies.tolist(), (part.stiffness for part, _ in parts), strict=True)
+    soft |= zip(laid_bodies.tolist(), (each.stiffness for each in surfaces), strict=True)
+    for body, stiffness in soft.items():
+        soften(model, body, stiffness, law)
     of_kind = {mj.mjtGeom.mjGEOM_SPHERE: 1, mj.mjtGeom.mjGEOM_CAPSULE: 1, mj.mjtGeom.mjGEOM_CYLINDER: 2}
     points = [of_kind.get(mj.mjtGeom(each), 4) for each in model.geom_type]
-    geoms = np.array([geom.id for geom in of_parts], np.intp)
-    told = np.full(model.ngeom, OF_SCENE, np.int8)
-    told[foreign:] = OF_ARM
-    told[geoms] = OF_PART
-    told[model.body_weldid[model.geom_bodyid] == 0] = STANDS
-    built = tuple(
-        BuiltArm(
-            hinge.id,
-            gripper.id,
-            {geom.id: name for geom, name in touching.items()},
-            [geom.id for geom in pads],
-            [geom.id for geom in fingers],
-        )
-        for hinge, gripper, touching, pads, fingers in of_arms
-    )
-    for geom in (each for arm in built for each in arm.touching):
-        soften(model, model.geom_bodyid[geom], RIGID_N_PER_M, law)
-    first = int(model.body_dofadr[model.geom_bodyid[geoms[0]]]) if parts else model.nv
-    return Built(
-        model,
-        built,
-        geoms,
-        np.array([body.id for body in of_surfaces], np.intp),
-        tuple(
-            _offset(model, int(model.geom_bodyid[geom]), pose) if isinstance(part.shape, Mesh) else None
-            for geom, (part, pose) in zip(geoms, parts, strict=True)
-        ),
-        np.array(points, np.intc),
-        model.dof_M0[first:].reshape(-1, 6).copy(),
-        told,
-    )
+    kinds = np.full(model.ngeom, OF_SCENE, np.int8)
+    kinds[foreign:] = OF_ARM
+    kinds[geoms] = OF_PART
+    kinds[model.body_weldid[model.geom_bodyid] == 0] = STANDS
+    built = []
+    for hinge, gripper, touching, *of_gripper in of_arms:
+        names = {geom.id: name for geom, name in touching.items()}
+        pads, fingers = ([geom.id for geom in of_each] for of_each in of_gripper)
+        built.append(BuiltArm(hinge.id, gripper.id, names, pads, fingers))
+    at = np.hstack([model.body_pos, model.body_quat])[bodies].tolist()
+    offsets = [compose(inverse(pose_of(each)), pose) for each, (_, pose) in zip(at, parts, strict=True)]
+    masses = model.dof_M0[model.nv - 6 * len(parts) :].reshape(-1, 6).copy()
+    return Built(model, built, geoms, laid_bodies, offsets, np.array(points, np.intc), masses, kinds)
 
 
 def wxyz(rotation: Rotation) -> list[float]:
@@ -162,11 +145,6 @@ def pose_of(position: Sequence[float]) -> Transform:
     """Return the pose of a place and a quaternion w x y z."""
     x, y, z, w, a, b, c = position
     return Transform(rotation_from_quaternion((a, b, c, w)), (x, y, z))
-
-
-def _offset(model: Any, body: int, pose: Transform) -> Transform:
-    """Return the part's frame in its body, which MuJoCo has put along the principal axes of inertia."""
-    return compose(inverse(pose_of([*model.body_pos[body].tolist(), *model.body_quat[body].tolist()])), pose)
 
 
 def _add_body(parent: Any, pose: Transform) -> Any:
@@ -185,15 +163,9 @@ def _add_part(spec: Any, number: int, part: Part, pose: Transform, common: dict[
     body = _add_body(spec.worldbody, pose)
     body.add_freejoint(align=is_mesh)
     radius = shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
-    loose = {
-        **common,
-        "contype": PARTS,
-        "conaffinity": ALL,
-        "mass": part.mass_kg,
-        "priority": FREE,
-        "friction": [part.friction, SPINNING * radius, ROLLING * radius],
-        "condim": 6 if radius else 3,
-    }
+    loose = common | {"contype": PARTS, "conaffinity": ALL, "mass": part.mass_kg, "priority": FREE}
+    rubs = [part.friction, SPINNING * radius, ROLLING * radius]
+    loose |= {"friction": rubs, "condim": 6 if radius else 3}
     if not isinstance(shape, Mesh):
         return _add_shape(body, shape, **loose)
     name = f"mesh of part {number}"

@@ -93,9 +93,9 @@ class World:
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
-        offset, arm = self._built.offsets[number], self.leader(number)
+        arm = self.leader(number)
         at = pose_of(self.part_q[number].tolist()) if arm is None else compose(arm.tcp, arm.inside)
-        return at if offset is None else compose(at, offset)
+        return compose(at, self._built.offsets[number])
 
     def leader(self, number: int) -> Arm | None:
         """Return the arm that imposes the motion of a part; None for a free part."""
