@@ -126,7 +126,7 @@ COMMANDS: dict[str, Handler] = {
     **{name: _move for name, command in load_table(IIWA).commands.items() if command.kind},
     "hello": lambda _session, _request: written("hello"),
     "bye": _bye,
-    "help": lambda session, request: written(helped(session.table, request.phrase, "lin move")),
+    "help": lambda session, request: written(helped(session.table, request.phrase)),
     "stop": _does(lambda robot, _: robot.stop()),
     "cancel move": _does(lambda robot, _: robot.cancel_move()),
     "clear queue": _does(lambda robot, _: robot.clear_queue()),

@@ -29,7 +29,6 @@ LONGEST_LOOKED_UP = 40
 ALIKE = 0.75
 """Least similarity of a name, from 0 to 1, to be shown as a hint."""
 
-_HELP = "help"
 _ASKS_HELP = re.compile(rb"[ \t]*(?:help(?=[ \t?])|\?)[ \t?]*:?", re.IGNORECASE)  # `help lin move`, `?`
 _CACHED_LINES = 1024
 
@@ -158,8 +157,8 @@ class Table:
         spelling, _, rest = line.partition(b":")
         command = self.find(spelling)
         if command is None:
-            if _HELP in self.commands and (asked := _ASKS_HELP.match(line)):
-                return Request(self.commands[_HELP], (), " ".join(_words(line[asked.end() :])))
+            if asked := _ASKS_HELP.match(line):
+                return Request(self.commands["help"], (), " ".join(_words(line[asked.end() :])))
             return Refusal(self.why_unknown(line), UNKNOWN_COMMAND)
         if b":" in rest:
             return Refusal("more than one ':'", UNKNOWN_COMMAND)
@@ -237,7 +236,7 @@ def load_error_codes() -> Mapping[int, ErrorCode]:
     return {int(code): row for code, row in msgspec.toml.decode(text, type=dict[str, ErrorCode]).items()}
 
 
-def helped(table: Table, phrase: str, example: str) -> str:
+def helped(table: Table, phrase: str) -> str:
     """Return the answer to `help : PHRASE`.
 
     For a command that is its usage, for an error code its meaning, else the names that are like the phrase,
@@ -245,7 +244,7 @@ def helped(table: Table, phrase: str, example: str) -> str:
     code.
     """
     if not phrase:
-        hint = f"help : {example} tells its usage, help : 3021 what an error code means"
+        hint = "help : lin move tells its usage, help : 3021 what an error code means"
         return f"{', '.join(table.commands)} ({hint})"
     if phrase.isdecimal():
         codes = load_error_codes()
