@@ -54,8 +54,6 @@ _TOKEN = "1 to 256 printable ASCII characters without blanks"
 Port = Annotated[int, _number("PORT", 0, MAX_PORT)]
 Count = Annotated[int, _number("NUMBER", 1, 10_000)]
 Seconds = Annotated[float, _number("SECONDS", 0.001, 86400.0, " s")]
-TickRateHz = Annotated[int, _number("HZ", 100, 1000, " Hz")]
-StatusRateHz = Annotated[int, _number("HZ", 1, 500, " Hz")]
 RateHz = Annotated[int, _number("HZ", 1, 1000, " Hz")]
 CellFile = Annotated[str, _text("CELL.toml")]
 Robot = Annotated[str, _text("NAME|FOLDER")]
@@ -64,12 +62,9 @@ Recording = Annotated[str, _text("FILE.mcap")]
 Host = Annotated[str, _text("HOST")]
 Word = Annotated[str, _text("TOKEN", _TOKEN, check_token)]
 TokenFile = Annotated[str, _text("FILE", f"a file with {_TOKEN}", lambda f: check_token(word_of("", f)))]
-Name = Annotated[str, _text("NAME")]
 Clock = Annotated[str, _text("real|10x|fast|stepped", pace.EXPECTED, pace.pace)]
-_ORIGIN = "scheme://host or scheme://host:port"
-Origin = Annotated[str, _text("ORIGIN", _ORIGIN, lambda text: WebAccess([text]))]
-_HOST_NAME = "a host name without scheme and port"
-HostName = Annotated[str, _text("NAME", _HOST_NAME, lambda text: WebAccess(hosts=[text]))]
+Origin = Annotated[str, _text("ORIGIN", "scheme://host[:port]", lambda text: WebAccess([text]))]
+HostName = Annotated[str, _text("NAME", "a bare host name", lambda text: WebAccess(hosts=[text]))]
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
@@ -99,7 +94,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
         "time",
         "real time, a multiple of it, as fast as possible while the robot moves, or advanced by a test only",
     ] = "real"
-    rate_hz: Annotated[TickRateHz, "ticks per second"] = 500
+    rate_hz: Annotated[int, _number("HZ", 100, 1000, " Hz"), "ticks per second"] = 500
     servo_timeout_s: Annotated[
         Seconds | None,
         "stop if no smart or direct move follows the last one within this time",
@@ -108,7 +103,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     status_port: Annotated[
         Port | None, "output", "send the state as lines of JSON, and take the line stop; 0 picks a port"
     ] = None
-    status_rate_hz: Annotated[StatusRateHz, "lines per second on the status port"] = 50
+    status_rate_hz: Annotated[int, _number("HZ", 1, 500, " Hz"), "lines per second on the status port"] = 50
     view_port: Annotated[Port | None, "port of a live page, which uses the backdoor; 0 picks a port"] = None
     view_host: Annotated[Host, "address of the page; others than loopback need a token"] = LOOPBACK
     view_token: Annotated[Word | None, "admit only browsers that know this token"] = None
@@ -144,7 +139,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     ros2_python: Annotated[
         File | None, "interpreter with rclpy, instead of a sourced one or that of ros2-env"
     ] = None
-    ros_namespace: Annotated[Name, "namespace of the ROS 2 node and its topics"] = ""
+    ros_namespace: Annotated[str, _text("NAME"), "namespace of the ROS 2 node and its topics"] = ""
 
     def __post_init__(self) -> None:
         fields = zip(self.__struct_fields__, self.__struct_defaults__, strict=True)
@@ -176,7 +171,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
         return dict(zip(self.protocol, ports, strict=True))
 
 
-PROCESS = frozenset(("count", "fleet", "bye_shuts_down", "log_level", "log_json"))
+PROCESS = {"count", "fleet", "bye_shuts_down", "log_level", "log_json"}
 PROCESS |= {"view_port", "view_host", "view_token", "view_token_file"}
 """Options of the process, which one robot of a fleet cannot have."""
 WRITTEN = ("transcript", "record")

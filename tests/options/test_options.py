@@ -81,7 +81,7 @@ WRONG = {
     "--backdoor-token-file with it",
     "--backdoor-port 0 --backdoor-token schlüssel": "--backdoor-token ***: expected 1 to 256 printable ASCII",
     "--backdoor-port 0 --backdoor-token-file /no/such": "--backdoor-token-file /no/such: expected a file",
-    "--rosbridge-port 0 --rosbridge-origin here": "--rosbridge-origin here: expected scheme://host or",
+    "--rosbridge-port 0 --rosbridge-origin here": "--rosbridge-origin here: expected scheme://host[:port]",
 }
 
 
