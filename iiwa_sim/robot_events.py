@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable
 
 from iiwa_sim import log
-from iiwa_sim.controller.endings import Contact, Discarded, RobotEvent
+from iiwa_sim.controller.endings import Contact, RobotEvent
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.dialogue import Dialogue
 
@@ -29,9 +29,6 @@ class RobotEvents:
                 self._tell("fault", reason, code=code)
             case Contact(move=move):
                 self._tell("contact", str(event), move=move)
-            case Discarded(moves, reason):
-                with log.named(self._name):
-                    logger.info("moves %d to %d not carried out to the end: %s", moves[0], moves[-1], reason)
             case str():
                 self._tell("touch", event)
 

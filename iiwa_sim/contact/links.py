@@ -19,6 +19,7 @@ from math import dist
 from typing import Any, NamedTuple
 
 import coal
+import msgspec
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
@@ -53,13 +54,13 @@ FOLLOWS, LEAST_PUSH_N = 0.1, 1e-3
 Array = NDArray[np.float64]
 
 
-class LinkContact(NamedTuple):
+class LinkContact(msgspec.Struct, frozen=True):
     """A link, tool or jaw that touches a surface or a part."""
 
     link: str
     surface: str
     point: Vector
-    """Deepest point (m, in the base); one of several with a part."""
+    """Deepest point (mm, in the base); one of several with a part."""
     force: Vector
     """Force on the robot (N, in the base)."""
 
@@ -276,7 +277,8 @@ class Links:
                 continue
             x, y, z = point.tolist()
             fx, fy, fz = force.tolist()
-            contacts.append(LinkContact(scene.capsules[first].link, surface.name, (x, y, z), (fx, fy, fz)))
+            at_mm, link = (1e3 * x, 1e3 * y, 1e3 * z), scene.capsules[first].link
+            contacts.append(LinkContact(link, surface.name, at_mm, (fx, fy, fz)))
             if is_own:
                 torques[:joint] += force @ levers
             else:

@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, body
-from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.robot.capsules import Capsule
 
-FARTHEST_MM = 10_000.0
-"""Farthest centre of mass from the flange, along each axis."""
 Inertia = tuple[float, float, float, float, float, float]
 """kg m^2: ixx, iyy, izz, ixy, ixz, iyz, about the centre of mass, with the signs of URDF."""
 
@@ -50,13 +47,9 @@ NO_TOOL = Tool(NO_LOAD, (0.0,) * 6)
 def unknown_load(tool: Tool, assumed: ToolLoad) -> Moments | None:
     """Return the moments at the flange, of a true tool, that the controller does not assume; None for none.
 
-    Its assumed load has the inertia of the tool. Raises `Refused` for numbers out of range.
+    Its assumed load has the inertia of the tool.
     """
     mass, centre = assumed
-    for axis, value in zip("xyz", centre, strict=True):
-        if abs(1e3 * value) > FARTHEST_MM:
-            expected = f"expected {-FARTHEST_MM:g} to {FARTHEST_MM:g} mm"
-            raise Refused(EXECUTION, f"centre of mass at {axis} {1e3 * value:g} mm: {expected}")
     known = body(mass, centre, tool.inertia) if mass else NO_MOMENTS
     unknown: Moments = body(*tool.load, tool.inertia) - known
     return unknown if unknown.any() else None

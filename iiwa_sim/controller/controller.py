@@ -78,17 +78,11 @@ class Controller:
         """Put the robot at rest.
 
         Args:
-            description: The arm and its limits.
-            tick_s: Simulated time of a tick.
             start: Joint positions (rad) within the limits; by default home.
             tool_in_flange: The pose of the TCP; by default the robot's own.
             contact: Contact of the TCP with the surfaces of the cell, which links touch, too.
-            noise: Noise of the readings of forces and torques.
-            io: Inputs and outputs; by default 16 of each.
-            safety: Limits beyond which the robot stops, in error, besides the torques on its joints.
-            tool: The load at the flange, which the controller knows.
             handled: Gripper, wires and scene of the cell.
-            arm: Its `Arm` in the world of gripper, parts, scene and other robots.
+            arm: The robot's `Arm` in the world of gripper, parts, scene and other robots.
             servo_timeout_s: Time without a command that ends a servo mode; by default none does.
             on_event: Called with what happens between commands.
         """
@@ -97,7 +91,6 @@ class Controller:
         self.description = description
         self.tool = tool
         self.tool_load = tool.load
-        """The load at the flange that the controller assumes."""
         self.tick_s = tick_s
         self.tick = 0
         """The number of ticks so far."""
@@ -106,32 +99,26 @@ class Controller:
         self.accepted = 0
         """Moves accepted since the start: the number of the newest one."""
         self.tool_in_flange = tcp
-        """The pose of the TCP in the flange."""
         self.io = Io() if io is None else io
         self.model = arm_model(description)
         self.base = IDENTITY if arm is None or arm.base is None else arm.base
         """The pose of the base in the world."""
         self.load = ExternalWrench(self.model, tcp, start, contact, noise, tool.capsules, self.base)
         """The contacts and other forces from outside."""
-        self.handling = None
+        self.handling = None if arm is None else Handling(handled, self.io, self.load, arm)
         """The gripper and the bodies of the cell; None without any."""
-        if arm is not None:
-            self.handling = Handling(handled, self.io, self.load, arm)
         self.planner = Planner(self.model)
         self.motions = self._motions_from(start)
         self.joints_before = start
         """Joint positions (rad) at the end of the tick before the last one."""
         self.tell = on_event or (lambda _: None)
-        """Reports events between commands."""
-        self.endings = Endings(lambda number: self.motions.is_pending(number), self.tell)  # noqa: PLW0108 motions are replaced
-        """Tells its listeners how each move ended."""
+        self.endings = Endings(lambda number: self.motions.is_pending(number))  # noqa: PLW0108 motions are replaced
         self.errors = RobotErrors()
         self.protection = Protection(self.load, description, safety)
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = inf if servo_timeout_s is None else servo_timeout_s
         self._touch_log = None if on_event is None else TouchLog(self.load, on_event)
-
         self.trajectories = JointTrajectories(self)
 
     # Ticks
@@ -218,10 +205,8 @@ class Controller:
 
     def _watch_forces(self, guard: ForceGuard) -> None:
         """End a force move that has met a force."""
-        if guard.move != self.motions.under_way:
-            return
         contact = guard.contact(self.cartesian_force(), self.tool_frame)
-        if contact is not None:
+        if contact is not None and guard.move == self.motions.under_way:
             with self.endings.because(SUCCESS, str(contact)):
                 self.motions.cancel()
             self.tell(contact)
@@ -229,9 +214,8 @@ class Controller:
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
         tcp = self.tcp().translation
-        speed_m_per_s = dist(self.tcp(self.joints_before).translation, tcp) / self.tick_s
-        is_in_error = self.errors.standing is not None
-        why = self.protection.reason_to_stop(self.joints, tcp, speed_m_per_s, is_in_error)
+        speed_m_s = dist(self.tcp(self.joints_before).translation, tcp) / self.tick_s
+        why = self.protection.reason_to_stop(self.joints, tcp, speed_m_s, bool(self.errors.standing))
         if why is not None:
             self.fail(STOP_TRIGGERED, harmless(f"protective stop: {why}{body_touched(self.load)}"))
 
@@ -263,7 +247,7 @@ class Controller:
 
     def _stop_for(self, code: int, reason: str) -> None:
         """Stop, in no mode; moves that run or wait end with this code and reason."""
-        with self.endings.because(code, reason, discards=True):
+        with self.endings.because(code, reason):
             self.motions.stop()
         self.mode = Mode.UNKNOWN
 
@@ -280,17 +264,10 @@ class Controller:
 
     def status(self) -> RobotStatus:
         """Return the state of the robot, as ROS-Industrial puts it."""
-        errors = self.errors
-        standing = errors.standing
-        return RobotStatus(
-            mode=AUTOMATIC,
-            e_stopped=int(errors.e_stopped),
-            drives_powered=int(errors.drives_powered),
-            motion_possible=int(standing is None),
-            in_motion=int(self.moving and not self.motions.pausing),
-            in_error=int(standing is not None),
-            error_code=0 if standing is None else standing.code,
-        )
+        errors, standing = self.errors, self.errors.standing
+        in_motion = self.moving and not self.motions.pausing
+        flags = errors.e_stopped, errors.drives_powered, standing is None, in_motion, standing is not None
+        return RobotStatus._make((AUTOMATIC, *map(int, flags), standing.code if standing else 0))
 
     # Settings
 
@@ -309,10 +286,7 @@ class Controller:
         return self.motions.executor.time.override
 
     def set_tool_load(self, load: ToolLoad) -> None:
-        """Assume this load at the flange from now on; the difference to the true one acts from outside.
-
-        Raises `Refused` for numbers out of range.
-        """
+        """Assume this load at the flange from now on; the difference to the true one acts from outside."""
         self.load.carry(unknown_load(self.tool, load), self.joints)
         self.tool_load = load
 
@@ -327,8 +301,7 @@ class Controller:
     def under_way(self) -> bool:
         """True if the robot moves, and will stop without another command: not in a pause by an override of 0,
         nor in a gravity hold. Also True if its gripper moves."""
-        handling = self.handling
-        return bool(self.motions.ends_by_itself or (handling is not None and handling.under_way))
+        return self.motions.ends_by_itself or (self.handling is not None and self.handling.under_way)
 
     @property
     def joints(self) -> Joints:
@@ -391,7 +364,8 @@ class Controller:
         if request.kind.is_servo:
             number = self._head_for(request, Mode[request.kind.name])
         elif request.kind is Kind.HOLD:
-            number = self._hold(request.hold_nm_per_rad)
+            hold_nm_per_rad = request.hold_nm_per_rad
+            number = self.begin(Mode.IMPEDANCE, lambda number: self.motions.hold(number, hold_nm_per_rad))
         elif request.compliance is not None:
             number = self._give_way(request, request.compliance)
         else:
@@ -445,9 +419,7 @@ class Controller:
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         if self.motions.executor.waiting >= LONGEST_QUEUE:
-            raise Refused(
-                EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
-            )
+            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting: get queue tells when fewer do")
         move = self._planned(request, self.end_of_queue)
         return self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
 
@@ -458,9 +430,6 @@ class Controller:
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)
         self.planner.check_approach(move.limits, 0.0, motions.moving and not stops)
         return self.begin(Mode.IMPEDANCE, lambda _: motions.move_compliantly(move, impedance))
-
-    def _hold(self, stiffness_nm_per_rad: float) -> int:
-        return self.begin(Mode.IMPEDANCE, lambda number: self.motions.hold(number, stiffness_nm_per_rad))
 
     def _head_for(self, request: MoveRequest, mode: Mode) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
@@ -483,10 +452,10 @@ class Controller:
             return self._planned(request, start, number)
         except Refused as refused:
             lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
-            reason = f"{lost}: {refused.reason}"
-            self.errors.record(refused.code, reason)
-            self.tell(ErrorRecord(refused.code, reason))
-            self.endings.lost(number, refused.code, reason)
+            code, reason = refused.code, f"{lost}: {refused.reason}"
+            self.errors.record(code, reason)
+            self.tell(ErrorRecord(code, reason))
+            self.endings.lost(number, code, reason)
             return None
 
     @property

@@ -44,15 +44,11 @@ class ForceGuard(NamedTuple):
     """Wrench at the command."""
 
     def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
-        """Return the force that ends the move, or None; of several the farthest beyond its threshold."""
-        beyond = [
-            (abs(force - offset) / threshold, axis, force, offset, threshold)
-            for axis, threshold, force, offset in zip(
-                "xyz", self.thresholds, wrench, self.offset, strict=False
-            )
-            if threshold is not None and abs(force - offset) > threshold
-        ]
-        return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
+        """Return the first force that is beyond its threshold, which ends the move, or None."""
+        for axis, most, force, offset in zip("xyz", self.thresholds, wrench, self.offset, strict=False):
+            if most is not None and abs(force - offset) > most:
+                return Contact(self.move, axis, force, offset, most, tcp())
+        return None
 
 
 class Ending(NamedTuple):
@@ -66,14 +62,7 @@ class Ending(NamedTuple):
     """Nothing for a move that came to its target."""
 
 
-class Discarded(NamedTuple):
-    """Moves, by their numbers, that a stop or a change of mode has ended."""
-
-    moves: Sequence[int]
-    reason: str
-
-
-RobotEvent = ErrorRecord | Contact | Discarded | str
+RobotEvent = ErrorRecord | Contact | str
 """An event between commands; a text tells of a link that begins to touch something."""
 WhenEnded = Callable[[Ending], None]
 """Called at the end of a move, once and never early."""
@@ -93,11 +82,11 @@ class Endings:
     Where moves blend into each other one ends where the next begins.
     """
 
-    def __init__(self, is_pending: Callable[[int], bool], tell: Callable[[RobotEvent], None]) -> None:
-        """`is_pending` tells of a number whether its move runs or waits; `tell` takes discarded moves."""
+    def __init__(self, is_pending: Callable[[int], bool]) -> None:
+        """`is_pending` tells of a number whether its move runs or waits."""
         self.listeners: list[WhenEnded] = []
         """Called at the end of every move that was accepted since they are here."""
-        self._is_pending, self._tell_discarded = is_pending, tell
+        self._is_pending = is_pending
         self.pending: deque[PendingMove] = deque()
         """Moves with a guard or a listener, in the order in which they were accepted."""
 
@@ -107,22 +96,18 @@ class Endings:
             self._tell(self.pending.popleft(), SUCCESS, "")
 
     @contextmanager
-    def because(self, code: int, reason: str, *, discards: bool = False) -> Iterator[None]:
-        """Give moves that end in this context this reason; `discards` where all is ended at once."""
+    def because(self, code: int, reason: str) -> Iterator[None]:
+        """Give moves that end in this context this reason."""
         self.after_tick()
         yield
-        ended = [move for move in self.pending if not self._is_pending(move.number)]
-        if ended and discards:
-            self._tell_discarded(Discarded([move.number for move in ended], reason))
-        self._end(ended, code, reason)
+        self._end([move for move in self.pending if not self._is_pending(move.number)], code, reason)
 
     def lost(self, first: int, code: int, reason: str) -> None:
         """End the move of this number and all behind it: they will not be carried out."""
         self._end([move for move in self.pending if move.number >= first], code, reason)
 
     def _end(self, moves: Sequence[PendingMove], code: int, reason: str) -> None:
-        ended = {move.number for move in moves}
-        self.pending = deque(move for move in self.pending if move.number not in ended)
+        self.pending = deque(move for move in self.pending if move not in moves)
         for move in moves:
             self._tell(move, code, reason)
 

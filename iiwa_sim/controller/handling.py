@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from iiwa_sim.world.arm import Arm
     from iiwa_sim.world.scene import Scene
 
-SENSORS = ("open", "closed", "holds")
 MOST_CAPSULES = 8
 """Capsules of a jaw, side by side within it, as surfaces meet them."""
 PLACED_M = 1e-3
@@ -49,22 +48,19 @@ class Wiring(NamedTuple):
     """Input that is on while the jaws press on a part."""
 
 
-class PartState(msgspec.Struct, frozen=True):
-    """A part in one tick."""
-
-    name: str
-    frame: Frame
-    """Pose of the part in the base: mm, rad."""
-    state: str
-    """lies, falls, held, gone"""
-
-
 class BodyState(msgspec.Struct, frozen=True):
     """A body of the scene in one tick."""
 
     name: str
     frame: Frame
-    """Pose of the body in the base: mm, rad."""
+    """Pose in the base: mm, rad."""
+
+
+class PartState(BodyState, frozen=True):
+    """A part in one tick."""
+
+    state: str
+    """lies, falls, held, gone"""
 
 
 class GripperState(msgspec.Struct, frozen=True):
@@ -115,7 +111,7 @@ class Handling:
         self._setup, self._io, self._load = setup, io, load
         self.arm = load.bodies = arm
         self.world, self.gripper, self.scene = arm.world, arm.gripper, setup.scene
-        wired = {sensor: getattr(setup.wiring, f"{sensor}_input") for sensor in SENSORS}
+        wired = {name: getattr(setup.wiring, f"{name}_input") for name in ("open", "closed", "holds")}
         self._sensors = {sensor: number for sensor, number in wired.items() if number != NOTHING}
         self._wrong: dict[str, bool] = {}  # sensors that always tell this
         self._told: dict[int, bool] = {}  # states of inputs, by their numbers
@@ -207,8 +203,8 @@ class Handling:
                 world.restore(state)
             self._changes = self._load.contact.changes
             self._load.hand(arm.wrench, arm.push, arm.torques)
-            self._driven_by = None
-            self._tell_anew()
+            self._driven_by, self._told = None, {}
+            self._tell()
 
         return restore
 
@@ -245,8 +241,8 @@ class Handling:
         """Take a part away. Raises `Refused` where there is none of this name."""
         there = [each.name for each in self.bodies]
         if name not in there:
-            names = f"are {', '.join(map(repr, there))}" if there else "is none"
-            raise Refused(EXECUTION, harmless(f"no part {name!r}: there {names}"))
+            names = ", ".join(map(repr, there)) or "none"
+            raise Refused(EXECUTION, harmless(f"no part {name!r}: there are {names}"))
         self.world.remove([part.name for part in self.world.parts].index(name))
 
     @property
@@ -268,16 +264,15 @@ class Handling:
     def mistake(self, sensor: str, tells: bool) -> None:
         """Have a sensor tell this, whatever is true. Raises `Refused` where there is no such sensor."""
         if sensor not in self._sensors:
-            there_are = f"there are {', '.join(self._sensors)}" if self._sensors else "none is wired"
-            raise Refused(EXECUTION, f"no sensor {sensor!r}: {there_are}")
+            raise Refused(EXECUTION, f"no sensor {sensor!r}: there are {', '.join(self._sensors) or 'none'}")
         self._wrong[sensor] = tells
         self._tell()
 
     def repair(self) -> None:
         """End all faults of the gripper."""
         self.stick(False)
-        self._wrong.clear()
-        self._tell_anew()
+        self._wrong, self._told = {}, {}
+        self._tell()
 
     def _drive(self) -> None:
         """Have outputs drive the jaws and what is wired to them in the scene."""
@@ -305,13 +300,9 @@ class Handling:
         gripper, data = self.gripper, self.world.data
         now = {each.number: each.is_on(data) for each in self._setup.inputs}
         if gripper is not None:
-            state = {sensor: gripper.state == sensor for sensor in SENSORS} | self._wrong
+            state = {sensor: gripper.state == sensor for sensor in self._sensors} | self._wrong
             now |= {number: state[sensor] for sensor, number in self._sensors.items()}
         for number, on in now.items():
             if self._told.get(number) is not on:
                 self._io.wire(number, on)
         self._told = now
-
-    def _tell_anew(self) -> None:
-        self._told = {}
-        self._tell()

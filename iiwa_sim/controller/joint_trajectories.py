@@ -25,8 +25,6 @@ MOST_POINTS = 2000
 """A trajectory of more is refused: taking one of so many costs 20 ms, in which ticks are late."""
 LONGEST_S = 86400.0
 """A trajectory that takes longer is refused: its times are a mistake."""
-SHORTEST_S = 1e-4
-"""Length of a trajectory of one point that is for now."""
 END_VELOCITY_RAD_S = 1.19e-7
 """Largest velocity of the last point: what joint_trajectory_controller takes for 0."""
 ROUNDING = 1e-6
@@ -88,10 +86,9 @@ class JointTrajectories:
     def __init__(self, controller: "Controller") -> None:
         self._controller = controller
         d = controller.description
-        self._names = d.joints
-        self._lowest = np.array(d.position_min) - ROUNDING_RAD
-        self._highest = np.array(d.position_max) + ROUNDING_RAD
-        self._velocity = np.array(d.velocity)
+        self._names, fastest = d.joints, (1.0 + ROUNDING) * np.array(d.velocity)
+        lowest, highest = np.array(d.position_min) - ROUNDING_RAD, np.array(d.position_max) + ROUNDING_RAD
+        self._bounds = (lowest, highest), (-fastest, fastest)  # of positions, and of velocities
         self._number = 0  # of the newest trajectory,
         self._request = TrajectoryRequest((), ())  # how it was asked for,
         self._end_s = 0.0  # and when it is over
@@ -156,27 +153,23 @@ class JointTrajectories:
 
     def _beyond(self, tolerances: Mapping[str, float]) -> str:
         """Return which joint is beyond its tolerance (rad); nothing if none is."""
-        if (progress := self.progress) is None:
-            return ""
-        for name, desired, actual in zip(self._names, progress.desired[0], progress.actual[0], strict=True):
-            off, most = abs(desired - actual), tolerances.get(name, 0.0)
+        positions = self._controller.motions.joints
+        desired = () if (progress := self.progress) is None else progress.desired[0]
+        for name, wanted, actual in zip(self._names, desired, positions, strict=False):
+            off, most = abs(wanted - actual), tolerances.get(name, 0.0)
             if off > most > 0.0:
                 return f"{name} is {off:.7g} rad off, more than {most:g}"
         return ""
 
     def _check(self, reference: Reference, here: Joints) -> None:
         """Raise `Refused` where the reference passes limits or begins elsewhere."""
-        beyond = reference.first_beyond(0, self._lowest, self._highest)
-        if beyond is not None:
-            time_s, joint = beyond
-            position, low, high = reference.at(time_s)[0][joint], self._lowest[joint], self._highest[joint]
-            raise outside(f"after {time_s:.3f} s {self._names[joint]}", position, low, high)
-        fastest = (1.0 + ROUNDING) * self._velocity
-        beyond = reference.first_beyond(1, -fastest, fastest)
-        if beyond is not None:
-            time_s, joint = beyond
-            limit = f"faster than its limit of {self._velocity[joint]:.7g} rad/s"
-            raise Refused(EXECUTION, f"after {time_s:.3f} s {self._names[joint]} is {limit}")
+        for order, (low, high) in enumerate(self._bounds):
+            if (beyond := reference.first_beyond(order, low, high)) is not None:
+                time_s, k = beyond
+                joint = f"after {time_s:.3f} s {self._names[k]}"
+                if order == 0:
+                    raise outside(joint, reference.at(time_s)[0][k], low[k], high[k])
+                raise Refused(EXECUTION, f"{joint} is faster than its limit of {high[k]:.6g} rad/s")
         away = np.abs(np.subtract(reference.at(0.0)[0], here))
         farthest = int(away.argmax())
         if away[farthest] > START_RAD:
@@ -192,11 +185,9 @@ class JointTrajectories:
 def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
     """Return the points in the order of the robot's joints, at their times from now on. Raises `Refused`."""
     order, points, delay_s = order_of(request.joints, names), request.points, request.delay_s
-    if not points:
-        raise Refused(EXECUTION, "a trajectory without points")
-    if len(points) > MOST_POINTS:
-        raise Refused(EXECUTION, f"{len(points)} points: expected up to {MOST_POINTS}")
-    last, before_s = points[-1], -inf
+    if not 1 <= len(points) <= MOST_POINTS:
+        raise Refused(EXECUTION, f"a trajectory with {len(points)} points: expected 1 to {MOST_POINTS}")
+    last, before_s, knots = points[-1], -inf, list[Knot]()
     if not max(last.time_s, abs(delay_s)) <= LONGEST_S:
         raise Refused(EXECUTION, f"expected at most {LONGEST_S:g} s long, stamped within a day from now")
     for k, point in enumerate(points):
@@ -209,27 +200,22 @@ def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
                 raise Refused(EXECUTION, f"point {k} has {len(given)} {what}: expected {len(order)}")
             if not all(map(isfinite, given)):
                 raise Refused(EXECUTION, f"point {k}: {what} that are not finite")
-    if last.time_s + delay_s < 0.0:
-        raise Refused(EXECUTION, f"the trajectory ended {-last.time_s - delay_s:.3f} s ago")
-    knots = [
-        Knot(point.time_s + delay_s, *(tuple(row[k] for k in order) if row else () for row in point[1:]))
-        for point in points
-    ]
+        rows = [tuple(row[place] for place in order) if row else () for row in point[1:]]
+        knots.append(Knot(point.time_s + delay_s, *rows))
+    if knots[-1].time_s < 0.0:
+        raise Refused(EXECUTION, f"the trajectory ended {-knots[-1].time_s:.3f} s ago")
     if last.velocities and not request.may_end_fast:
         if max(map(abs, last.velocities)) > END_VELOCITY_RAD_S:
-            place = len(points) - 1
-            raise Refused(EXECUTION, f"point {place}, the last one, has a velocity other than 0")
+            raise Refused(EXECUTION, f"point {len(points) - 1}, the last one, has a velocity other than 0")
         knots[-1] = knots[-1]._replace(velocities=(0.0,) * len(order))
     return knots
 
 
 def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
     """Return the places of the robot's joints, `names`, in a message. Raises `Refused`."""
-    for name in joints:
-        if name not in names:
-            raise Refused(EXECUTION, f"there is no joint {name[:40]!r}: expected {', '.join(names)}")
     if sorted(joints) != sorted(names):
-        raise Refused(EXECUTION, f"joint_names: expected each of {', '.join(names)} once")
+        wrong = ", ".join(repr(name[:40]) for name in joints[:8])
+        raise Refused(EXECUTION, f"joint_names {wrong}: expected each of {', '.join(names)} once")
     return [list(joints).index(name) for name in names]
 
 
@@ -237,8 +223,8 @@ def _from_here(knots: list[Knot], position: Joints, velocity: Joints, accelerati
     """Return the knots from now on: with the present state in front, or without points that are over."""
     if knots[0].time_s > 0.0:
         return [Knot(0.0, position, velocity, acceleration), *knots]
-    first = next((k for k, knot in enumerate(knots) if knot.time_s > 0.0), None)
-    if first is None:  # one point, for now
+    later = [k for k, knot in enumerate(knots) if knot.time_s > 0.0]
+    if not later:  # one point, for now
         place = knots[-1].positions
-        return [Knot(0.0, place), Knot(SHORTEST_S, place)]
-    return knots[first - 1 :]
+        return [Knot(0.0, place), Knot(1e-4, place)]
+    return knots[later[0] - 1 :]

@@ -154,9 +154,9 @@ def touch(load: ExternalWrench, link: str, other: str) -> str:
 
 def body_touched(load: ExternalWrench) -> str:
     """Return, after a semicolon, which other robot or body of the scene the arm touches; empty for none."""
-    for link, other, *_ in load.link_contacts if load.bodies is not None else ():
-        if load.kind_of(other) in ("robot", "body"):
-            return f"; {touch(load, link, other)}"
+    for each in load.link_contacts if load.bodies is not None else ():
+        if load.kind_of(each.surface) in ("robot", "body"):
+            return f"; {touch(load, each.link, each.surface)}"
     return ""
 
 

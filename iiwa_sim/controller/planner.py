@@ -39,7 +39,6 @@ DIRECT_REACH_RAD = 0.087
 """A direct target is no farther from the present position on any axis. Published: the original's."""
 SAME_M = 1e-7
 """A line that is shorter only turns."""
-FARTHEST_MM = 1e6
 ROUNDING_RAD = 1e-9
 """How far (rad) beyond its limit a joint may seem to be by rounding that stands on it."""
 SAME_RAD = 1e-6
@@ -62,7 +61,6 @@ class Planner:
         self._nearest = Nearest(self._inverse, d)
         low, high = np.array(d.position_min), np.array(d.position_max)
         self._lowest, self._highest = low - ROUNDING_RAD, high + ROUNDING_RAD
-        self._longest_rad = float((high - low).max())
         self.limits = JointLimits(np.array(d.velocity), np.array(d.acceleration), np.array(d.jerk))
         """Limits of the joints in planned motion at full speed."""
         self.servo_limits = {
@@ -113,7 +111,7 @@ class Planner:
                 end, speeds = self._joint_target(start, target, request.speeds)
                 return ptp(start, end), speeds
             return self._line_to_joints(start, self.checked_joints(target), tool), request.speed
-        speed_m_s, flange = request.tcp_speed_m_s, compose(_checked_pose(target), inverse(tool))
+        speed_m_s, flange = request.tcp_speed_m_s, compose(target.to_transform(), inverse(tool))
         try:
             if request.kind is Kind.PTP:
                 path = ptp(start, self._nearest.find(flange, start, request.redundancy).joints)
@@ -141,7 +139,7 @@ class Planner:
         """
         target, limits = request.target, self.servo_limits[mode]
         if isinstance(target, Frame):
-            flange = _checked_pose(target)
+            flange = target.to_transform()
             try:
                 joints = self._nearest.find(flange, present).joints
             except Unreachable as unreachable:
@@ -231,8 +229,6 @@ class Planner:
         try:
             end = self._nearest.find(flange, start, redundancy, keep_status=True)
         except Unreachable as unreachable:
-            if abs(own[0] - present) > self._longest_rad:
-                raise
             faults.append(unreachable)
             tries = [own]
         else:
@@ -329,10 +325,3 @@ def _capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> Join
     if min(share, slower**0.5) < LOWEST_SHARE:
         raise Refused(EXECUTION, f"acceleration {tcp_m_s2:g} m/s^2: lower than the robot can go")
     return limits._replace(velocity=slower**0.5 * limits.velocity, acceleration=share * limits.acceleration)
-
-
-def _checked_pose(target: Frame) -> Transform:
-    """Return a target as a pose."""
-    if not all(abs(each) <= FARTHEST_MM for each in target[:3]):
-        raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
-    return target.to_transform()

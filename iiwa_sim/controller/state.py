@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from iiwa_sim.contact.links import LinkContact
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.handling import BodyState, GripperState, PartState
-from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.frames import Frame
 
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
@@ -36,18 +37,6 @@ class RobotStatus(NamedTuple):
     in_error: int
     error_code: int
     """The cause of the error state, 0 outside of it."""
-
-
-class LinkTouch(msgspec.Struct, frozen=True):
-    """A link that touches a surface."""
-
-    link: str
-    """The name of the link in the URDF."""
-    surface: str
-    point: Vector
-    """Place of the contact (mm, in the base)."""
-    force: Vector
-    """Force on the link there (N, in the base)."""
 
 
 class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
@@ -84,7 +73,7 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     parts: tuple[PartState, ...]
     bodies: tuple[BodyState, ...] = ()
     """The bodies of the scene."""
-    link_touches: tuple[LinkTouch, ...]
+    link_touches: tuple[LinkContact, ...]
     """Links that touch surfaces."""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
@@ -115,10 +104,7 @@ def snapshot(controller: Controller) -> Snapshot:
         gripper=None if handling is None else handling.state,
         parts=() if handling is None else handling.parts,
         bodies=() if handling is None else handling.scene_bodies,
-        link_touches=tuple(
-            LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
-            for link, surface, point, force in controller.load.link_contacts
-        ),
+        link_touches=controller.load.link_contacts,
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

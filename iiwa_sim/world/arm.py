@@ -163,7 +163,7 @@ class Arm:
         if self.base is not None:
             back = inverse(self.base)
             contacts = [(names, apply(back, p), rotate(back.rotation, f)) for names, p, f in contacts]
-        return [LinkContact(*names, p, f) for names, p, f in contacts]
+        return [LinkContact(*names, (1e3 * x, 1e3 * y, 1e3 * z), f) for names, (x, y, z), f in contacts]
 
     # A tick
 

@@ -141,7 +141,7 @@ def test_torques_do_the_work_of_the_forces(
         for joint in range(by_name[contact.link]):
             fixed = compose(frame, model.fixed_poses[joint])
             axis = np.array(fixed.rotation).reshape(3, 3)[:, 2]
-            lever = np.cross(axis, np.subtract(contact.point, fixed.translation))
+            lever = np.cross(axis, np.subtract(1e-3 * np.array(contact.point), fixed.translation))
             expected[joint] += float(np.dot(lever, contact.force))
             frame = compose(fixed, transform_from_euler(0.0, 0.0, 0.0, joints[joint], 0.0, 0.0))
     assert links.forces.torques == pytest.approx(expected.tolist(), rel=1e-9, abs=1e-6)

@@ -170,7 +170,7 @@ def with_value(place: int, value: float) -> list[float]:
 
 
 BAD = {
-    "no points": (bad(points=[]), "without points"),
+    "no points": (bad(points=[]), "0 points"),
     "too many": (bad(points=[Knot(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]), "2001"),
     "an unknown joint": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "B7"]), "'B7'"),
     "a joint twice": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "A6"]), "each of"),

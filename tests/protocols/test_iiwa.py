@@ -112,7 +112,7 @@ def malformed(name: str, count: int) -> list[str]:
     wrong = [fits[:-1], more, ["nan", *fits[1:]], ["0,5", *fits[1:]]]
     for k, each in enumerate(TABLE.commands[name].parameters):
         if each.range:
-            wrong.append([*fits[:k], "-1", *fits[k + 1 :]])
+            wrong.append([*fits[:k], "-1e9", *fits[k + 1 :]])
     return [f"{name} : {' '.join(words)}" for words in wrong] + [name, f"{name} : : {' '.join(fits)}"]
 
 

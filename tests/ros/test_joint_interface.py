@@ -131,7 +131,7 @@ def test_points_and_ends_are_taken_as_joint_trajectory_controller_takes_them(
         ({"args": {"trajectory": trajectory([(1.0, AWAY[:6])])}}, "6 positions"),
         (
             {"args": {"trajectory": trajectory([(1.0, AWAY)]) | {"joint_names": list("ABCDEFG")}}},
-            "no joint 'A'",
+            "joint_names 'A'",
         ),
         ({"args": {"trajectory": trajectory([(2.0, AWAY), (1.0, HERE)])}}, "is not later than"),
         ({"args": {"trajectory": trajectory([(1e-3, AWAY)])}}, "faster"),

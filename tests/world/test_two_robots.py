@@ -166,7 +166,7 @@ def test_arms_press_on_each_other_with_5e4_n_per_m() -> None:
     one, two = (np.array(force[:3]) for force in shared.seen[-1])
     assert np.linalg.norm(one) == pytest.approx(300.0, rel=0.02)
     assert abs(one[0]) == pytest.approx(abs(two[2]), rel=1e-6), "opposite, along their own tools"
-    names = {name for contact in shared.world.arms[0].contacts for name in contact[:2]}
+    names = {name for each in shared.world.arms[0].contacts for name in (each.link, each.surface)}
     assert names == {"jaw 1", "jaw 2", "jaw 1 of robot 'r1'", "jaw 2 of robot 'r1'"}
 
 
