@@ -65,7 +65,7 @@ def open_page(
             server = viser.ViserServer(host="127.0.0.1", port=0, label="iiwa-sim", verbose=False)
         finally:
             websockets.asyncio.server.serve = real  # type: ignore[misc]
-        server.request_share_url = lambda *_: None  # type: ignore[method-assign]  # by other machines
+        server.request_share_url = lambda *_: None  # type: ignore[method-assign]  # opens it to the internet
         server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         # Without shadows and reflections a frame takes a seventh of the time on a machine without a GPU.
         server.scene.configure_default_lights(cast_shadow=False)
