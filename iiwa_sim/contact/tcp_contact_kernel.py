@@ -333,10 +333,12 @@ class Gaps:
         for k in range(self._rates.shape[0]):
             q = joints[k]
             left -= self._rates[k] * fabs(q - self._looked[k])
-        if self._fastest != 0.0 and left <= 0.0 and self._turn(joints) > 0.0:
-            self.begin(tick, tick_s)
-            return self._fastest != 0.0
-        if self._fastest == 0.0 or left <= 0.0:
+        if left <= 0.0 and self._fastest != 0.0:
+            if self._turn(joints) > 0.0:
+                self.begin(tick, tick_s)
+                return True
+            self._fastest = 0.0
+        if self._fastest == 0.0:
             return False
         self.next = tick + max(1, int(left / (self._fastest * tick_s)))
         return True
