@@ -138,7 +138,7 @@ class Handling:
     def under_way(self) -> bool:
         """True if jaws or bodies move by themselves until they rest, or may after surfaces have."""
         world = self.world
-        return not (self.settled or world.conveys or any(arm.compliance for arm in world.arms))
+        return not (self.settled or world.conveyors.any() or any(arm.compliance for arm in world.arms))
 
     def go(self, motions: Motions) -> None:
         """Tell the world where a tick has brought the robot, and where the next one will."""
@@ -213,7 +213,7 @@ class Handling:
         """The parts in the order of the cell."""
         world, arm = self.world, self.arm
         return tuple(
-            PartState(part.name, Frame.from_transform(arm.pose(number)), world.state(number))
+            PartState(part.name, Frame.from_transform(arm.in_base(world.pose(number))), world.state(number))
             for number, part in enumerate(world.parts)
         )
 

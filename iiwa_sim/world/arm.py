@@ -20,11 +20,11 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
+from iiwa_sim.world.build import FREE, GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
 from iiwa_sim.world.details import arm_bit
-from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper, Jaws
+from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper
 from iiwa_sim.world.material import law_of_imposed
-from iiwa_sim.world.tick_kernel import BASE, advance, leave_out
+from iiwa_sim.world.tick_kernel import BASE, ROOM_M, advance, leave_out
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 if TYPE_CHECKING:
@@ -81,7 +81,6 @@ class Arm:
         self.tcp = self.tcp_before = self.tcp_older = self.in_world(
             self.model.tcp(setup.tool_in_flange).pose(setup.joints)
         )
-        self.coming_tcp: Transform | None = None
         self._next: _Told = self.joints, self.tcp, None, STAYS, STIFF
         levers = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
         self.bounds: Vector = np.concatenate([np.zeros(19), levers, setup.joints])
@@ -116,10 +115,6 @@ class Arm:
         """Return a pose in the base of one in the world."""
         return pose if self.base is None else compose(inverse(self.base), pose)
 
-    def pose(self, number: int) -> Transform:
-        """Return the pose of a part in the base."""
-        return self.in_base(self.world.pose(number))
-
     def go(
         self, joints: Joints, tcp: Transform, coming_tcp: Transform | None, driven: int, compliance: int
     ) -> None:
@@ -136,12 +131,7 @@ class Arm:
     def stands(self) -> bool:
         """True if the arm, its jaws and what it holds stand, and do not give way."""
         at_rest = self.joints == self.before and not self.jaws_move and not self.compliance
-        return at_rest and not self.carries_on
-
-    @property
-    def carries_on(self) -> bool:
-        """True while what it holds moves."""
-        return self.moments is not None and not self.motion.still
+        return at_rest and (self.moments is None or self.motion.still)
 
     @property
     def contacts(self) -> list[LinkContact]:
@@ -167,10 +157,10 @@ class Arm:
 
     # A tick
 
-    def begin(self) -> float:
-        """Begin a tick; returns how far (m) links or jaws go at most."""
+    def begin(self) -> None:
+        """Begin a tick."""
         self.before, self.tcp_older, self.tcp_before = self.joints, self.tcp_before, self.tcp
-        joints, tcp, self.coming_tcp, driven, compliance = self._next
+        joints, tcp, coming_tcp, driven, compliance = self._next
         self.joints, self.tcp, jaw_m = joints, tcp, 0.0
         if compliance or self.compliance:
             self._comply(compliance)
@@ -179,13 +169,12 @@ class Arm:
             jaw_m = self._drive(gripper, driven)
         self.bears = True
         if self.moments is not None:
-            self.motion.step(tcp, self.world.tick_s, self.coming_tcp)
+            self.motion.step(tcp, self.world.tick_s, coming_tcp)
             self._carried = self._weight = self.motion.wrench(self.moments)
             self.bears = self._load_n(self._carried) <= self._most_n
             if compliance:
                 self._weight = self.motion.weight(self.moments)
-        far_m: float = advance(joints, tcp, self.bounds, jaw_m)
-        return far_m
+        advance(joints, tcp, self.bounds, jaw_m)
 
     def leave_out(
         self, ahead: list[Joints], tick: int, load: ExternalWrench, most: tuple[float, float]
@@ -264,6 +253,11 @@ class Arm:
             self._slide()
         elif self.held >= 0 and not self._is_on_pads(self.held):
             self.let_go(SLIPS)
+        world, lost = self.world, self.lost
+        if lost >= 0 and all(world.apart(world.geoms[lost], each) > ROOM_M for each in self._numbers.fingers):
+            self.lost = -1
+            world.set_bits(lost)
+            world.wake_up()
         self.wrench = self.push = self._felt
         if self.leads:
             felt = add(self._felt, self._on_held)
@@ -395,7 +389,9 @@ class Arm:
         self.note_imposed()
         others = [arm for arm in world.arms if arm.held == number]
         if not others:
-            world.free(number)
+            details.set_free(world.model, data, world.bodies[number], self._built.masses[number])
+            details.set_law(world.model, world.geoms[number], world.law, FREE)
+            world.set_bits(number)
         elif led:
             others[0].lead()
         world.wake_up()
@@ -430,7 +426,7 @@ class Arm:
         on = hypot(on_x, on_z)
         share = max(0.0, 1.0 - limit * gain / on) if on else 0.0
         self.slip = (share * on_x, share * on_z)
-        world.stir()
+        world.wake_up()
         if not self._is_on_pads(self.held):
             self.let_go(SLIPS)
 
@@ -463,7 +459,7 @@ class Arm:
         if changed or compliance == COMPLIANT_JOINTS:
             self.weigh_imposed()
         if changed:
-            self.world.stir()
+            self.world.wake_up()
 
     def weigh_imposed(self) -> None:
         """Set the inertia of all that is imposed, and the contact law of the held part."""
@@ -524,7 +520,7 @@ class Arm:
         self._built, self._data, model, n = built, data, built.model, len(self.joints)
         self._numbers = numbers = built.arms[self._number]
         self._q, self._dof = int(model.jnt_qposadr[numbers.hinge]), int(model.jnt_dofadr[numbers.hinge])
-        jaws = len(numbers.pads) if self.gripper is not None and isinstance(self.gripper.kind, Jaws) else 0
+        jaws = 0 if self._sucks else len(numbers.fingers)
         q, dof = self._q + n + 7, self._dof + n + 6
         self._jaw_dofs = slice(dof, dof + jaws)
         self._jaw_q: Vector = data.qpos[q : q + jaws]

@@ -18,7 +18,7 @@ from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.arm import NOWHERE, Arm, Vector, ways_m
-from iiwa_sim.world.build import FREE, ArmSetup, Built, build, pose_of, wxyz
+from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, wxyz
 from iiwa_sim.world.details import find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
@@ -68,8 +68,6 @@ class World:
         self.quiet = self._frozen = False
         self._still, self._spin = 0, 0.0
         self._distances: Distances | None = None
-        self._touched: set[int] | None = None
-        self._built: Built
         self.data: Any = None
         self.arms = [Arm(self, number, arm) for number, arm in enumerate(arms)]
         self.rebuild()
@@ -85,11 +83,6 @@ class World:
     def settled(self) -> bool:
         """True if ticks change nothing as long as the arms stay where they are, and outputs as they are."""
         return (self._frozen or self.quiet) and all(arm.stands for arm in self.arms)
-
-    @property
-    def conveys(self) -> bool:
-        """True while a conveyor of the scene runs."""
-        return bool(self._conveyors.any())
 
     def pose(self, number: int) -> Transform:
         """Return the pose of a part in the world."""
@@ -107,10 +100,8 @@ class World:
             return GONE
         if self.leader(number) is not None:
             return HELD
-        if self._touched is None:
-            geoms = set(self.data.contact.geom.ravel().tolist())
-            self._touched = {self.numbers[geom] for geom in geoms & self.numbers.keys()}
-        rests = self.data.body_awake[self.bodies[number]] == 0 or number in self._touched
+        data = self.data
+        rests = data.body_awake[self.bodies[number]] == 0 or self.geoms[number] in data.contact.geom
         return LIES if rests else FALLS
 
     def apart(self, one: int, two: int) -> float:
@@ -127,12 +118,12 @@ class World:
 
     def step(self) -> None:
         """Make a tick, of which all arms have been told."""
-        arms, far, away = self.arms, 0.0, self._distances is not None
+        arms, away = self.arms, self._distances is not None
         for arm in arms:
-            far += arm.begin()
+            arm.begin()
             away = away and min(arm.bounds[:3].tolist()) >= ROOM_M
             self.quiet = self.quiet and arm.bears and arm.lost < 0
-        if self._frozen and far == 0.0:
+        if self._frozen and all(arm.stands for arm in arms):
             return
         if any(arm.leads for arm in arms):
             self.changes += 1
@@ -143,7 +134,7 @@ class World:
                 arm.skip()
             self.behind = True
             return
-        self._compute(far)
+        self._compute()
 
     def is_away(self) -> bool:
         """Measure where bounds do not tell; returns True if the arms meet nothing in this tick."""
@@ -177,7 +168,7 @@ class World:
             found.append((sorted(links), [*sorted(tool), *held], numbers.gripper))
         return found
 
-    def _compute(self, far: float) -> None:
+    def _compute(self) -> None:
         self.catch_up(now=False)
         model, data, arms = self.model, self.data, self.arms
         if model.nu or self._spin > SPINS_RAD_S:
@@ -187,9 +178,6 @@ class World:
         self._spin = brake(self.part_v, self.tick_s)
         self._impose()
         self._find_forces()
-        for arm in arms:
-            if arm.lost >= 0:
-                self._watch_lost(arm)
         near, speed, far_m = lie(self.part_q, self.part_v, self._still_q, STILL_M)
         if far_m > FARTHEST_M:
             for number in np.nonzero((np.abs(self.part_q[:, :3]) > FARTHEST_M).any(axis=1))[0].tolist():
@@ -200,15 +188,13 @@ class World:
         if not (quiet and self.quiet):
             self._distances = None
         self.quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
-        stands = far == 0.0 and not any(arm.compliance or arm.carries_on for arm in arms)
-        if len(self._scene_v):  # also what moves slowly by a servo
-            speed = max(speed, float(np.abs(self._scene_v).max()))
-            acts = np.abs(data.act_dot).max(initial=0.0) > LEAST_ACT_PER_S
-            near = near and not acts and bool(np.abs(self._scene_v).max() <= SLOW_M_S)
-        if not (stands and near):
+        # In a scene also what moves slowly by a servo does not stand.
+        near = near and np.abs(self._scene_v).max(initial=0.0) <= SLOW_M_S
+        near = near and np.abs(data.act_dot).max(initial=0.0) <= LEAST_ACT_PER_S
+        if not (near and all(arm.stands for arm in arms)):
             self._still = 0
             self._still_q[:] = self.part_q
-        self._still += 5 if stands and speed < SLOW_M_S else 1
+        self._still += 5 if self._still and speed < SLOW_M_S else 1
         self._frozen = self._still > STILL_TICKS
         if self._frozen:
             self.part_v[:] = 0.0
@@ -236,18 +222,10 @@ class World:
         """Find the forces where everything is, and what they do to the arms and to what these hold."""
         built, imposed = self._built, np.concatenate([arm.with_jaws for arm in self.arms])
         find_forces(built.model, self.data, built.points, built.kinds, imposed, self.tick_s)
-        self._touched = None
         for arm in self.arms:
             arm.feel()
 
     # Parts
-
-    def free(self, number: int) -> None:
-        """Let a part that is held no more move freely."""
-        model, geom = self.model, self.geoms[number]
-        details.set_free(model, self.data, self.bodies[number], self._built.masses[number])
-        details.set_law(model, geom, self.law, FREE)
-        self.set_bits(number)
 
     def set_bits(self, number: int) -> None:
         """Set what a part meets: not the arm that leads it, nor one that has lost it."""
@@ -272,15 +250,6 @@ class World:
                 arm.lost = -1
         details.set_gone(self.model, self.data, self.bodies[number], self.geoms[number])
         self.part_q[number, :3] = 0.0, 0.0, -FARTHEST_M
-        self.changes += 1
-
-    def _watch_lost(self, arm: Arm) -> None:
-        """Have a part that a gripper has lost meet the arm again, when it is out of it."""
-        number, fingers = arm.lost, self._built.arms[self.arms.index(arm)].fingers
-        if all(self.apart(self.geoms[number], finger) > ROOM_M for finger in fingers):
-            arm.lost = -1
-            self.set_bits(number)
-            self.wake_up()
 
     # Changes from outside
 
@@ -305,12 +274,7 @@ class World:
     def wake_up(self) -> None:
         """Compute the next ticks, after a change of what may move."""
         self.changes += 1
-        self._distances = None
-        self.stir()
-
-    def stir(self) -> None:
-        """Compute the next tick."""
-        self.quiet = self._frozen = False
+        self._distances, self.quiet, self._frozen = None, False, False
         self._still = 0
 
     def catch_up(self, *, now: bool) -> None:
@@ -344,7 +308,7 @@ class World:
         if before is not None:
             for name in ("qpos", "qvel", "act", "ctrl", "eq_active", "mocap_pos", "mocap_quat"):
                 getattr(data, name)[:] = getattr(before, name)
-            built.model.geom_surfacevel[: len(self._conveyors)] = self._conveyors
+            built.model.geom_surfacevel[: len(self.conveyors)] = self.conveyors
             data.qacc_warmstart[:] = before.qacc_warmstart
         self._bind(built, data)
         for number in self._gone:
@@ -357,7 +321,8 @@ class World:
 
     def _bind(self, built: Built, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
-        self._built, self.data, model, count = built, data, built.model, len(self.parts)
+        self._built: Built = built
+        self.data, model, count = data, built.model, len(self.parts)
         first = built.arms[0].hinge if built.arms else model.njnt
         self._scene_v: Vector = data.qvel[: int(model.jnt_dofadr[first])]
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count
@@ -368,7 +333,7 @@ class World:
         self.numbers = {geom: number for number, geom in enumerate(self.geoms)}
         surfaces = dict(zip(built.surfaces.tolist(), (each.name for each in self.surfaces), strict=True))
         scene = {geom: name_in(model, geom) for geom in range(min(built.arms[0].touching))}
-        self._conveyors: Vector = model.geom_surfacevel[: len(scene)]
+        self.conveyors: Vector = model.geom_surfacevel[: len(scene)]  # of the scene
         self.touchable: dict[int, str] = {}
         """Names of geoms that an arm touches."""
         self.kinds: dict[str, str] = {}
