@@ -60,8 +60,7 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log(
     closed = [line for line in log.splitlines() if "closed: it sent an HTTP request" in line]
     assert len(closed) == 3
     assert log.count("(rosbridge) refused: ") == 2
-    assert log.count("https://evil.example") == 2
-    assert log.count("the host 'evil.example'") == 2
+    assert log.count("https://evil.example") == log.count("the host 'evil.example'") == 1
 
 
 def test_a_line_of_many_megabytes_is_refused_and_the_next_one_answered() -> None:
