@@ -55,8 +55,7 @@ class Place(NamedTuple):
 
     def show(self, option: Option, value: object) -> str:
         """Return an option and its value as the user wrote them, such as `--rate 5`; tokens stay hidden."""
-        words = map(str, value if isinstance(value, list | tuple) else [value])
-        text = (",".join(words) or "''") if self.is_text else repr(value)
+        text = (str(value) or "''") if self.is_text else repr(value)
         text = "***" if option.metavar == "TOKEN" else shortened(harmless(text), LONGEST_SHOWN)
         return f"{self.before}{getattr(option, self.spelling)}{self.equals}{text}"
 
@@ -200,7 +199,7 @@ def _numbered(robot: Settings, index: int, name: str, own: Given) -> Settings:
     ports = {key: getattr(robot, key) for key in model.PORTS if key not in own}
     changed = {key: port + index for key, port in ports.items() if port}
     if "port" not in own and not robots_in(robot):
-        changed["port"] = tuple(port and port + index for port in robot.ports.values())
+        changed["port"] = ",".join(str(port and port + index) for port in robot.ports.values())
     changed = {key: read(OPTIONS[key], value, COMMAND_LINE) for key, value in changed.items()}
     files = {key: getattr(robot, key) for key in model.WRITTEN if key not in own}
     changed |= {key: model.file_of(name, file) for key, file in files.items() if file}
