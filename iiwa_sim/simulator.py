@@ -332,10 +332,11 @@ class Simulator(OnlyRobot):
             if self.settings.record is not None:
                 self.record(self.settings.record, self.settings.record_rate_hz)
             opened.callback(self.clock.stop)
-            for server in (self._status, self.ros, self._backdoor_http):
+            ros = () if self.ros is None else self.ros.transports
+            for server in (self._status, *ros, self._backdoor_http):
                 if server is not None:  # who has reached the robots' own ports finds these open
-                    await server.start()
                     opened.push_async_callback(server.close)
+                    await server.start()
             for robot in self.robots.values():
                 with log.named(robot.log_name):
                     for port in robot.servers.values():

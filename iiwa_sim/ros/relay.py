@@ -113,10 +113,8 @@ class Relay:
         try:
             async with asyncio.timeout(START_S):
                 told: Message = json.loads(await stdout.readline())
-        except TimeoutError:
+        except (TimeoutError, ValueError):  # it has ended
             raise RosFault(f"{self._python} has made no node of {self._name} within {START_S:g} s") from None
-        except ValueError:
-            raise RosFault(f"{self._python} has ended before it was a node of {self._name}") from None
         if told["op"] == "fault":
             raise RosFault(told["msg"])
         return told

@@ -1,7 +1,5 @@
 """The ROS side of a robot: its topics and services, and the transports by which others reach them."""
 
-import os
-import sys
 import time
 from importlib.resources import files
 from pathlib import Path
@@ -27,8 +25,7 @@ if TYPE_CHECKING:
     from iiwa_sim.ros.rosbridge_server import RosbridgeServer
 
 SYSTEM_PYTHON = Path("/usr/bin/python3")
-SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
-"""The folder of Debian's and Ubuntu's packages for that Python."""
+"""For which packages and distributions of ROS 1 are."""
 RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
 """Constants of the message Result, which count in its MD5 sum, by the year of robot_movement_interface."""
 ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy python3-sensor-msgs python3-std-srvs"
@@ -36,10 +33,7 @@ ROS2_LACKS = "{python} has no rclpy that works ({fault}): iiwa-sim ros2-env make
 
 
 class RosSide:
-    """A robot on ROS, as its settings say, from `start` to `close`.
-
-    Raises Unusable if a library is missing; `start` raises ListenFault, and RosFault if there can be no node.
-    """
+    """A robot on ROS, as its settings say. Raises Unusable if a library is missing."""
 
     def __init__(self, controller: Controller, log: SessionLog, settings: Settings, clock: Clock) -> None:
         now_ns = None if settings.ros_stamps == "simulated" else time.time_ns
@@ -54,11 +48,13 @@ class RosSide:
         self.ros1 = self.ros2 = None
         if settings.ros:
             config = self._config(settings, ros2=False) | {"lacks": ROS1_LACKS}
-            self.ros1 = Relay("ROS 1", _ros1_python(), config, self._open_session, turns)
+            self.ros1 = Relay("ROS 1", SYSTEM_PYTHON, config, self._open_session, turns)
         if settings.ros2:
             python = Path(settings.ros2_python) if settings.ros2_python else found_python()
             config = self._config(settings, ros2=True) | {"lacks": ROS2_LACKS}
             self.ros2 = Relay("ROS 2", python, config, self._open_session, turns)
+        self.transports = [each for each in (self.rosbridge, self.ros1, self.ros2) if each is not None]
+        """To be started and closed; `start` raises ListenFault, and RosFault if there can be no node."""
 
     def tick(self) -> None:
         """Notice a tick; to be called after each."""
@@ -66,24 +62,6 @@ class RosSide:
         self._graph.step()
         self._images.step()
         self._joints.step()
-
-    async def start(self) -> None:
-        """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
-        try:
-            for each in self._transports:
-                await each.start()
-        except BaseException:
-            await self.close()
-            raise
-
-    async def close(self) -> None:
-        """Stop serving."""
-        for each in reversed(self._transports):
-            await each.close()
-
-    @property
-    def _transports(self) -> "list[RosbridgeServer | Relay]":
-        return [each for each in (self.rosbridge, self.ros1, self.ros2) if each is not None]
 
     @property
     def watching(self) -> bool:
@@ -125,9 +103,3 @@ class RosSide:
             "serve": list(types_of(graph.services, ros2).items()),
             "actions": list(graph.actions.items()),
         }
-
-
-def _ros1_python() -> Path:
-    """The system's, for which packages and distributions of ROS 1 are; else our own."""
-    on_system = (SYSTEM_PACKAGES / "rospy").is_dir() or "ROS_ROOT" in os.environ
-    return SYSTEM_PYTHON if on_system else Path(sys.executable)

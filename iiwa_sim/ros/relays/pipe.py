@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import struct
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from importlib import import_module
 from itertools import count
 from typing import Any
@@ -26,7 +25,6 @@ class Pipe:
         os.dup2(2, 1)
         self._lock = threading.Lock()
         self._numbers = count(1)
-        self._closed = False
         self._waiting: dict[int, Future[Any]] = {}  # by the id of the call
 
     def say(self, op: str, **fields: Any) -> None:
@@ -41,38 +39,22 @@ class Pipe:
         number, answer = next(self._numbers), Future()  # type: tuple[int, Future[Any]]
         self._waiting[number] = answer
         self.say("call_service", service=service, args=args, id=number)
-        if self._closed:
-            answer.cancel()
-        try:
-            response = answer.result()
-        except CancelledError:
-            return None, "the robot has gone"
-        finally:
-            del self._waiting[number]
+        response = answer.result()
         return (response["values"], "") if response["result"] else (None, response["values"])
 
     def read(self, take: Callable[[dict[str, Any]], None]) -> None:
         """Take messages until standard input ends; responses go to those who wait for them."""
-        try:
-            for line in sys.stdin:
-                message = json.loads(line)
-                if message["op"] != "service_response":
-                    take(message)
-                elif message["id"] in self._waiting:
-                    self._waiting[message["id"]].set_result(message)
-        finally:
-            self._closed = True
-            for answer in list(self._waiting.values()):
-                answer.cancel()
+        for line in sys.stdin:
+            message = json.loads(line)
+            if message["op"] == "service_response":
+                self._waiting.pop(message["id"]).set_result(message)
+            else:
+                take(message)
 
 
 def shortest(value: float) -> float:
-    """Return the shortest decimal that a float32 stands for: 0.1, not 0.10000000149, above a limit."""
-    for digits in range(6, 9):
-        told = float(f"{value:.{digits}g}")
-        if struct.pack("f", told) == struct.pack("f", value):
-            return told
-    return value
+    """Return the decimal that a float32 stands for: 0.1, not 0.10000000149, which may be above a limit."""
+    return float(f"{value:.7g}")
 
 
 def run(name: str) -> None:

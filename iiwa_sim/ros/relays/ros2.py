@@ -33,7 +33,6 @@ THREADS = 10
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 INVALID_GOAL = -1
-GONE = {"error_code": INVALID_GOAL, "error_string": "the robot has gone"}
 POLL_S = 0.01
 """Period at which a goal looks whether its client wants to cancel it."""
 
@@ -70,7 +69,6 @@ def serve(pipe: Pipe, config: Message) -> None:
     try:
         pipe.read(relay.take)
     finally:
-        relay.close()
         executor.shutdown(timeout_sec=0.0)
         spinning.join(10.0)
         node.destroy_node()
@@ -85,7 +83,7 @@ class _Goal:
     handle: Any = None
     """The goal as rclpy has it, once it is accepted."""
     ended: threading.Event = field(default_factory=threading.Event)
-    end: Message = field(default_factory=lambda: {"result": True, "status": ABORTED, "values": GONE})
+    end: Message = field(default_factory=lambda: {"result": True})
 
 
 class Relay:
@@ -136,11 +134,6 @@ class Relay:
             elif goal.handle is not None and not goal.ended.is_set():
                 goal.handle.publish_feedback(fill(self._made.Feedback(), message["values"]))
 
-    def close(self) -> None:
-        """End all goals: their robot is gone, and a thread that still waited would keep the process."""
-        for goal in list(self._goals.values()):
-            goal.ended.set()
-
     def _typed(self, rows: list[list[Any]]) -> Iterator[tuple[Any, str, list[Any]]]:
         """Class, name under the node's namespace, and row of each that has a type."""
         for row in rows:
@@ -179,13 +172,11 @@ class Relay:
         goal = self._goals[number] = _Goal(number)
         asked = {"action": self._action[0], "action_type": self._action[1], "id": number, "feedback": True}
         self._pipe.say("send_action_goal", args=plain(request), **asked)
-        values, _ = self._pipe.call(BARRIER, {})
-        if values is not None and goal.end["result"]:
+        self._pipe.call(BARRIER, {})
+        if goal.end["result"]:
             self._wished = goal
             return rclpy.action.GoalResponse.ACCEPT
         del self._goals[number]
-        if not goal.ended.is_set():  # late, it would be followed for nobody
-            self._pipe.say("cancel_action_goal", id=number)
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
