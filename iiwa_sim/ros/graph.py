@@ -126,13 +126,7 @@ class Graph:
 
 
 def rosapi(graph: Graph, service: str, argument: str, ros2: bool) -> Message:
-    """Answer a question about a graph, as the package rosapi does in ROS 1 and ROS 2.
-
-    https://github.com/RobotWebTools/rosbridge_suite/tree/ros2/rosapi
-
-    Raises:
-        BadMessage: There is no such service.
-    """
+    """Answer a question about a graph, as the package rosapi of rosbridge_suite. Raises BadMessage."""
     topics = types_of({**graph.published, **graph.subscribed}, ros2)
     services = types_of(graph.services, ros2)
     answers: dict[str, Message] = {

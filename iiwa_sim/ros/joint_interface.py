@@ -84,12 +84,9 @@ class JointInterface:
     # The action and the topics that move the robot
 
     def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None) -> int:
-        """Follow a trajectory; return the number to cancel it by. Raises BadMessage.
+        """Follow a FollowJointTrajectory_Goal; return the number to cancel it by. Raises BadMessage.
 
-        Args:
-            args: A FollowJointTrajectory_Goal.
-            ended: Called once, at its end.
-            hear: Called with feedback, at 20 Hz of simulated time.
+        `ended` is called once, at its end, and `hear` with feedback, at 20 Hz of simulated time.
         """
 
         def end(outcome: Outcome, reason: str) -> None:

@@ -42,14 +42,10 @@ def short_name(name: str) -> str:
 
 
 def checked(content: Any, name: str) -> Any:
-    """Return a message in the form of ROS 2 as an object with defaults for missing fields.
+    """Return a message in the form of ROS 2 as an object, with defaults for missing fields.
 
-    Args:
-        content: The message.
-        name: package/msg/Type; package/srv/Type for the request of a service; package/action/Type for a goal.
-
-    Raises:
-        BadMessage: A field is wrong or unknown.
+    `name` is package/msg/Type, or package/srv/Type for a request, package/action/Type for a goal. Raises
+    BadMessage for a field that is wrong or unknown.
     """
     try:
         return msgspec.convert(content, _struct_of(name))

@@ -9,10 +9,11 @@ import contextlib
 import json
 import logging
 import os
-from asyncio.subprocess import PIPE, Process
+from asyncio.subprocess import PIPE
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -58,7 +59,7 @@ class Relay:
         self._name, self._python, self._config = name, python, config
         self._open_session = open_session
         self._turns = turns
-        self._process: Process | None = None
+        self._process: Any = None  # an asyncio.subprocess.Process with pipes
         self._tasks: list[asyncio.Task[None]] = []
         self.node = ""
         """The name of the node of ROS 2, or the URI of the master of ROS 1."""
@@ -66,7 +67,7 @@ class Relay:
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
         try:
-            self._process = process = await asyncio.create_subprocess_exec(
+            process: Any = await asyncio.create_subprocess_exec(
                 *(self._python, "-c", START, str(Path(__file__).parent)),
                 self._name.lower().replace(" ", ""),
                 stdin=PIPE,
@@ -78,15 +79,17 @@ class Relay:
             )
         except OSError as fault:
             raise RosFault(f"{self._python} cannot be run: {fault.strerror}") from None
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stderr is not None
+        self._process = process
         process.stdin.transport.set_write_buffer_limits(MOST_UNREAD_BYTES)
         process.stdin.write(msgspec.json.encode(self._config) + b"\n")
         self._tasks.append(asyncio.create_task(self._log(process.stderr)))
-        ready = await self._first_line(process.stdout)
-        if ready["without"]:
-            logger.info("%s has no types here for %s: left out", self._name, ", ".join(ready["without"]))
+        try:
+            async with asyncio.timeout(START_S):
+                ready = json.loads(await process.stdout.readline())
+        except (TimeoutError, ValueError):  # it has ended
+            raise RosFault(f"{self._python} has made no node of {self._name} within {START_S:g} s") from None
+        if ready["op"] == "fault":
+            raise RosFault(ready["msg"])
         self.node = ready["node"]
         outbox = Outbox()
         session = self._open_session(self._name, outbox)
@@ -99,7 +102,6 @@ class Relay:
             return
         for task in self._tasks[1:]:  # the first one logs until the end
             task.cancel()
-        assert self._process.stdin is not None
         self._process.stdin.close()
         try:
             async with asyncio.timeout(END_S):
@@ -108,16 +110,6 @@ class Relay:
             self._process.kill()
             await self._process.wait()
         await asyncio.wait(self._tasks, timeout=END_S)
-
-    async def _first_line(self, stdout: asyncio.StreamReader) -> Message:
-        try:
-            async with asyncio.timeout(START_S):
-                told: Message = json.loads(await stdout.readline())
-        except (TimeoutError, ValueError):  # it has ended
-            raise RosFault(f"{self._python} has made no node of {self._name} within {START_S:g} s") from None
-        if told["op"] == "fault":
-            raise RosFault(told["msg"])
-        return told
 
     async def _read(self, stdout: asyncio.StreamReader, session: RosbridgeSession) -> None:
         try:

@@ -43,14 +43,16 @@ class RosbridgeServer:
         access: WebAccess,
     ) -> None:
         self._open_session = open_session
-        self._asked = address
         self._turns = turns
         self._access = access
         self._server: Server | None = None
+        self.address = address
+        """Host and port listened on, from `start` on."""
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        listener = await open_listener(*self._asked)
+        listener = await open_listener(*self.address)
+        self.address = listener.getsockname()[:2]
         for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
             listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
         self._server = await serve(
@@ -64,13 +66,6 @@ class RosbridgeServer:
             write_limit=0,
             logger=of_library,
         )
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on between `start` and `close`."""
-        assert self._server is not None
-        host, port = next(iter(self._server.sockets)).getsockname()[:2]
-        return host, port
 
     async def close(self) -> None:
         """Stop listening, close every connection, and wait until all have gone."""

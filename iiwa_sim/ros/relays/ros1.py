@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,21 +29,16 @@ def serve(pipe: Pipe, config: dict[str, Any]) -> None:
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
     master = str(rosgraph.get_master_uri(argv=[])).rstrip("/")
     try:
-        online = rosgraph.is_master_online(master)
-    except (OSError, ValueError):
-        online = False
-    if not online:
-        hint = "start one (roscore, or rosmaster --core), or set ROS_MASTER_URI"
-        raise Fault(f"no ROS master at {master[:80]}: {hint}")
-    try:
+        if not rosgraph.is_master_online(master):
+            raise Fault(f"no ROS master at {master[:80]}: start one (roscore), or set ROS_MASTER_URI")
         # Without a logging file of its own, rospy takes one that replaces all handlers and writes files.
         os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = str(Path(__file__).with_name("ros1_logging.yaml"))
         quiet = {"disable_signals": True, "disable_rosout": True, "disable_rostime": True}
         rospy.init_node(config["node"], argv=[], **quiet)
         relay = Relay(pipe, config)
     except (OSError, rosgraph.MasterException, rospy.ROSException, ValueError) as fault:
-        raise Fault(f"no ROS node with the master at {master}: {fault}") from None
-    pipe.say("ready", without=[], node=master)
+        raise Fault(f"no ROS node with the master at {master[:80]}: {fault}") from None
+    pipe.say("ready", node=master)
     for topic, _, recurs, _ in config["publish"]:
         if not recurs:
             pipe.say("subscribe", topic=topic)
@@ -73,9 +68,10 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             for topic, kind, recurs, _ in config["publish"]
         }
         for service, kind in config["serve"]:
-            self._serve(service, kind)
+            made = get_service_class(kind)
+            rospy.Service(service, made, partial(self._serve, service, made))
         for topic, kind in config["subscribe"]:
-            rospy.Subscriber(topic, get_message_class(kind), self._hears(topic), tcp_nodelay=True)
+            rospy.Subscriber(topic, get_message_class(kind), self._hear, topic, tcp_nodelay=True)
 
     def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
         """Notice that somebody subscribes to a topic."""
@@ -92,19 +88,14 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             publisher = self._publishers[message["topic"]]
             publisher.publish(_filled(publisher.data_class(), message["msg"]))
 
-    def _hears(self, topic: str) -> Callable[[Any], object]:
-        return lambda message: self._pipe.say("publish", topic=topic, msg=_plain(message))
+    def _hear(self, message: Any, topic: str) -> None:
+        self._pipe.say("publish", topic=topic, msg=_plain(message))
 
-    def _serve(self, name: str, kind: str) -> None:
-        made = get_service_class(kind)
-
-        def serve(request: Any) -> Any:
-            values, fault = self._pipe.call(name, _plain(request))
-            if fault:
-                raise rospy.ServiceException(fault)
-            return _filled(made._response_class(), values)
-
-        rospy.Service(name, made, serve)
+    def _serve(self, name: str, made: Any, request: Any) -> Any:
+        values, fault = self._pipe.call(name, _plain(request))
+        if fault:
+            raise rospy.ServiceException(fault)
+        return _filled(made._response_class(), values)
 
 
 def _result_class(constants: int) -> Any:

@@ -2,10 +2,13 @@
 
 import array
 import importlib
+import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
 from typing import Any
 
 import rclpy
@@ -60,9 +63,9 @@ def serve(pipe: Pipe, config: Message) -> None:
                 continue
             return
 
-    pipe.say("ready", without=relay.without, node=node.get_fully_qualified_name())
+    pipe.say("ready", node=node.get_fully_qualified_name())
     for topic, kind, recurs, _ in config["publish"]:
-        if not recurs and topic not in relay.without:
+        if not recurs and topic in relay.publishers:
             pipe.say("subscribe", topic=topic, type=kind)
     spinning = threading.Thread(target=spin, name="spin")
     spinning.start()
@@ -92,23 +95,21 @@ class Relay:
     def __init__(self, pipe: Pipe, node: Any, config: Message) -> None:
         self._pipe = pipe
         self._node = node
-        self._publishers: dict[str, tuple[Any, Any]] = {}
+        self.publishers: dict[str, tuple[Any, Any]] = {}
         self._goals: dict[str, _Goal] = {}  # not told to have ended
         self._wished: _Goal | None = None  # asked for last: rclpy accepts one after the other
-        self._count = 0
-        self.without: list[str] = []
-        """Names of what has no type in this interpreter."""
+        self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
         messages, goals = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
         together = ReentrantCallbackGroup()
         for made, own, (topic, kind, recurs, latched) in self._typed(config["publish"]):
             qos: Any = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL) if latched else 10
-            events = PublisherEventCallbacks(matched=self._matched(topic, kind)) if recurs else None
-            self._publishers[topic] = made, node.create_publisher(made, own, qos, event_callbacks=events)
+            events = PublisherEventCallbacks(matched=partial(self._matched, topic, kind)) if recurs else None
+            self.publishers[topic] = made, node.create_publisher(made, own, qos, event_callbacks=events)
         for made, own, (topic, _) in self._typed(config["subscribe"]):
-            node.create_subscription(made, own, self._hears(topic), 10, callback_group=messages)
+            node.create_subscription(made, own, partial(self._hear, topic), 10, callback_group=messages)
         for made, own, (service, _) in self._typed(config["serve"]):
-            node.create_service(made, own, self._serves(service), callback_group=together)
+            node.create_service(made, own, partial(self._serve, service), callback_group=together)
         for made, own, action in self._typed(config["actions"]):
             self._action, self._made = action, made
             self._server = rclpy.action.ActionServer(
@@ -125,7 +126,7 @@ class Relay:
     def take(self, message: Message) -> None:
         """Take a message of iiwa-sim: of a topic to publish, or news of a goal."""
         if message["op"] == "publish":
-            made, publisher = self._publishers[message["topic"]]
+            made, publisher = self.publishers[message["topic"]]
             publisher.publish(fill(made(), message["msg"]))
         elif message["op"].startswith("action_") and (goal := self._goals.get(message["id"])) is not None:
             if message["op"] == "action_result":
@@ -139,36 +140,28 @@ class Relay:
         for row in rows:
             made = class_of(row[1])
             if made is None:
-                self.without.append(row[0])
+                self._node.get_logger().warning(f"{row[0]} is left out: {sys.executable} lacks {row[1]}")
             else:
                 yield made, row[0] if row[0] == CLOCK else row[0].lstrip("/"), row
 
-    def _matched(self, topic: str, kind: str) -> Callable[[Any], None]:
+    def _matched(self, topic: str, kind: str, now: Any) -> None:
         """Hear a topic as long as somebody subscribes: a robot at rest that nobody watches does not tick."""
+        self._pipe.say("subscribe" if now.current_count else "unsubscribe", topic=topic, type=kind)
 
-        def heed(now: Any) -> None:
-            self._pipe.say("subscribe" if now.current_count else "unsubscribe", topic=topic, type=kind)
+    def _hear(self, topic: str, message: Any) -> None:
+        self._pipe.say("publish", topic=topic, msg=plain(message))
 
-        return heed
-
-    def _hears(self, topic: str) -> Callable[[Any], object]:
-        return lambda message: self._pipe.say("publish", topic=topic, msg=plain(message))
-
-    def _serves(self, service: str) -> Callable[[Any, Any], Any]:
-        def serve(request: Any, response: Any) -> Any:
-            values, fault = self._pipe.call(service, plain(request))
-            if not fault:
-                return fill(response, values)
-            # ROS 2 has no answer for a call that fails, and rclpy ends with what a service raises.
-            self._node.get_logger().warning(f"{service}: {fault}")
-            return fill(response, {"message": fault}) if hasattr(response, "message") else response
-
-        return serve
+    def _serve(self, service: str, request: Any, response: Any) -> Any:
+        values, fault = self._pipe.call(service, plain(request))
+        if not fault:
+            return fill(response, values)
+        # ROS 2 has no answer for a call that fails, and rclpy ends with what a service raises.
+        self._node.get_logger().warning(f"{service}: {fault}")
+        return fill(response, {"message": fault}) if hasattr(response, "message") else response
 
     def _wish(self, request: Any) -> Any:
         """Ask for a goal. It was rejected if its end has come before the response to a later call."""
-        self._count += 1
-        number = f"goal {self._count}"
+        number = f"goal {next(self._numbers)}"
         goal = self._goals[number] = _Goal(number)
         asked = {"action": self._action[0], "action_type": self._action[1], "id": number, "feedback": True}
         self._pipe.say("send_action_goal", args=plain(request), **asked)
