@@ -7,7 +7,6 @@ out, since they begin where it should have ended; their results say so.
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
@@ -16,7 +15,7 @@ from iiwa_sim.controller.requests import Kind
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.commands import read_command
 from iiwa_sim.ros.graph import Graph, Served, Topic
-from iiwa_sim.ros.messages import BadMessage, Message
+from iiwa_sim.ros.messages import Message
 
 COMMAND_RESULT = "/command_result"
 LONGEST_QUEUE = 1000
@@ -201,8 +200,6 @@ class AppendixA:
 
     def _scale_speed(self, request: Any) -> Message:
         """Set the speed: below 0 means 0.01, above 1 means 1. At 0 the robot stops and drops its commands."""
-        if not isfinite(request.value):
-            raise BadMessage("value: expected a finite number")
         scale = 0.01 if request.value < 0.0 else min(request.value, 1.0)
         if scale == 0.0:
             self._end_all("cancelled by scale_speed 0")

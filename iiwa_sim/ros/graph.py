@@ -116,7 +116,8 @@ class Graph:
     def call(self, name: str, request: Any) -> Any:
         """Call a service; return the response. Raises BadMessage."""
         service = self.services[name]
-        return service.take(checked(request, service.kind))
+        with self.recording():
+            return service.take(checked(request, service.kind))
 
     def step(self) -> None:
         """Notice that a tick has been made: publish what is due."""

@@ -21,12 +21,9 @@ class Images:
 
     def __init__(self, graph: Graph, controller: Controller, log: SessionLog) -> None:
         self._graph, self._log, self._camera = graph, log, Camera(controller)
-        self._topics: dict[str, str] = {}
-        """Names of cameras by those of topics."""
-        for name in self._camera.names:
-            topic = f"/camera/{re.sub(r'[^A-Za-z0-9_]', '_', name)}/compressed"
-            self._topics[topic] = name
-            graph.published[topic] = Topic(IMAGE, RATE_HZ, None)
+        names = {re.sub(r"[^A-Za-z0-9_]", "_", name): name for name in self._camera.names}
+        self._topics = {f"/camera/{short}/compressed": name for short, name in names.items()}
+        graph.published |= {topic: Topic(IMAGE, RATE_HZ, None) for topic in self._topics}
         self._rendered: dict[str, Future[bytes]] = {}
 
     def step(self) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from iiwa_sim.controller.controller import LEAST_OVERRIDE, Controller
-from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, Refused
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.joint_trajectories import Outcome, Progress, TrajectoryRequest, order_of
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
@@ -39,10 +39,6 @@ _ENDS = {
 """Status, and error_code of FollowJointTrajectory's result."""
 
 
-Ended = Callable[[int, Message], None]
-"""Takes a status of action_msgs/GoalStatus and a control_msgs/FollowJointTrajectory_Result."""
-
-
 class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
 
@@ -56,7 +52,7 @@ class JointInterface:
         self._hear: Callable[[Message], None] | None = None  # told the feedback of the newest goal
         self._goal = 0  # its number
         for topic, kind, rate_hz, content in (
-            (CLOCK, "rosgraph_msgs/msg/Clock", 100, self._clock),
+            (CLOCK, "rosgraph_msgs/msg/Clock", 100, lambda: {"clock": time_of(graph.simulated_ns())}),
             ("/tf", "tf2_msgs/msg/TFMessage", 100, lambda: self._transforms(moving=True)),
             ("/wrench", "geometry_msgs/msg/WrenchStamped", 100, self._wrench),
             (STATES, "sensor_msgs/msg/JointState", 100, joint_states),
@@ -66,11 +62,12 @@ class JointInterface:
         ):
             graph.published[topic] = Topic(kind, rate_hz, content)
         graph.actions[ACTION] = ACTION_TYPE
-        graph.subscribed |= {
-            TRAJECTORY: Served("trajectory_msgs/msg/JointTrajectory", self._follow),
-            COMMANDS: Served("sensor_msgs/msg/JointState", self._head_for),
-            "/set_speed_scale": Served("std_msgs/msg/Float64", self._set_speed_scale),
-        }
+        for topic, kind, take in (
+            (TRAJECTORY, "trajectory_msgs/msg/JointTrajectory", self._follow),
+            (COMMANDS, "sensor_msgs/msg/JointState", self._head_for),
+            ("/set_speed_scale", "std_msgs/msg/Float64", lambda scale: controller.set_override(scale.data)),
+        ):
+            graph.subscribed[topic] = Served(kind, take)
 
         def serve(name: str, kind: str, do: Callable[[Any], None]) -> None:
             graph.services[name] = Served(f"std_srvs/srv/{kind}", partial(_answer, do))
@@ -83,10 +80,13 @@ class JointInterface:
 
     # The action and the topics that move the robot
 
-    def send_goal(self, args: Any, ended: Ended, hear: Callable[[Message], None] | None) -> int:
+    def send_goal(
+        self, args: Any, ended: Callable[[int, Message], None], hear: Callable[[Message], None] | None
+    ) -> int:
         """Follow a FollowJointTrajectory_Goal; return the number to cancel it by. Raises BadMessage.
 
-        `ended` is called once, at its end, and `hear` with feedback, at 20 Hz of simulated time.
+        `ended` is called once, with a status of action_msgs/GoalStatus and a FollowJointTrajectory_Result,
+        `hear` with feedback, at 20 Hz of simulated time.
         """
 
         def end(outcome: Outcome, reason: str) -> None:
@@ -95,7 +95,15 @@ class JointInterface:
             ended(status, {"error_code": code, "error_string": reason})
 
         with self._graph.recording():
-            request = _goal(checked(args, ACTION_TYPE), self._graph.now_ns())
+            goal = checked(args, ACTION_TYPE)
+            multi, components = goal.multi_dof_trajectory, goal.component_path_tolerance
+            if multi.joint_names or multi.points or components or goal.component_goal_tolerance:
+                raise Refused(EXECUTION, "multi_dof_trajectory and component tolerances: expected none")
+            request = _trajectory(goal.trajectory, self._graph.now_ns())._replace(
+                path_tolerance={each.name: each.position for each in goal.path_tolerance},
+                goal_tolerance={each.name: each.position for each in goal.goal_tolerance},
+                goal_time_s=_seconds(goal.goal_time_tolerance),
+            )
             self._goal = self._controller.trajectories.follow(request, end)
         self._hear = hear
         return self._goal
@@ -122,25 +130,14 @@ class JointInterface:
         target = tuple(wanted.position[place] for place in order)
         self._controller.move(MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order)))
 
-    def _set_speed_scale(self, message: Any) -> None:
-        scale = message.data
-        if scale != 0.0 and not LEAST_OVERRIDE <= scale <= 1.0:
-            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
-        self._controller.set_override(scale)
-
     def _emergency_stop(self, asked: Any) -> None:
-        if asked.data:
-            self._controller.emergency_stop()
-        elif self._controller.status().error_code == EMERGENCY_STOP:
-            self._controller.errors.release_emergency_stop()
+        robot = self._controller
+        (robot.emergency_stop if asked.data else robot.errors.release_emergency_stop)()
 
     def _set_output(self, number: int, asked: Any) -> None:
         self._controller.io.set_output(number, asked.data)
 
     # States
-
-    def _clock(self) -> Message:
-        return {"clock": time_of(self._graph.simulated_ns())}
 
     def _transforms(self, *, moving: bool) -> Message:
         controller, header = self._controller, self._graph.header
@@ -187,18 +184,6 @@ def _transform(header: Message, child: str, pose: Transform) -> Message:
 
 def _seconds(time: Any) -> float:
     return float(time.sec + 1e-9 * time.nanosec)
-
-
-def _goal(goal: Any, now_ns: int) -> TrajectoryRequest:
-    """A FollowJointTrajectory_Goal as a request. Raises `Refused`."""
-    multi = goal.multi_dof_trajectory
-    if multi.joint_names or multi.points or goal.component_path_tolerance or goal.component_goal_tolerance:
-        raise Refused(EXECUTION, "multi_dof_trajectory and tolerances of components: expected none")
-    return _trajectory(goal.trajectory, now_ns)._replace(
-        path_tolerance={each.name: each.position for each in goal.path_tolerance},
-        goal_tolerance={each.name: each.position for each in goal.goal_tolerance},
-        goal_time_s=_seconds(goal.goal_time_tolerance),
-    )
 
 
 def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:

@@ -9,6 +9,8 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 
+from iiwa_sim.clock.clock import Clock
+
 LONGEST_FEED = 1000
 
 
@@ -81,16 +83,14 @@ class Outbox:
 class Turns:
     """Has messages of all clients handled one after the other, one in each turn of the event loop."""
 
-    def __init__(self, before: Callable[[], None], after: Callable[[], None]) -> None:
-        """`before` and `after` are called around each message."""
-        self._before = before
-        self._after = after
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
         self._lock = asyncio.Lock()  # it serves who waits in order
 
     async def take(self, handle: Callable[[], None]) -> None:
         """Handle a message when it is the client's turn."""
         async with self._lock:
-            self._before()
+            self._clock.catch_up()
             handle()
-            self._after()
+            self._clock.commanded()
             await asyncio.sleep(0)

@@ -43,7 +43,7 @@ class RosSide:
         self._joints = JointInterface(graph, controller, self._appendix_a.joint_states)
         self._images = Images(graph, controller, log)
         self._log = log
-        turns = Turns(clock.catch_up, clock.commanded)
+        turns = Turns(clock)
         self.rosbridge = self._rosbridge_server(settings, turns)
         self.ros1 = self.ros2 = None
         if settings.ros:
