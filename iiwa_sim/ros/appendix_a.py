@@ -51,9 +51,8 @@ class AppendixA:
         self._waiting: deque[_Command] = deque()  # not sent yet
         self._servo = ""  # the type of the command whose target the servo follows
         self._failed = False
-        self._results = Topic(f"{_RMI}/msg/Result", 0, None, in_ros1=True)
-        graph.published[COMMAND_RESULT] = self._results
         for name, kind, rate_hz, content in (
+            (COMMAND_RESULT, f"{_RMI}/msg/Result", 0, None),
             ("/robot_status", "industrial_msgs/msg/RobotStatus", 50, self._status),
             ("/tool_frame", f"{_RMI}/msg/EulerFrame", 100, self._tool_frame),
             ("/joint_states", "sensor_msgs/msg/JointState", 100, self.joint_states),
@@ -158,11 +157,9 @@ class AppendixA:
 
     def _publish_ended(self) -> None:
         while self._begun and (result := self._begun[0].result) is not None:
-            self._publish(self._begun.popleft().message.command_id, *result)
-
-    def _publish(self, number: int, code: int, information: str) -> None:
-        told = {"command_id": number, "result_code": code, "additional_information": information}
-        self._results.publish({"header": self._graph.header(), **told})
+            number, (code, information) = self._begun.popleft().message.command_id, result
+            told = {"command_id": number, "result_code": code, "additional_information": information}
+            self._graph.published[COMMAND_RESULT].publish({"header": self._graph.header(), **told})
 
     # States
 

@@ -14,7 +14,6 @@ from iiwa_sim.wording import harmless, shortened
 NODE = "/iiwa_sim"
 ROS_VERSION = "/rosapi/get_ros_version"
 
-Content = Callable[[], Message]
 Listener = Callable[[Message], None]
 
 
@@ -25,7 +24,7 @@ class Topic:
     kind: str
     rate_hz: int
     """Rate in simulated time; 0 for a topic that does not recur."""
-    content: Content | None
+    content: Callable[[], Message] | None
     """Makes a message; None for a topic that is published when something happens."""
     in_ros1: bool = False
     """True if clients of ROS 1 know it, in their form."""

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
+from msgspec.structs import astuple
+
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.joint_trajectories import Outcome, Progress, TrajectoryRequest, order_of
@@ -69,14 +71,14 @@ class JointInterface:
         ):
             graph.subscribed[topic] = Served(kind, take)
 
-        def serve(name: str, kind: str, do: Callable[[Any], None]) -> None:
+        def serve(name: str, kind: str, do: Callable[..., None]) -> None:
             graph.services[name] = Served(f"std_srvs/srv/{kind}", partial(_answer, do))
 
-        serve("/stop", "Trigger", lambda _: controller.stop())
-        serve("/reset_error", "Trigger", lambda _: controller.errors.reset())
+        serve("/stop", "Trigger", controller.stop)
+        serve("/reset_error", "Trigger", controller.errors.reset)
         serve("/emergency_stop", "SetBool", self._emergency_stop)
         for number in range(1, len(controller.io.output_names) + 1):
-            serve(f"/set_output_{number}", "SetBool", partial(self._set_output, number))
+            serve(f"/set_output_{number}", "SetBool", partial(controller.io.set_output, number))
 
     # The action and the topics that move the robot
 
@@ -130,12 +132,9 @@ class JointInterface:
         target = tuple(wanted.position[place] for place in order)
         self._controller.move(MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order)))
 
-    def _emergency_stop(self, asked: Any) -> None:
+    def _emergency_stop(self, pressed: bool) -> None:
         robot = self._controller
-        (robot.emergency_stop if asked.data else robot.errors.release_emergency_stop)()
-
-    def _set_output(self, number: int, asked: Any) -> None:
-        self._controller.io.set_output(number, asked.data)
+        (robot.emergency_stop if pressed else robot.errors.release_emergency_stop)()
 
     # States
 
@@ -162,9 +161,9 @@ class JointInterface:
         return {"header": self._graph.header(), "status": [told]}
 
 
-def _answer(do: Callable[[Any], None], request: Any) -> Message:
+def _answer(do: Callable[..., None], request: Any) -> Message:
     try:
-        do(request)
+        do(*astuple(request))
     except Refused as refused:
         return {"success": False, "message": refused.reason}
     return {"success": True, "message": ""}
@@ -201,18 +200,12 @@ def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
 
 def _feedback(progress: Progress, names: Sequence[str], header: Message) -> Message:
     """control_msgs/FollowJointTrajectory_Feedback."""
-    since = time_of(round(1e9 * progress.time_s))
-    desired, actual = progress.desired, progress.actual
+    since, desired, actual = time_of(round(1e9 * progress.time_s)), progress.desired, progress.actual
     error = ([a - b for a, b in zip(*both, strict=True)] for both in zip(desired[:2], actual, strict=True))
 
     def point(*found: Sequence[float]) -> Message:
         told = dict(zip(("positions", "velocities", "accelerations"), map(list, found), strict=False))
         return {"accelerations": [], **told, "effort": [], "time_from_start": since}
 
-    return {
-        "header": header,
-        "joint_names": list(names),
-        "desired": point(*desired),
-        "actual": point(*actual),
-        "error": point(*error),
-    }
+    points = {"desired": point(*desired), "actual": point(*actual), "error": point(*error)}
+    return {"header": header, "joint_names": list(names), **points}

@@ -45,8 +45,6 @@ def found_python() -> Path:
 
 def make(folder: Path) -> Path:
     """Make what the environment lacks, and return its interpreter. Raises RosFault."""
-    if sys.platform != "linux" or os.uname().machine != "x86_64":
-        raise RosFault("the wheels of rclpy are for x86-64 Linux alone: use a distribution, or rosbridge")
     python = folder / "bin" / "python"
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet", "install", *WHEELS]
     packages = [str(files("iiwa_sim.protocol").joinpath(name)) for name in INTERFACES]
@@ -57,6 +55,8 @@ def make(folder: Path) -> Path:
         subprocess.run(pip, stdout=sys.stderr, check=True)
         subprocess.run(compiled, stdout=sys.stderr, check=True)
     except (OSError, subprocess.CalledProcessError) as fault:
-        why = getattr(fault, "strerror", None) or "see above; it needs PyPI, g++ and python3-dev"
+        why = (
+            getattr(fault, "strerror", None) or "see above; it needs x86-64 Linux, PyPI, g++ and python3-dev"
+        )
         raise RosFault(f"{folder} cannot be made an environment: {why}") from None
     return python

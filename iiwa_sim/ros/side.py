@@ -3,7 +3,6 @@
 import time
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
@@ -21,9 +20,6 @@ from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.web_access import WebAccess
 from iiwa_sim.wording import need_library
 
-if TYPE_CHECKING:
-    from iiwa_sim.ros.rosbridge_server import RosbridgeServer
-
 SYSTEM_PYTHON = Path("/usr/bin/python3")
 """For which packages and distributions of ROS 1 are."""
 RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
@@ -38,14 +34,21 @@ class RosSide:
     def __init__(self, controller: Controller, log: SessionLog, settings: Settings, clock: Clock) -> None:
         now_ns = None if settings.ros_stamps == "simulated" else time.time_ns
         self._graph = graph = Graph(controller, now_ns)
-        apply = settings.ros_reference == "apply"
-        self._appendix_a = AppendixA(graph, controller, log, apply_reference=apply)
+        self._appendix_a = AppendixA(
+            graph, controller, log, apply_reference=settings.ros_reference == "apply"
+        )
         self._joints = JointInterface(graph, controller, self._appendix_a.joint_states)
         self._images = Images(graph, controller, log)
         self._log = log
         turns = Turns(clock)
-        self.rosbridge = self._rosbridge_server(settings, turns)
-        self.ros1 = self.ros2 = None
+        self.rosbridge = self.ros1 = self.ros2 = None
+        if settings.rosbridge_port is not None:
+            need_library("websockets", "rosbridge")
+            from iiwa_sim.ros.rosbridge_server import RosbridgeServer
+
+            access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
+            address = settings.host, settings.rosbridge_port
+            self.rosbridge = RosbridgeServer(self._open_session, address, turns, access)
         if settings.ros:
             config = self._config(settings, ros2=False) | {"lacks": ROS1_LACKS}
             self.ros1 = Relay("ROS 1", SYSTEM_PYTHON, config, self._open_session, turns)
@@ -75,16 +78,6 @@ class RosSide:
 
     def _open_session(self, name: str, outbox: Outbox) -> RosbridgeSession:
         return RosbridgeSession(self._graph, self._joints, outbox, self._log, name)
-
-    def _rosbridge_server(self, settings: Settings, turns: Turns) -> "RosbridgeServer | None":
-        if settings.rosbridge_port is None:
-            return None
-        need_library("websockets", "rosbridge")
-        from iiwa_sim.ros.rosbridge_server import RosbridgeServer
-
-        access = WebAccess(settings.rosbridge_origin, settings.rosbridge_host)
-        address = settings.host, settings.rosbridge_port
-        return RosbridgeServer(self._open_session, address, turns, access)
 
     def _config(self, settings: Settings, *, ros2: bool) -> Message:
         """The first line for the process of a node: what there shall be, and the types."""

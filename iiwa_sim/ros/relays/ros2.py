@@ -56,12 +56,11 @@ def serve(pipe: Pipe, config: Message) -> None:
         while True:
             try:
                 executor.spin()
+                return
             except rclpy.executors.ExternalShutdownException:
-                pass
+                return
             except Exception:  # noqa: BLE001  # a callback failed, as when a client has gone: others go on
                 traceback.print_exc()
-                continue
-            return
 
     pipe.say("ready", node=node.get_fully_qualified_name())
     for topic, kind, recurs, _ in config["publish"]:
@@ -97,7 +96,7 @@ class Relay:
         self._node = node
         self.publishers: dict[str, tuple[Any, Any]] = {}
         self._goals: dict[str, _Goal] = {}  # not told to have ended
-        self._wished: _Goal | None = None  # asked for last: rclpy accepts one after the other
+        self._wished: Any = None  # the goal that was asked for last: rclpy accepts one after the other
         self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
         messages, goals = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
@@ -173,7 +172,6 @@ class Relay:
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
-        assert self._wished is not None
         self._wished.handle, handle.goal = handle, self._wished
         handle.execute()
 
