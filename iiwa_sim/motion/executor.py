@@ -1,19 +1,25 @@
 """The executor: runs queued moves, blended where they may be, or the course of a servo; stops on the path."""
 
+from bisect import bisect_left
+from collections import deque
 from collections.abc import Sequence
+from itertools import islice
+from operator import attrgetter
 
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.courses import RuckigCourse, State
 from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.lookahead import Ahead, LookAhead
+from iiwa_sim.motion.lookahead import MOST_AT_ONCE, LookAhead
 from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory import Trajectory, ending
-from iiwa_sim.motion.waiting import Waiting, among
 
 AHEAD = 256
 """Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
+SAME_RAD = 1e-10
+"""A waiting move that was planned from within this distance of where it begins is not planned again."""
+_number = attrgetter("number")
 
 
 class Executor:
@@ -35,7 +41,8 @@ class Executor:
         self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
         """The trajectory that the robot follows; None at rest."""
         self._queued: Trajectory | None = None  # the trajectory, if it is of queued moves
-        self._waiting = Waiting()
+        self._waiting = deque[Move]()
+        self._stale = 0  # so many of these, the last ones, may begin elsewhere than planned
         self._look_ahead = LookAhead(time, lowest, highest)
         self._ahead: list[Joints] = []  # joint positions of coming ticks, the last one first
         self._quiet_until_s = 0.0  # until this planned time ticks only go on to joint positions known ahead
@@ -43,7 +50,7 @@ class Executor:
     @property
     def moving(self) -> bool:
         """True if a motion runs, is being stopped, or waits."""
-        return self.trajectory is not None or bool(self._waiting.planned) or bool(self._waiting.again)
+        return self.trajectory is not None or bool(self._waiting)
 
     @property
     def stopping(self) -> bool:
@@ -53,10 +60,7 @@ class Executor:
     @property
     def waiting(self) -> int:
         """Number of moves that have not begun."""
-        waiting = len(self._waiting.planned) + len(self._waiting.again)
-        if self._queued is None or self.time.stopping:
-            return waiting
-        return waiting + self._queued.waiting(self.time.time_s)
+        return len(self.moves) - bool(self.under_way)
 
     @property
     def behind(self) -> int:
@@ -72,19 +76,18 @@ class Executor:
         return self._queued.move_at(self.time.time_s).number
 
     @property
-    def moves(self) -> Sequence[Move]:
+    def moves(self) -> list[Move]:
         """The move that runs, unless it is being stopped, and those behind it, in their order."""
-        queued, begun = self._queued, list[Move]()
-        if queued is not None and not self.time.stopping:
-            begun = list(queued.moves[-1 - queued.waiting(self.time.time_s) :])
-        return [*begun, *self._waiting]
+        if self._queued is None or self.time.stopping:
+            return list(self._waiting)
+        return [*self._queued.moves_from(self.time.time_s), *self._waiting]
 
     @property
     def goal(self) -> Joints:
         """End of the running move, of the first waiting move, or of a stop (rad); the present position at
         rest."""
         if self.trajectory is None:
-            return self._waiting.first.path.end if self._waiting.any else self.joints
+            return self._waiting[0].path.end if self._waiting else self.joints
         if self.time.stopping:
             return self.rest_after_stop()
         return self.rest if self._queued is None else self._queued.move_at(self.time.time_s).path.end
@@ -106,13 +109,9 @@ class Executor:
 
     def is_pending(self, number: int) -> bool:
         """Return True if a move runs, and is not being stopped, or waits."""
-        under_way = self.under_way
-        if under_way and self._queued is not None:
-            if number <= under_way:
-                return number == under_way
-            if among(self._queued.moves, number):
-                return True
-        return self._waiting.any and number in self._waiting
+        moves = self.moves
+        k = bisect_left(moves, number, key=_number)
+        return k < len(moves) and moves[k].number == number
 
     def set_override(self, value: float) -> None:
         """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
@@ -130,7 +129,8 @@ class Executor:
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
-        (self._waiting.again or self._waiting.planned).append(move)
+        self._waiting.append(move)
+        self._stale += self._stale > 0
         self._quiet_until_s = 0.0
 
     def follow(self, trajectory: JointTrajectory | RuckigCourse) -> None:
@@ -161,19 +161,18 @@ class Executor:
         Moves that it was blended into are done if the robot passes their targets while it brakes. During a
         stop no move runs, and nothing changes.
         """
-        queued = self._queued
         if self.stopping:
             return
-        if queued is None:
-            self._waiting.drop_first()
-        else:
+        if (queued := self._queued) is not None:
             cancelled = self.under_way
             self._slow_down()
             resumed = max(queued.move_at(self.time.rest_s()).number, cancelled + 1)
-            self._waiting.put_back([move for move in queued.moves if move.number >= resumed])
-        self._waiting.plan_all_again()
+            self._waiting.extendleft(move for move in reversed(queued.moves) if move.number >= resumed)
+        elif self._waiting:
+            self._waiting.popleft()
+        self._stale = len(self._waiting)
         self._look_ahead.forget()
-        self.rest = self._waiting.last.path.end if self._waiting.any else self._planned_end()
+        self.rest = self._waiting[-1].path.end if self._waiting else self._planned_end()
 
     def clear(self) -> None:
         """Drop the moves behind the one that runs, or begins in the next tick, which ends at its target.
@@ -183,7 +182,7 @@ class Executor:
         """
         queued, kept = self._queued, list[Move]()
         if self.trajectory is None:
-            kept = [self._waiting.first] if self._waiting.any else []
+            kept = self.moves[:1]
         elif queued is not None and not self.time.stopping:
             if queued.moves[-1].number > self.under_way:
                 shorter = ending(queued, self.time.time_s)
@@ -193,8 +192,7 @@ class Executor:
                     self._go_along(shorter)
             self._forget_ahead()
             self._look_ahead.forget()
-        self._waiting.clear()
-        self._waiting.again.extend(kept)
+        self._waiting, self._stale = deque(kept), len(kept)
         self.rest = kept[0].path.end if kept else self._planned_end()
 
     def step_quietly(self) -> bool:
@@ -216,7 +214,7 @@ class Executor:
     def ahead(self, ticks: int) -> Sequence[Joints]:
         """Return the joint positions to which a last move will `step_quietly`, at most so many."""
         time, queued = self.time, self._queued
-        if queued is None or queued.waiting(time.time_s):
+        if queued is None or len(queued.moves_from(time.time_s)) > 1:
             return ()
         return self._ahead[: -1 - min(ticks, time.ticks_until(self._quiet_until_s)) : -1]
 
@@ -236,21 +234,20 @@ class Executor:
 
         Ends of motions within the tick are passed. Joint positions come `AHEAD` ticks at a time.
         """
-        waiting, time = self._waiting.planned, self.time
-        if self._waiting.again:
-            self.rest = self._waiting.plan_next_again(self._planned_end)
-            self._quiet_until_s = 0.0
+        time = self.time
+        self._stale = min(self._stale, len(self._waiting))
+        if self._stale:
+            self._plan_again()
         if self.trajectory is None:
-            if not waiting:
-                return
-            if waiting[0].length_s == 0.0:
-                # One impossible move in each tick: the time of several might add up to a late tick.
-                self.joints = waiting.popleft().path.end
-                return
             if not self._begin(0.0):  # it costs as much as a look ahead, so it waits for the next tick
+                if self._waiting and self._waiting[0].length_s == 0.0:  # one in each tick
+                    self.joints = self._waiting.popleft().path.end
                 return
         elif (queued := self._queued) is not None and self._may_look_ahead():
-            self._take(self._look_ahead.step(queued, waiting))
+            extended = self._look_ahead.step(queued, self._ready)
+            if extended is not None:
+                self._go_along(extended)
+                del self._ahead[: max(len(self._ahead) - time.ticks_until(extended.front_s), 0)]
             self._quiet_until_s = self._look_ahead.quiet_until_s
         changes = time.changing
         time.step()
@@ -258,7 +255,7 @@ class Executor:
             self.joints = trajectory.end
             left_s = 0.0 if changes else time.time_s - trajectory.end_s
             self._end()
-            if not waiting or waiting[0].length_s == 0.0 or not self._begin(left_s):
+            if not self._begin(left_s):
                 return
         assert trajectory is not None
         if changes or isinstance(trajectory, RuckigCourse):
@@ -274,21 +271,48 @@ class Executor:
                     self._quiet_until_s = trajectory.end_s
             self.joints = self._ahead.pop()
 
+    def _plan_again(self) -> None:
+        """Plan the next move that may begin elsewhere, unless its start has not changed; then none has.
+
+        If it cannot begin there, drop it and all behind it.
+        """
+        self._quiet_until_s = 0.0
+        k = len(self._waiting) - self._stale
+        start = self._waiting[k - 1].path.end if k else self._planned_end()
+        move = self._waiting[k]
+        if all(abs(a - b) <= SAME_RAD for a, b in zip(move.path.start, start, strict=True)):
+            self._stale = 0
+            return
+        again = move.again(start)
+        if again is None:
+            self._waiting = deque(islice(self._waiting, k))
+            self.rest = start
+        else:
+            self._waiting[k] = again
+            self._stale -= 1
+            self.rest = self._waiting[-1].path.end
+
+    @property
+    def _ready(self) -> list[Move]:
+        """The first of the waiting moves, which begin where they are planned to."""
+        return list(islice(self._waiting, min(len(self._waiting) - self._stale, MOST_AT_ONCE)))
+
     def _begin(self, time_s: float) -> bool:
-        """Begin the next move so long ago, at full rate; return False while it is being planned."""
-        begins = self._look_ahead.begin(self._waiting.planned)
-        if begins is None:
+        """Begin the next move so long ago, at full rate; return False if there is none, or no plan yet."""
+        ready = self._ready
+        trajectory = self._look_ahead.begin(ready) if ready and ready[0].length_s else None
+        if trajectory is None:
             return False
-        self._go_along(*begins)
+        self._go_along(trajectory)
         self._forget_ahead()
         self._look_ahead.forget()
         self.time.begin(time_s)
         return True
 
-    def _go_along(self, trajectory: Trajectory, moves: int = 0) -> None:
-        """Run a trajectory of queued moves, so many of which do not wait any more."""
-        for _ in range(moves):
-            self._waiting.planned.popleft()
+    def _go_along(self, trajectory: Trajectory) -> None:
+        """Run a trajectory of queued moves, which do not wait any more."""
+        while self._waiting and self._waiting[0].number <= trajectory.moves[-1].number:
+            self._waiting.popleft()
         self.trajectory = self._queued = trajectory
         self._quiet_until_s = 0.0
 
@@ -301,12 +325,6 @@ class Executor:
         if time.stopping or time.falling:
             return False
         return bool(self._ahead) or time.changing or time.pausing
-
-    def _take(self, ahead: Ahead | None) -> None:
-        """Run a trajectory that was planned on into moves that waited; None for the present one."""
-        if ahead is not None:
-            self._go_along(*ahead)
-            del self._ahead[: max(len(self._ahead) - self.time.ticks_until(ahead.trajectory.front_s), 0)]
 
     def _slow_down(self) -> None:
         """Begin a stop on the trajectory, if there is one."""
@@ -325,9 +343,7 @@ class Executor:
         self._quiet_until_s = 0.0
 
     def _planned_end(self) -> Joints:
-        """End of the last move that need not be planned again (rad)."""
-        if self._waiting.planned:
-            return self._waiting.planned[-1].path.end
+        """Place of rest before the moves that wait (rad)."""
         if self._queued is None or self.time.stopping:
             return self.rest_after_stop()
         return self._queued.end

@@ -1,10 +1,8 @@
 """The lookahead: plans the trajectory under way on into the moves that wait, in slices over ticks."""
 
-from collections import deque
 from collections.abc import Sequence
-from itertools import islice, pairwise
+from itertools import pairwise
 from math import ceil
-from typing import NamedTuple
 
 from iiwa_sim.motion.blend import Blend, Move, blend, half_times_s, may_blend
 from iiwa_sim.motion.limits import Array
@@ -44,29 +42,21 @@ ABOUT = 0.95
 """Accuracy of `alone_s` for moves whose joints do not go straight."""
 
 
-class Ahead(NamedTuple):
-    """A trajectory in place of the one under way."""
-
-    trajectory: Trajectory
-    moves: int
-    """How many of the moves that waited are part of it."""
-
-
 class _Start:
     """The plan of moves from rest, finished or not."""
 
-    def __init__(self, number: int, work: Slices[Ahead]) -> None:
+    def __init__(self, number: int, work: Slices[Trajectory]) -> None:
         """`number` is that of the first move."""
         self.number = number
-        self.ahead: Ahead | None = None
+        self.found: Trajectory | None = None
         self._work = work
 
     def go_on(self, slices: int) -> None:
-        for _ in range(slices if self.ahead is None else 0):
+        for _ in range(slices if self.found is None else 0):
             try:
                 next(self._work)
             except StopIteration as end:
-                self.ahead = end.value
+                self.found = end.value
                 return
 
 
@@ -83,24 +73,23 @@ class LookAhead:
 
     def forget(self) -> None:
         """Begin anew: another trajectory is under way, or other moves wait."""
-        self._work: Slices[Ahead | None] | None = None
+        self._work: Slices[Trajectory | None] | None = None
         self._start: _Start | None = None
         self._rejected = 0  # number of the last move that is left to set out from rest
         self.quiet_until_s = 0.0
         """Until this planned time `step` has nothing to do, with the same trajectory and the same moves."""
 
-    def begin(self, waiting: deque[Move]) -> Ahead | None:
+    def begin(self, waiting: Sequence[Move]) -> Trajectory | None:
         """Return a trajectory to set out with from rest; None while it is being planned."""
         start = self._from_rest(waiting)
         start.go_on(MOST_AT_REST)
-        ahead = start.ahead
-        # Waiting moves may have been forgotten meanwhile.
-        if ahead is not None and list(islice(waiting, ahead.moves)) != list(ahead.trajectory.moves):
-            self._start = None
+        found = start.found
+        if found is not None and list(waiting[: len(found.moves)]) != list(found.moves):
+            self._start = None  # waiting moves have been forgotten meanwhile
             return None
-        return ahead
+        return found
 
-    def step(self, trajectory: Trajectory, waiting: deque[Move]) -> Ahead | None:
+    def step(self, trajectory: Trajectory, waiting: Sequence[Move]) -> Trajectory | None:
         """Plan for a tick. Return a trajectory that replaces the one under way; None while that stays."""
         self.quiet_until_s = trajectory.end_s
         if not waiting or waiting[0].length_s == 0.0:
@@ -112,24 +101,23 @@ class LookAhead:
         if not self._may_go_on(trajectory, waiting[0]):
             start = self._from_rest(waiting)
             start.go_on(self._slices)
-            self.quiet_until_s = trajectory.end_s if start.ahead else 0.0
+            self.quiet_until_s = trajectory.end_s if start.found else 0.0
             return None
         for _ in range(self._slices):
             if self._work is None:
-                self._work = self._on(trajectory, list(islice(waiting, MOST_AT_ONCE)))
+                self._work = self._on(trajectory, waiting)
             try:
                 next(self._work)
             except StopIteration as end:
                 self._work = None
-                ahead: Ahead | None = end.value
-                return ahead
+                extended: Trajectory | None = end.value
+                return extended
         return None
 
-    def _from_rest(self, waiting: deque[Move]) -> _Start:
+    def _from_rest(self, waiting: Sequence[Move]) -> _Start:
         """Return the plan, finished or not, of what sets out with the first of `waiting`."""
         if self._start is None or self._start.number != waiting[0].number:
-            moves = list(islice(waiting, MOST_AT_FIRST))
-            self._start = _Start(moves[0].number, self._first(moves))
+            self._start = _Start(waiting[0].number, self._first(waiting[:MOST_AT_FIRST]))
         return self._start
 
     def _may_go_on(self, trajectory: Trajectory, move: Move) -> bool:
@@ -138,7 +126,7 @@ class LookAhead:
             return False
         return may_blend(trajectory.moves[-1], move)
 
-    def _first(self, moves: Sequence[Move]) -> Slices[Ahead]:
+    def _first(self, moves: Sequence[Move]) -> Slices[Trajectory]:
         """The trajectory from rest along the first of `moves`, and those behind it if it is short."""
         first = yield from alone(moves[0])
         if TINY_S < first.end_s < SHORT_S:
@@ -146,8 +134,8 @@ class LookAhead:
             moves = moves[: len(blends) + 1]
             found = (yield from planned(BlendedPath(moves, blends), AT_START)) if blends else None
             if found is not None and not (yield from _slower(found.end_s, moves)):
-                return Ahead(found, len(moves))
-        return Ahead(first, 1)
+                return found
+        return first
 
     def _needed_s(self, trajectory: Trajectory, moves: Sequence[Move]) -> float:
         """The time (s), about, that it takes to extend a trajectory into `moves`; less if it ends before."""
@@ -172,7 +160,7 @@ class LookAhead:
                 yield
         return blends
 
-    def _on(self, trajectory: Trajectory, moves: Sequence[Move]) -> Slices[Ahead | None]:
+    def _on(self, trajectory: Trajectory, moves: Sequence[Move]) -> Slices[Trajectory | None]:
         """The trajectory extended into as many of `moves` as possible; None if that fails."""
         number = moves[0].number
         now_s = self._time.time_s
@@ -189,7 +177,7 @@ class LookAhead:
             if on is None or (yield from _slower(on.end_s - trajectory.end_s, moves[:count])):
                 continue
             if on.front_s > self._time.time_s:  # else it is too late to replace the present one
-                return Ahead(on, count)
+                return on
         self._rejected = number
         return None
 

@@ -172,9 +172,9 @@ class Trajectory:
         """Return the move under way at a time (s); in a blend it is the second one from its target on."""
         return self.moves[self._index_at(time_s)]
 
-    def waiting(self, time_s: float) -> int:
-        """Return how many of its moves have not begun at a time (s)."""
-        return len(self.moves) - 1 - self._index_at(time_s)
+    def moves_from(self, time_s: float) -> Sequence[Move]:
+        """Return the move under way at a time (s) and those behind it."""
+        return self.moves[self._index_at(time_s) :]
 
     def segments_behind(self, time_s: float) -> int:
         """Return about how many segments of a plan lie behind a time (s)."""
@@ -324,8 +324,6 @@ def ending(trajectory: Trajectory, now_s: float) -> Trajectory | None:
     Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time:
     then it mostly is too fast, as it would not have had to stop at that target.
     """
-    if not trajectory.waiting(now_s):
-        return trajectory
     move = trajectory.move_at(now_s)
     leaves_x = float(blend_spans(trajectory.path)[0][trajectory.moves.index(move)])
     # What is kept of x must not end beside a blend, where it is too fast to rest at the target.
