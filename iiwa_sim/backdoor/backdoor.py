@@ -214,7 +214,7 @@ class Backdoor:
 
     def moves(self) -> int:
         """Return how many moves run and wait. The target of a servo is one, too."""
-        return len(self._controller.motions.planned)
+        return self._controller.motions.count
 
     async def camera(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> bytes:
         """Return what a camera of the scene sees, as PNG of so many pixels."""

@@ -14,7 +14,7 @@ from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF, Im
 from iiwa_sim.motion.joint_trajectory import JointTrajectory, Reference, joint_trajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.servo import Pursuit, Servo
+from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.robot.arm_kernel import Kinematics
@@ -22,28 +22,13 @@ from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 
 
-class Planned(NamedTuple):
-    """The end of a move, or the target of a servo."""
-
-    number: int
-    joints: Joints
-    """rad"""
-    blending_m: float = 0.0
-    """Radius of the sphere round the TCP there in which it may leave its path; 0 for none."""
-
-
-class _Waiting(NamedTuple):
+class _Next(NamedTuple):
     """A motion that begins when the robot rests."""
 
     begin: Callable[[], None]
-    planned: Planned | None
-    """Its end; None for a hold."""
+    end: Joints | None
+    """rad; None for a hold"""
     compliant: bool = False
-
-
-def _planned(move: Move) -> Planned:
-    blending_m = move.zone.radius if move.zone is not None and move.zone.of_tcp else 0.0
-    return Planned(move.number, move.path.end, blending_m)
 
 
 class Motions:
@@ -78,11 +63,10 @@ class Motions:
         self.executor = Executor(start, time, np.array(d.position_min), np.array(d.position_max))
         """Makes the nominal motion."""
         self._servo = Servo(self.executor, limits, d.position_min, d.position_max)
-        self._pursuit = Pursuit(self.executor, self._servo)
         kinematics = Kinematics(model, Inverse(model), tool_in_flange)
         self._impedance = Impedance(start, tick_s, d, kinematics, pushes, contact)
         self._next_impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
-        self._next: _Waiting | None = None
+        self._next: _Next | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo heads for targets, and has not been stopped
 
@@ -93,13 +77,8 @@ class Motions:
             self.executor.trajectory is not None
             or self._impedance.moving
             or self._next is not None
-            or self._nominal_moves
+            or self._servo.moving
         )
-
-    @property
-    def _nominal_moves(self) -> bool:
-        """True if the nominal motion is not at rest, or has yet to begin."""
-        return self.executor.moving or self._servo.asks_again or self._pursuit.waits
 
     @property
     def ends_by_itself(self) -> bool:
@@ -119,7 +98,7 @@ class Motions:
     @property
     def holding(self) -> bool:
         """True if a gravity hold is on, or begins when the robot is at rest."""
-        return self._impedance.holding or (self._next is not None and self._next.planned is None)
+        return self._impedance.holding or (self._next is not None and self._next.end is None)
 
     @property
     def compliance(self) -> int:
@@ -198,28 +177,24 @@ class Motions:
             return self._impedance.centre
         if self._impedance.braking:
             return self.rest_after_stop()
-        if self._next is not None and self._next.planned is not None and not self._nominal_moves:
-            return self._next.planned.joints
-        pursued = self._pursuit.move
+        if self._next is not None and self._next.end is not None and not self._servo.moving:
+            return self._next.end
+        pursued = self._servo.pursued
         return self.executor.goal if pursued is None else pursued.path.end
 
     @property
-    def planned(self) -> list[Planned]:
-        """The moves that run and are not being stopped, and those that wait, in their order; no holds."""
-        if self._next is not None and self._next.planned is not None:
-            return [self._next.planned]
+    def count(self) -> int:
+        """How many moves run and are not being stopped, or wait. Targets and trajectories count, no holds."""
         if self.holding:
-            return []
-        if (self._following or self.tracking) and self._newest is not None:
-            return [Planned(self._newest, self.executor.goal)] if self._nominal_moves else []
-        if self._pursuit.move is not None:
-            return [_planned(self._pursuit.move)] if self._nominal_moves else []
-        return [_planned(move) for move in self.executor.moves]
+            return 0
+        if self._next is not None or self._newest is not None:
+            return int(self._next is not None or self._servo.moving)
+        return len(self.executor.moves)
 
     def is_pending(self, number: int) -> bool:
         """Return True if a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
-            return self._next is not None or self._impedance.holding or self._nominal_moves
+            return self._next is not None or self._impedance.holding or self._servo.moving
         return not self._impedance.compliant and self.executor.is_pending(number)
 
     def head_for(self, number: int, joints: Joints, limits: JointLimits) -> None:
@@ -228,7 +203,7 @@ class Motions:
             self._servo.head_for(joints, limits)
         else:
             begin = partial(self._begin_following, joints, limits)
-            self._next = _Waiting(begin, Planned(number, joints))
+            self._next = _Next(begin, joints)
         self._newest = number
 
     def track(self, number: int, trajectory: JointTrajectory) -> None:
@@ -239,8 +214,8 @@ class Motions:
         if self.tracked:
             self.executor.follow(trajectory)
         else:
-            begin, end = partial(self._begin_tracking, trajectory), trajectory.end
-            self._next, self.tracking = _Waiting(begin, Planned(number, end)), False
+            begin = partial(self._begin_tracking, trajectory)
+            self._next, self.tracking = _Next(begin, trajectory.end), False
         self._newest = number
 
     def end_trajectory(self) -> None:
@@ -258,12 +233,12 @@ class Motions:
         if self._impedance.holding:
             self._impedance.let_go()
             self.executor.rest_at(self._impedance.joints)
-            self._pursuit.begin_stream()
-        if self._impedance.compliant and self._pursuit.replace(move):
+            self._servo.begin_stream()
+        if self._impedance.compliant and self._servo.replace(move):
             self._next, self._next_impedance = None, impedance
         else:
             begin = partial(self._begin_move, move, impedance)
-            self._next, self._next_impedance = _Waiting(begin, _planned(move), compliant=True), None
+            self._next, self._next_impedance = _Next(begin, move.path.end, compliant=True), None
 
     def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
         """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
@@ -271,8 +246,8 @@ class Motions:
         if self._impedance.holding:
             self._impedance.hold(stiffness_nm_per_rad)
             return
-        self._next = _Waiting(partial(self._begin_hold, stiffness_nm_per_rad), None, compliant=True)
-        if self._impedance.compliant and self._nominal_moves:
+        self._next = _Next(partial(self._begin_hold, stiffness_nm_per_rad), None, compliant=True)
+        if self._impedance.compliant and self._servo.moving:
             self._stop_nominal()
 
     def stop(self) -> None:
@@ -293,7 +268,7 @@ class Motions:
         if self._next is not None:
             self._next = self._newest = None
         elif self._following or self.tracking or self._impedance.compliant:
-            if self._nominal_moves:
+            if self._servo.moving:
                 self._stop_nominal()
             self._newest = None
         else:
@@ -328,17 +303,12 @@ class Motions:
     def _step_nominal(self) -> None:
         """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
         executor, impedance = self.executor, self._impedance
-        moves = executor.trajectory is not None or self._nominal_moves
-        if self._next is not None and not moves:
-            waiting, self._next = self._next, None
-            waiting.begin()
-            moves = self._nominal_moves
+        if self._next is not None and not self._servo.moving:
+            coming, self._next = self._next, None
+            coming.begin()
         if impedance.holding:
             return
-        if impedance.compliant:
-            self._pursuit.step(moves)
-        if self._servo.asks_again:
-            self._servo.step()
+        self._servo.step()
         executor.step()
         if self._next_impedance is not None and not executor.waiting:
             impedance.impedance, self._next_impedance = self._next_impedance, None
@@ -349,8 +319,7 @@ class Motions:
 
     def _stop_nominal(self) -> None:
         self.executor.stop()
-        self._servo.asks_again = False
-        self._pursuit.move = None
+        self._servo.stop()
         self._following = self.tracking = False
 
     def _begin_following(self, joints: Joints, limits: JointLimits) -> None:
@@ -374,4 +343,4 @@ class Motions:
     def _start_compliance(self) -> None:
         if not self._impedance.compliant:
             self._impedance.start(self.executor.joints)
-            self._pursuit.begin_stream()
+            self._servo.begin_stream()

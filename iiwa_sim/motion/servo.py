@@ -1,4 +1,4 @@
-"""The servo: heads for the newest target in mid-motion; and the pursuit of moves that replace each other."""
+"""The servo: heads for the newest target in mid-motion, or along a move that replaces another one."""
 
 from math import inf
 
@@ -11,7 +11,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 
 REPLAN_S = 0.008
-"""Time after which a pursuit heads for another point of its path."""
+"""Time after which the servo heads for another point of its path."""
 AHEAD = 1.5
 """The point headed for is so many braking times ahead, so that the robot does not brake before the end."""
 STEPS = 16
@@ -37,9 +37,12 @@ class Servo:
     a new target passes it and comes back.
 
     It passes no position limit, which Ruckig does not know of. Where Ruckig finds no course, or one that
-    passes such a limit, the robot stays on its present one, which ends at rest within the limits, and the
-    servo asks again in the next tick. It also waits while the override falls: a course at full speed would be
-    faster than requested.
+    passes such a limit, the robot goes on as before, and the servo asks again in the next tick. It also waits
+    while the override falls: a course at full speed would be faster than requested.
+
+    A move of a compliant robot that replaces another one is pursued: the servo heads for one point of its
+    path after the other, each a little ahead of where the robot is. Moves that come in a stream are so slow
+    that each still runs when the next one comes.
     """
 
     def __init__(
@@ -51,58 +54,36 @@ class Servo:
         self._limits = limits
         self.asks_again = False
         """True if the robot is still on its way to an earlier target than the newest."""
+        self.pursued: Move | None = None
+        """The move that is pursued."""
+        self._since_s = self._period_s = inf  # of planned time, since the newest move has come, and before it
+
+    @property
+    def moving(self) -> bool:
+        """True if the nominal motion is not at rest, or has yet to begin."""
+        return self._executor.moving or self.asks_again
 
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
 
-        Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
-        course is found from rest, or from a motion that is not the servo's.
+        Not to be called while a stop is under way. Raises `ArithmeticError` where no course is found from
+        rest; the robot then rests where it is.
         """
         executor, still = self._executor, (0.0,) * len(target)
         course = None
         if not executor.time.falling:
             course = self.courses.find(executor.state, (target, still, still), limits)
+        self.asks_again = course is None and executor.trajectory is not None
         if course is not None:
             executor.follow(course)
-        elif executor.trajectory is None or executor.under_way:
+        elif executor.trajectory is None:
+            executor.rest = executor.joints
             raise ArithmeticError(f"Ruckig: no way from {executor.joints} to {target} within {limits}")
-        self.asks_again = course is None
         executor.rest, self._limits = target, limits
 
-    def step(self) -> None:
-        """Ask again for what was not found; to be called before each tick.
-
-        If no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
-        """
-        if self.asks_again:
-            try:
-                self.head_for(self._executor.rest, self._limits)
-            except ArithmeticError:
-                self.asks_again = False
-                self._executor.rest = self._executor.joints
-                raise
-
-
-class Pursuit:
-    """Moves of a compliant robot, each of which replaces the one before without a stop between.
-
-    The servo takes over from the queue with the position, velocity and acceleration there are, and heads for
-    one point of the path after the other, each a little ahead of where the robot is. Moves that come in a
-    stream are so slow that each still runs when the next one comes.
-    """
-
-    def __init__(self, executor: Executor, servo: Servo) -> None:
-        self.move: Move | None = None
-        """The move that is pursued."""
-        self._executor = executor
-        self._servo = servo
-        self._has_begun = False
-        self._since_s = self._period_s = inf  # of planned time, since the newest move has come, and before it
-
-    @property
-    def waits(self) -> bool:
-        """True if the servo has found no way yet from the motion of the queue."""
-        return self.move is not None and not self._has_begun
+    def stop(self) -> None:
+        """Forget targets and moves."""
+        self.asks_again, self.pursued = False, None
 
     def begin_stream(self) -> None:
         """The move that begins next comes long after any other that it replaces."""
@@ -114,13 +95,12 @@ class Pursuit:
         # Of several moves between two ticks only the first counts.
         if self._since_s > 0.0:
             self._period_s, self._since_s = self._since_s, 0.0
-        self.move = None
-        runs = executor.trajectory is not None and not executor.stopping
-        if not runs and not self._servo.asks_again:
+        self.pursued = None
+        if (executor.trajectory is None or executor.stopping) and not self.asks_again:
             if not executor.stopping:
                 executor.rest_at(executor.joints)  # forget a move that has not set out
             return False
-        self.move, self._has_begun = move, False
+        self.pursued = move
         self._limits = self._limits_of(move)
         velocity, acceleration, jerk = self._limits
         braking_s = float((velocity / acceleration + acceleration / jerk).max()) / 2.0
@@ -131,29 +111,23 @@ class Pursuit:
         self._replan_ticks = self._ticks = max(round(REPLAN_S / executor.time.tick_s), 1)
         return True
 
-    def step(self, moving: bool) -> None:
-        """Head for the next point if it is time to and the robot is `moving`; to be called before each tick.
+    def step(self) -> None:
+        """Head for the next point of a path if it is time to, or ask again; to be called before each tick.
 
-        While the servo finds no way from the queue's motion, that goes on, and each tick asks again. Raises
-        `ArithmeticError` where it finds none from its own.
+        Raises `ArithmeticError` where no course is found even from rest.
         """
-        executor, move = self._executor, self.move
-        self._since_s += executor.time.advance_s
-        if not moving:
-            self.move = None
-        if move is None or not moving or (self._s >= 1.0 and self._has_begun):
-            return
-        self._ticks += 1
-        if self._ticks < self._replan_ticks:
-            return
-        try:
-            self._servo.head_for(self._point_ahead(move), self._limits)
-        except ArithmeticError:
-            if self._has_begun:
-                raise
-            return
-        self._has_begun = True
-        self._ticks = 0
+        self._since_s += self._executor.time.advance_s
+        if not self.moving:
+            self.pursued = None
+        move = self.pursued
+        if move is not None and self._s < 1.0:
+            self._ticks += 1
+            if self._ticks >= self._replan_ticks:
+                self.head_for(self._point_ahead(move), self._limits)
+                self._ticks = 0
+                return
+        if self.asks_again:
+            self.head_for(self._executor.rest, self._limits)
 
     def _point_ahead(self, move: Move) -> Joints:
         """Joint positions (rad) on the path, ahead of where the robot is; they never go back."""
