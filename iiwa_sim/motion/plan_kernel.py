@@ -57,10 +57,6 @@ VELOCITY, TOLERANCE = cython.declare(cython.double, 1.0003), cython.declare(cyth
 STRICTER, KEPT = cython.declare(cython.double, 1.001), cython.declare(cython.double, 0.9998)
 ROUNDS = cython.declare(cython.Py_ssize_t, 8)  # most times that rows are added
 ACCEPTED = cython.declare(cython.double, 1.002)  # excess after the last of them
-# First guess: part of an even pace, most over the nominal one; segments of a mean; how an old pace fades.
-PACE, FASTEST = cython.declare(cython.double, 0.98), cython.declare(cython.double, 1.18)
-SPAN = cython.declare(cython.Py_ssize_t, 8)
-FADE, LEAST = cython.declare(cython.double, 0.8187307530779818), cython.declare(cython.double, 0.2)
 # Steps: part of the gap that they aim at, part of the distance to a bound that they go, most of a round.
 CENTERING, NEAR = cython.declare(cython.double, 0.2), cython.declare(cython.double, 0.98)
 STEPS = cython.declare(cython.Py_ssize_t, 40)
@@ -72,37 +68,28 @@ HELD = cython.declare(cython.double, 1e30)  # of coefficients that stay
 SAMPLE_COST = cython.declare(cython.Py_ssize_t, 2)  # in interior-point steps of a segment, some 0.2 us
 
 
-@cython.cfunc
+@cython.ccall
 @cython.exceptval(check=False)
-def shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
-    """F(v), the shape of blends: a cubic up to rho, then a parabola; or its derivative of an order.
-
-    `height` is what makes F(1) = 1: 1 / (rho (3 - 3 rho + rho^2))."""
+def shape(v: cython.double, rho: cython.double, order: cython.int) -> cython.double:
+    """F(v), the shape of blends: a cubic up to rho, then a parabola; or its derivative of an order."""
+    height: cython.double = 1.0 / (rho * (3.0 - 3.0 * rho + rho * rho))  # makes F(1) = 1
     if v < rho:
         if order == 0:
             return height * v * v * v
         if order == 1:
             return 3.0 * height * v * v
-        if order == 2:
-            return 6.0 * height * v
-        return 6.0 * height
+        return 6.0 * height * (v if order == 2 else 1.0)
     if order == 0:
         return height * rho * (3.0 * v * v - 3.0 * rho * v + rho * rho)
     if order == 1:
         return height * rho * (6.0 * v - 3.0 * rho)
-    if order == 2:
-        return 6.0 * height * rho
-    return 0.0
+    return 6.0 * height * rho if order == 2 else 0.0
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def blend_part(
-    x: cython.double,
-    first_x: cython.double,
-    second_x: cython.double,
-    rho: cython.double,
-    height: cython.double,
+    x: cython.double, first_x: cython.double, second_x: cython.double, rho: cython.double
 ) -> cython.double:
     """v (0 to 1) in a blend from first_x before its target to second_x behind it, at an x counted from the
     target."""
@@ -110,12 +97,12 @@ def blend_part(
     high: cython.double = 1.0
     v: cython.double = (x + first_x) / (first_x + second_x)
     for _ in range(60):
-        y = second_x * shape(v, rho, height, 0) - first_x * shape(1.0 - v, rho, height, 0) - x
+        y = second_x * shape(v, rho, 0) - first_x * shape(1.0 - v, rho, 0) - x
         if y > 0.0:
             high = v
         else:
             low = v
-        slope = second_x * shape(v, rho, height, 1) + first_x * shape(1.0 - v, rho, height, 1)
+        slope = second_x * shape(v, rho, 1) + first_x * shape(1.0 - v, rho, 1)
         y = v - y / slope
         if y < low or y > high:
             y = 0.5 * (low + high)
@@ -336,7 +323,6 @@ class BlendedPath:
     before: cython.double[::1]  # of blends (K + 1,), 0 where there is none
     after: cython.double[::1]
     rho: cython.double[::1]
-    heights: cython.double[::1]
     starts: cython.double[:, ::1]  # where moves begin, by their polynomials
     paths: list[Polynomial]
     limits: cython.double[:, :, ::1]  # (K, 3, n)
@@ -354,7 +340,7 @@ class BlendedPath:
         n: cython.Py_ssize_t = limits.shape[2]
         self.joint_count = n
         self.window_s = float((limits[:, 1] / limits[:, 2]).max()) if window_s is None else window_s
-        self.before, self.after, self.heights = np.zeros((3, count + 1))
+        self.before, self.after = np.zeros((2, count + 1))
         self.rho, self.targets = np.ones(count + 1), np.empty(count + 1)
         self.here, self.other = np.empty((4, 1, n)), np.empty((4, 1, n))
         self.starts = np.empty((count, n))
@@ -367,8 +353,6 @@ class BlendedPath:
                 self.starts[k, i] = self.here[0, 0, i]
             if k > 0:
                 self.before[k], self.after[k], self.rho[k] = blends[k - 1]
-                y = self.rho[k]
-                self.heights[k] = 1.0 / (y * (3.0 - 3.0 * y + y * y))
         self.first_x, self.end_x = self.targets[0], self.targets[count]
         self.borders = np.asarray(self.targets).tolist()
         self._find_edges()
@@ -404,8 +388,8 @@ class BlendedPath:
         """Return x at v (0 to 1) in the blend at the target k."""
         first_x: cython.double = self.before[k] * (self.targets[k] - self.targets[k - 1])
         second_x: cython.double = self.after[k] * (self.targets[k + 1] - self.targets[k])
-        done: cython.double = second_x * shape(v, self.rho[k], self.heights[k], 0)
-        return self.targets[k] + done - first_x * shape(1.0 - v, self.rho[k], self.heights[k], 0)
+        done: cython.double = second_x * shape(v, self.rho[k], 0)
+        return self.targets[k] + done - first_x * shape(1.0 - v, self.rho[k], 0)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -461,23 +445,22 @@ class BlendedPath:
         first_x = self.before[c] * (self.targets[c] - self.targets[c - 1])
         second_x = self.after[c] * (self.targets[c + 1] - self.targets[c])
         rho = self.rho[c]
-        height = self.heights[c]
-        v = blend_part(x - self.targets[c], first_x, second_x, rho, height)
+        v = blend_part(x - self.targets[c], first_x, second_x, rho)
         first: Polynomial = self.paths[c - 1]
         second: Polynomial = self.paths[c]
-        first.evaluate(1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, self.here, 0)
-        second.evaluate(self.after[c] * shape(v, rho, height, 0), order, self.other, 0)
+        first.evaluate(1.0 - self.before[c] * shape(1.0 - v, rho, 0), order, self.here, 0)
+        second.evaluate(self.after[c] * shape(v, rho, 0), order, self.other, 0)
         for i in range(n):
             # The second begins where the first ends, at the values of their polynomials.
             self.here[0, 0, i] += self.other[0, 0, i] - self.starts[c, i]
         if order == 0:
             return c
-        a1 = shape(1.0 - v, rho, height, 1)
-        a2 = -shape(1.0 - v, rho, height, 2)
-        a3 = shape(1.0 - v, rho, height, 3)
-        b1 = shape(v, rho, height, 1)
-        b2 = shape(v, rho, height, 2)
-        b3 = shape(v, rho, height, 3)
+        a1 = shape(1.0 - v, rho, 1)
+        a2 = -shape(1.0 - v, rho, 2)
+        a3 = shape(1.0 - v, rho, 3)
+        b1 = shape(v, rho, 1)
+        b2 = shape(v, rho, 2)
+        b3 = shape(v, rho, 3)
         x1 = first_x * a1 + second_x * b1
         x2 = first_x * a2 + second_x * b2
         x3 = first_x * a3 + second_x * b3
@@ -563,28 +546,6 @@ class BlendedPath:
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _cap(
-    derivatives: cython.double[:, :, ::1], limits: cython.double[:, :, ::1], k: cython.Py_ssize_t
-) -> cython.double:
-    """Return the largest (dx/dt)^2 at a sample that all limits allow at a constant speed.
-
-    If a joint turns back between two samples, its acceleration is all due to the bend of its path: what a
-    change of speed would add at either sample, the other one takes away.
-    """
-    cap: cython.double = 1e12
-    most: cython.double = 0.0  # of |d3q/dx3| over the limit
-    for i in range(derivatives.shape[2]):
-        y = limits[k, 0, i] / max(fabs(derivatives[k, 1, i]), STILL)
-        cap = min(cap, y * y, limits[k, 1, i] / max(fabs(derivatives[k, 2, i]), STILL))
-        most = max(most, fabs(derivatives[k, 3, i]) / limits[k, 2, i])
-    if most * most * cap * cap * cap > 1.0:
-        y = cbrt(1.0 / most)
-        cap = y * y
-    return cap
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
 def _room(
     derivatives: cython.double[:, :, ::1],
     limits: cython.double[:, :, ::1],
@@ -603,34 +564,6 @@ def _room(
     return room
 
 
-def brake(
-    x: cython.double[::1],
-    derivatives: cython.double[:, :, ::1],
-    limits: cython.double[:, :, ::1],
-    squares: cython.double[::1],
-    speeds: cython.double[::1],
-) -> None:
-    """Write the squares of dx/dt that limits allow at samples (m,), and of those from which rest is reached.
-
-    The arguments are those of `run`, which goes on with what is written.
-    """
-    m: cython.Py_ssize_t = x.shape[0]
-    for k in range(m):
-        squares[k] = _cap(derivatives, limits, k)
-    speeds[m - 1] = 0.0
-    for k in range(m - 1, 0, -1):
-        b = speeds[k]
-        width = x[k] - x[k - 1]
-        y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
-        if y < 0.0:
-            # Not even from rest at the sample before is that to be reached: slower here, not at rest there.
-            while y < b:
-                b *= 0.5
-                y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
-            speeds[k] = b
-        speeds[k - 1] = min(squares[k - 1], y)
-
-
 def run(
     x: cython.double[::1],
     derivatives: cython.double[:, :, ::1],
@@ -643,10 +576,23 @@ def run(
     """Write speeds dx/dt and times (s), from 0 on, of the fastest run without jerk limits to rest.
 
     It passes samples x (m,), rising, with constant accelerations between them. `derivatives` (m, 4, n) and
-    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
-    `squares` and `speeds` (m,) are those of `brake`.
+    `limits` (m, 3, n) are those of `BlendedPath.derivatives`, `squares` (m,) bounds of (dx/dt)^2. At too high
+    a speed it brakes as it can.
     """
     m: cython.Py_ssize_t = x.shape[0]
+    # Backwards, the squares of speeds from which rest is reached.
+    speeds[m - 1] = 0.0
+    for k in range(m - 1, 0, -1):
+        b = speeds[k]
+        width = x[k] - x[k - 1]
+        y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
+        if y < 0.0:
+            # Not even from rest at the sample before is that to be reached: slower here, not at rest there.
+            while y < b:
+                b *= 0.5
+                y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
+            speeds[k] = b
+        speeds[k - 1] = min(squares[k - 1], y)
     b = start_speed * start_speed
     for k in range(m - 1):
         speeds[k] = b
@@ -665,44 +611,10 @@ def run(
             times[k] = times[k - 1] + 2.0 * (x[k] - x[k - 1]) / y
 
 
-@cython.locals(bend=cython.double, left=cython.double)
-def moving_average(
-    x: cython.double[::1],
-    speeds: cython.double[::1],
-    times: cython.double[::1],
-    window: cython.double,
-    at: cython.double[::1],
-) -> Array:
-    """Return the mean of a run over the window before each rising time, with two derivatives (3, p).
-
-    No window begins before the first sample; behind the last one the run rests.
-    """
-    mean_array: Array = np.zeros((3, at.shape[0]))
-    mean: cython.double[:, ::1] = mean_array
-    last: cython.Py_ssize_t = times.shape[0] - 1
-    for e in range(2):
-        k: cython.Py_ssize_t = 0
-        area: cython.double = 0.0  # integral of x up to the sample k
-        sign: cython.double = (1.0 - 2.0 * e) / window
-        for p in range(at.shape[0]):
-            t: cython.double = at[p] - e * window
-            while True:
-                bend = (speeds[k + 1] - speeds[k]) / max(times[k + 1] - times[k], 1e-12) if k < last else 0.0
-                if k == last or times[k + 1] > t:
-                    break
-                left = times[k + 1] - times[k]
-                area += left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0))
-                k += 1
-            left = t - times[k]
-            mean[0, p] += sign * (area + left * (x[k] + left * (0.5 * speeds[k] + left * bend / 6.0)))
-            mean[1, p] += sign * (x[k] + left * (speeds[k] + 0.5 * left * bend))
-            mean[2, p] += sign * (speeds[k] + left * bend)
-    return mean_array
-
-
 @cython.cclass
 class SpeedProfile:
-    """Speed profile of a path. Call `sample` until done, `guess`, `begin`, and `advance` until done.
+    """Speed profile of a path. Call `sample` until done, write a guess to `coefficients`, call `begin`, and
+    `advance` until done.
 
     `factor` (samples, 6, n) is q' of velocity; q'', q'/2 of acceleration; q''', 3/2 q'', q'/2 of jerk, over
     their limits. A group is rows with the same bound: velocity and acceleration of a segment, or jerk at a
@@ -710,12 +622,13 @@ class SpeedProfile:
     """
 
     keeps_limits = cython.declare(cython.bint, visibility="readonly")
+    fixed = cython.declare(cython.Py_ssize_t, visibility="readonly")
+    """first coefficients that stay"""
     path: BlendedPath
     x: cython.double[::1]  # (N + 3,)
     c: cython.double[::1]
     joints: cython.Py_ssize_t
     count: cython.Py_ssize_t  # N
-    fixed: cython.Py_ssize_t  # first coefficients that stay
     kept: cython.Py_ssize_t  # first segments whose old profile is known
     # Samples
     at: cython.Py_ssize_t  # next segment to sample or to check
@@ -804,6 +717,11 @@ class SpeedProfile:
     @property
     def coefficients(self) -> np.ndarray:
         return np.asarray(self.c)
+
+    @property
+    def even_rates(self) -> np.ndarray:
+        """b of each segment at which a constant rate would pass it."""
+        return np.asarray(self.even)
 
     @property
     def finite(self) -> bool:
@@ -959,43 +877,6 @@ class SpeedProfile:
         self.g[r, 1] = b * (0.5 + u - u * u) + b1 * (1.0 - 2.0 * u) - 2.0 * b2
         self.g[r, 2] = b * 0.5 * u * u + b1 * u + b2
         self.joint[r], self.group[self.groups, 1] = i, r + 1
-
-    def guess(self, durations: cython.double[::1]) -> None:
-        """Write a first guess over the last segments, of nominal durations (M,) in UNIT_S.
-
-        It is the least even pace near each segment, averaged, and goes on from the rate before it.
-        """
-        count: cython.Py_ssize_t = durations.shape[0]
-        first: cython.Py_ssize_t = self.count - count
-        k: cython.Py_ssize_t
-        c: cython.double[::1] = self.c[first:]
-        pace: cython.double[::1] = np.empty(count)
-        mean: cython.double[::1] = np.empty(count)
-        for k in range(count):
-            pace[k] = min(FASTEST, PACE * self.even[first + k] * durations[k] * durations[k])
-        for k in range(count):
-            mean[k] = pace[k]
-            for i in range(max(k - SPAN, 0), min(k + SPAN + 1, count)):
-                mean[k] = min(mean[k], pace[i])
-        for _ in range(2):
-            pace, mean = mean, pace
-            for k in range(count):
-                mean[k] = 0.0
-                for i in range(k - SPAN // 2, k + SPAN // 2 + 1):
-                    mean[k] += pace[min(max(i, 0), count - 1)] / (SPAN // 2 * 2 + 1)
-        start: cython.double = 0.0
-        grow: cython.double = 0.0
-        fade: cython.double = 1.0
-        if self.fixed > 0:
-            y = 2.0 * durations[0] - durations[min(1, count - 1)]
-            start = c[0] * y * y / mean[0] - 1.0
-            grow = (c[1] * durations[0] * durations[0] / mean[0] - 1.0) / FADE - start
-        for i in range(count + 2):
-            k = min(max(i - 1, 0), count - 1)
-            if i >= self.fixed:
-                more = max(1.0 + (start + grow * i) * fade, LEAST)
-                c[i] = mean[k] / (durations[k] * durations[k]) * more
-            fade *= FADE
 
     def begin(self, enough: cython.double) -> None:
         """Begin to solve from c, within limits or not. `enough` is the duality gap that ends a round, as a

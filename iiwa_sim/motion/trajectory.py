@@ -26,6 +26,7 @@ from iiwa_sim.motion.speed_profile import (
     T,
     blend_spans,
     fastest,
+    guess,
     nominal,
     sampled,
     sets_out,
@@ -279,7 +280,7 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     profile = yield from sampled(path, x, front.profile, max(len(front.profile) - 2, 0))
     if not profile.finite:
         raise ArithmeticError(f"move {path.moves[0].number}: no joint positions along its path")
-    profile.guess(lengths_s / UNIT_S)
+    guess(profile, lengths_s / UNIT_S)
     yield
     if not (yield from fastest(profile)):
         return None
