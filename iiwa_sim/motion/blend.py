@@ -18,7 +18,7 @@ import numpy as np
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.plan_kernel import Polynomial
+from iiwa_sim.motion.plan_kernel import Polynomial, shape
 from iiwa_sim.robot.arm_kernel import Tcp
 
 HALF = 0.49
@@ -26,7 +26,7 @@ HALF = 0.49
 _STANDSTILL = 1e-7  # m or rad
 _PLACES = 12  # that are tried to find where a path first leaves a zone
 _CLOSE = 1e-9  # in s
-_INSIDE = np.arange(1, 8) / 8.0  # v at which a blend is checked
+_INSIDE = [k / 8.0 for k in range(1, 8)]  # v at which a blend is checked
 _ROUNDING = 1.000000001
 SHARES = (1.0, 0.7, 0.4, 0.2)
 """Parts of what the zone allows, until the robot stays in it and within its position limits."""
@@ -116,21 +116,14 @@ class Zone:
         k = int((off > 0.0).argmax())
         inside, outside = float(parts[k - 1]) if k else 0.0, float(parts[k])
         left, right = float(-off[k - 1]) if k else self.radius, float(off[k])
-        last = 0  # side that was found last
         while outside - inside > _CLOSE and left > _CLOSE * self.radius:
             # False position; a side that stays counts half.
             part = inside + (outside - inside) * left / (left + right)
-            if not inside < part < outside:
-                part = 0.5 * (inside + outside)
             there = float(beyond(np.array([part]))[0])
             if there > 0.0:
-                outside, right = part, there
-                left *= 0.5 if last == 1 else 1.0
-                last = 1
+                outside, right, left = part, there, 0.5 * left
             else:
-                inside, left = part, -there
-                right *= 0.5 if last == -1 else 1.0
-                last = -1
+                inside, left, right = part, -there, 0.5 * right
         return inside
 
 
@@ -207,8 +200,9 @@ def blend(first: Move, second: Move, lowest: Array, highest: Array) -> Blend | N
         )
         if found.rho == 0.0:
             return None
-        q = first.path.derivatives(1.0 - found.before * shape(1.0 - _INSIDE, found.rho))[0]
-        q += second.path.derivatives(found.after * shape(_INSIDE, found.rho))[0] - start
+        done = np.array([shape(v, found.rho, 0) for v in _INSIDE])
+        q = first.path.derivatives(1.0 - found.before * done[::-1])[0]
+        q += second.path.derivatives(found.after * done)[0] - start
         within = (q >= lowest).all() and (q <= highest).all()
         if within and (zone.distances(q) <= zone.radius * _ROUNDING).all():
             return found
@@ -228,9 +222,3 @@ def _rho(ending: _Side, leaving: _Side, cosine: float, before: float, after: flo
     wanted = sqrt(wanted) * (1.0 + LONGER * max(cosine, 0.0))
     sharpness = min(max(1.0 - cosine / SHARP, 0.0), 1.0)
     return min(max(wanted, LEAST_RHO), GENTLE_RHO + (1.0 - GENTLE_RHO) * sharpness)
-
-
-def shape(v: Array, rho: float) -> Array:
-    """Return F(v), the shape of blends, at v (m,)."""
-    height = 1.0 / (rho * (3.0 - 3.0 * rho + rho * rho))
-    return height * np.where(v < rho, v * v * v, rho * (3.0 * v * v - 3.0 * rho * v + rho * rho))

@@ -564,11 +564,11 @@ def _room(
     return room
 
 
+@cython.locals(b=cython.double, y=cython.double, v=cython.double)
 def run(
     x: cython.double[::1],
     derivatives: cython.double[:, :, ::1],
     limits: cython.double[:, :, ::1],
-    squares: cython.double[::1],
     start_speed: cython.double,
     speeds: cython.double[::1],
     times: cython.double[::1],
@@ -576,10 +576,21 @@ def run(
     """Write speeds dx/dt and times (s), from 0 on, of the fastest run without jerk limits to rest.
 
     It passes samples x (m,), rising, with constant accelerations between them. `derivatives` (m, 4, n) and
-    `limits` (m, 3, n) are those of `BlendedPath.derivatives`, `squares` (m,) bounds of (dx/dt)^2. At too high
-    a speed it brakes as it can.
+    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
     """
     m: cython.Py_ssize_t = x.shape[0]
+    # (dx/dt)^2 that all limits allow at a constant speed. If a joint turns back between two samples, its
+    # acceleration is all due to the bend of its path: a change of speed takes away at one what it adds at the
+    # other.
+    squares: cython.double[::1] = np.empty(m)
+    for k in range(m):
+        b, y = 1e12, 1e-18
+        for i in range(derivatives.shape[2]):
+            v = limits[k, 0, i] / max(fabs(derivatives[k, 1, i]), STILL)
+            b = min(b, v * v, limits[k, 1, i] / max(fabs(derivatives[k, 2, i]), STILL))
+            y = max(y, fabs(derivatives[k, 3, i]) / limits[k, 2, i])
+        v = cbrt(1.0 / y)
+        squares[k] = min(b, v * v)
     # Backwards, the squares of speeds from which rest is reached.
     speeds[m - 1] = 0.0
     for k in range(m - 1, 0, -1):

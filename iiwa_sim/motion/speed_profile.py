@@ -8,7 +8,6 @@ from collections.abc import Generator
 from typing import TypeVar
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.plan_kernel import BlendedPath, SpeedProfile, run
@@ -32,9 +31,8 @@ EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.015, 1.6
 """Segments of one move alone that takes no longer are even: the robot sets out in the tick that plans it."""
 LEAST_SEGMENTS, LEAST_LEFT = 24, 16
 """Least number of segments from rest, and behind segments that are kept."""
-PACE, FASTEST, SPAN = 0.98, 1.18, 8
-"""First guess: part of an even pace, most over the nominal one, and segments of a mean."""
-SMALLEST = 1e-9
+PACE, FASTEST, NEIGHBOURS = 0.98, 1.18, (1, 2, 5)
+"""First guess: part of an even pace, most over the nominal one; segments that count, up to 8 away by sums."""
 BLEND_SEGMENTS, SHORTEST_S = 12, 0.0025
 """About the number of segments of a blend; least length of them."""
 BESIDE_S = 0.08
@@ -89,7 +87,7 @@ def nominal(
     x_run, speeds, times = np.empty((3, len(samples) + 1))
     x_run[0], speeds[0], times[0] = *earlier, -window_s
     x_run[1:] = samples
-    run(samples, derivatives, limits, _largest_squares(derivatives, limits), speed, speeds[1:], times[1:])
+    run(samples, derivatives, limits, speed, speeds[1:], times[1:])
     if many:
         yield
     half_s, end_s = 0.5 * window_s, float(times[-1]) + window_s
@@ -129,10 +127,13 @@ def sampled(path: BlendedPath, x: Array, old: Array, kept: int) -> Slices[SpeedP
 def guess(profile: SpeedProfile, lengths: Array) -> None:
     """Write a first guess over the last segments, of nominal lengths (M,) in UNIT_S.
 
-    It is the least even pace near each segment, averaged.
+    It is the least even pace near each segment.
     """
     pace = np.minimum(PACE * profile.even_rates[-len(lengths) :] * lengths * lengths, FASTEST)
-    pace = sliding_window_view(np.pad(pace, SPAN, "edge"), 2 * SPAN + 1).min(axis=1)
+    for k in NEIGHBOURS:
+        before, behind = pace[:-k], pace[k:]
+        pace = np.concatenate([np.minimum(before, behind), behind[-k:]])
+        pace[k:] = np.minimum(pace[k:], before)
     rates = pace / (lengths * lengths)
     new = np.concatenate([rates[:1], rates, rates[-1:]])
     profile.coefficients[profile.fixed - len(new) :] = new[profile.fixed :]
@@ -146,32 +147,20 @@ def fastest(profile: SpeedProfile) -> Slices[bool]:
     return bool(profile.keeps_limits)
 
 
-def _largest_squares(derivatives: Array, limits: Array) -> Array:
-    """Return the largest (dx/dt)^2 at each sample (m,) that all limits allow at a constant speed.
-
-    If a joint turns back between two samples, its acceleration is all due to the bend of its path: what a
-    change of speed would add at either sample, the other one takes away.
-    """
-    most = (np.abs(derivatives[:, 1:]) / limits).max(axis=2).T
-    first, second, third = np.maximum(most, SMALLEST)
-    squares: Array = np.minimum(np.minimum(first**-2.0, 1.0 / second), np.cbrt(third) ** -2.0)
-    return squares
-
-
 def _moving_average(x: Array, speeds: Array, times: Array, window_s: float, at: Array) -> Array:
     """Return the mean of a run over the window before each rising time, with two derivatives (3, p).
 
     No window begins before the first sample; behind the last one the run rests.
     """
-    steps = np.diff(times)
-    bends = np.append(np.diff(speeds) / np.maximum(steps, 1e-12), 0.0)
-    areas = steps * (x[:-1] + steps * (0.5 * speeds[:-1] + steps * bends[:-1] / 6.0))
+    steps = times[1:] - times[:-1]
+    areas = steps * (x[:-1] + steps * (2.0 * speeds[:-1] + speeds[1:]) / 6.0)
     areas = np.concatenate([[0.0], areas.cumsum()])  # integral of x up to each sample
     ends = np.concatenate([at, at - window_s])
-    k = np.maximum(times.searchsorted(ends, side="right") - 1, 0)
-    x, speed, bend, left = x[k], speeds[k], bends[k], ends - times[k]
-    area = areas[k] + left * (x + left * (0.5 * speed + left * bend / 6.0))
-    motion = np.array([area, x + left * (speed + 0.5 * left * bend), speed + left * bend])
+    speed = np.interp(ends, times, speeds)
+    k = times.searchsorted(ends, side="right") - 1
+    before, first, left = x[k], speeds[k], ends - times[k]
+    area = areas[k] + left * (before + left * (2.0 * first + speed) / 6.0)
+    motion = np.array([area, before + 0.5 * left * (first + speed), speed])
     mean: Array = (motion[:, : len(at)] - motion[:, len(at) :]) / window_s
     return mean
 
