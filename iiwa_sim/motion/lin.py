@@ -30,10 +30,11 @@ SMALLEST_PIECE = 1.0 / 128.0  # in s; a line that needs smaller ones is sampled 
 SMALLEST_NEAR_SINGULAR = 5e-5  # in s; of a line that was sampled
 MOST_PIECES = 100
 HALVINGS = 40
-# Largest of the last three coefficients (rad): of a resolved piece, without and with neighbours, and of one
-# that twice the degree would not resolve. Near singular poses rounding shows in all coefficients: they are
-# below ROUNDING and no longer fall by LEVEL. Coefficients below NOTHING are left out.
-RESOLVED, RESOLVED_ALONE, HOPELESS = 1e-12, 1e-11, 1e-4
+DEGREE = 32
+# Largest of the last three coefficients (rad): of a resolved piece, without and with neighbours. Near
+# singular poses rounding shows in all coefficients: they are below ROUNDING and no longer fall by LEVEL.
+# Coefficients below NOTHING are left out.
+RESOLVED, RESOLVED_ALONE = 1e-12, 1e-11
 ROUNDING, LEVEL, NOTHING = 1e-8, 10.0, 1e-13
 # Sampling near singular poses.
 EVEN_SAMPLES, MOST_SAMPLES = 33, 400
@@ -42,7 +43,6 @@ LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
 FREE_AT_START, FREE_AT_END = 1e-5, 2e-8  # rad or m: so near to a singular pose a line starts or ends in it
 BESIDE = 1e-3  # in s: distance from a singular end at which joints are known
 LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start, which the line makes up for
-MEETING = 1e-9  # rad or m: so near to a singular pose a line passes through it
 GAP = 0.01  # in s, on either side of a singular pose
 CHECKED, LARGEST_OFF = (0.1, 0.3, 0.5, 0.7, 0.9), 1e-6  # places in a gap; m, or elements of a rotation
 
@@ -137,24 +137,22 @@ class _LineJoints:
         return self._redundancy + s * self._change
 
     def _solve(
-        self, s: Array, statuses: NDArray[np.int64], seed: Sequence[float], aligned: float = ALIGNED_RAD
+        self, s: Array, statuses: NDArray[np.int64], seed: Sequence[float]
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Joint positions (m, n) at places (m,), on a branch each, and results of `solve` (m,)."""
+        """Joint positions (m, n) at places (m,), on a branch each, and results of `solve` (m,).
+
+        If the axes of two joints are parallel, one of them keeps its position in the seed.
+        """
         joints, results = np.empty((len(s), len(self.start))), np.empty(len(s), dtype=np.int64)
         inverse, redundancies = self.inverse, self._redundancy + s * self._change
         poses, following = self.line.poses(s), np.array(seed, dtype=np.float64)
-        solve(
-            inverse.kind, inverse.numbers, poses, redundancies, statuses, following, aligned, joints, results
-        )
+        kind, numbers = inverse.kind, inverse.numbers
+        solve(kind, numbers, poses, redundancies, statuses, following, ALIGNED_RAD, joints, results)
         return joints, results
 
-    def at(self, s: float, status: int, seed: Sequence[float], aligned: float = ALIGNED_RAD) -> Joints | None:
-        """Joint positions at s on a branch; None where that does not reach.
-
-        If the axes of two joints are parallel to `aligned` (rad), one of them keeps its position in the
-        seed.
-        """
-        joints, results = self._solve(np.array([s]), np.array([status]), seed, aligned)
+    def at(self, s: float, status: int, seed: Sequence[float]) -> Joints | None:
+        """Joint positions at s on a branch; None where that does not reach."""
+        joints, results = self._solve(np.array([s]), np.array([status]), seed)
         return None if results[0] == OUT_OF_REACH else tuple(joints[0].tolist())
 
     def rows(self, s: Array, statuses: NDArray[np.int64], seed: Joints) -> Array:
@@ -172,29 +170,6 @@ class _LineJoints:
                     near = middle
             raise LineOutOfReach(far)
         return joints
-
-    def meeting(
-        self, own: int, other: int, seed: Joints, before: float, after: float, coming: Joints, going: Joints
-    ) -> tuple[float, float]:
-        """The last s on the own branch and the first on the other one, where they meet between two places.
-
-        `coming` and `going` are the joints at these places. Up to the meeting the own branch is nearer to an
-        even change of the joints between them, then the other one.
-        """
-        low, high = before, after
-        for _ in range(HALVINGS + 10):
-            s = 0.5 * (low + high)
-            even = np.array(coming) + (s - before) / (after - before) * np.subtract(going, coming)
-            off = []
-            for status, following in ((own, seed), (other, coming)):
-                joints = self.at(s, status, following, aligned=0.0)
-                turn = np.subtract(joints, even) if joints else np.full(1, np.inf)
-                off.append(float(np.abs(turn - tau * np.round(turn / tau)).max()) if joints else np.inf)
-            if off[0] <= off[1]:
-                low = s
-            else:
-                high = s
-        return low, high
 
     def pieces(
         self,
@@ -230,37 +205,30 @@ class _LineJoints:
         self, low: float, high: float, status: int, seed: Joints, reference: Sequence[float], *, near: bool
     ) -> Array | None:
         """Coefficients (rows, n) of a polynomial for low <= s <= high; None where there is none."""
-        for nodes, weights in NODES_AND_WEIGHTS:
-            s = low + 0.5 * (high - low) * (1.0 + nodes)
-            s[-1] = high
-            joints, results = self._solve(s, np.full(len(s), status), seed)
-            worst = results.max()
-            if worst == OUT_OF_REACH or (worst == NEAR and not near):
-                return None
-            joints = _without_turns(np.concatenate([[reference], joints]))[1:]
-            if low == 0.0:
-                joints[0] = reference
-            fitted = _fit(joints, weights, low == 0.0 and high == 1.0)
-            if fitted is None or len(fitted):
-                return fitted
-        return None
+        s = low + 0.5 * (high - low) * (1.0 + NODES)
+        s[-1] = high
+        joints, results = self._solve(s, np.full(len(s), status), seed)
+        worst = results.max()
+        if worst == OUT_OF_REACH or (worst == NEAR and not near):
+            return None
+        joints = _without_turns(np.concatenate([[reference], joints]))[1:]
+        if low == 0.0:
+            joints[0] = reference
+        return _fit(joints, low == 0.0 and high == 1.0)
 
 
-def _fit(joints: Array, weights: Array, alone: bool) -> Array | None:
-    """Coefficients (rows, n) of a polynomial through joint positions at Chebyshev nodes.
+def _fit(joints: Array, alone: bool) -> Array | None:
+    """Coefficients (rows, n) of a polynomial through joint positions at `NODES`; None if these are too few.
 
-    Its ends are met but for rounding. Return no rows where that takes a higher degree, None where not even
-    twice the degree would do. `alone` says that the piece has no neighbours.
+    Its ends are met but for rounding. `alone` says that the piece has no neighbours.
     """
-    coefficients: Array = weights @ joints
+    coefficients: Array = WEIGHTS @ joints
     sizes = np.abs(coefficients).max(axis=1).tolist()
     rows = len(sizes)
     tail, level, nothing = max(sizes[-3:]), max(sizes[rows - (rows - 1) // 2 : -3]), NOTHING
-    if tail > HOPELESS:
-        return None
     if tail > (RESOLVED_ALONE if alone else RESOLVED):
         if tail > ROUNDING or level > LEVEL * tail:
-            return coefficients[:0]
+            return None
         nothing = 4.0 * tail
     while rows > 2 and sizes[rows - 1] <= nothing:
         rows -= 1
@@ -283,7 +251,7 @@ def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
     return nodes, weights
 
 
-NODES_AND_WEIGHTS = (_nodes_and_weights(16), _nodes_and_weights(32))
+NODES, WEIGHTS = _nodes_and_weights(DEGREE)
 
 
 class _Stretch(NamedTuple):
@@ -341,11 +309,7 @@ class _Sampled:
 
     def _regions(self) -> list[tuple[float, float, _Stretch]]:
         """First s, last s and stretch of each part between gaps."""
-        # A stretch on the branch of the one before it only gives a later seed.
-        own = [self._stretches[0]]
-        for stretch in self._stretches[1:]:
-            if stretch.status != own[-1].status:
-                own.append(stretch)
+        own = list(self._stretches)
         ends = [stretch.s for stretch in own] + [1.0]
         # A line that changes its branch next to one of its ends is as free there as at the end.
         if len(own) > 1 and ends[1] < GAP:
@@ -370,7 +334,7 @@ class _Sampled:
         )
         if isinstance(fitted, float):
             last = min(fitted + 2.0 * SMALLEST_NEAR_SINGULAR, high)
-            s = fitted + 0.5 * (last - fitted) * (1.0 + NODES_AND_WEIGHTS[-1][0])
+            s = fitted + 0.5 * (last - fitted) * (1.0 + NODES)
             self._along.rows(s, np.full(len(s), status), seed)  # raises where one is out of reach
             step = np.subtract(self._near(fitted + 2.0 * SMALLEST_NEAR_SINGULAR), self._near(fitted))
             raise SingularLine(fitted, int(np.abs(step).argmax()))
@@ -389,13 +353,12 @@ class _Sampled:
             split = steps > LARGEST_STEP_RAD
             if not split.any() or steps.sum() < STANDSTILL_RAD:
                 return s, q
-            place = int(split.argmax())
-            if self._cross(float(s[place]), float(s[place + 1]), tuple(q[place].tolist())):
+            tiny = split & (np.diff(s) < SMALLEST_STEP)
+            if tiny.any() or len(s) > MOST_SAMPLES:
+                place = int((tiny if tiny.any() else split).argmax())
+                self._cross(float(s[place]), float(s[place + 1]), q[place], q[place + 1])
                 q = self._from_start_to_end(s)
                 continue
-            if np.diff(s)[split].min() < SMALLEST_STEP or len(s) > MOST_SAMPLES:
-                place = int(np.where(split, steps, 0.0).argmax())
-                raise SingularLine(float(s[place]), int(np.abs(q[place + 1] - q[place]).argmax()))
             parts = np.diff(s)[split, None] * (np.arange(1, PARTS) / PARTS)
             between = (s[:-1][split, None] + parts).ravel()
             s, q = np.concatenate([s, between]), np.concatenate([q, self._positions(between)])
@@ -445,27 +408,19 @@ class _Sampled:
         places = starts.searchsorted(s, side="right") - 1
         return self._along.rows(s, statuses[places], self._stretches[-1].seed)
 
-    def _cross(self, before: float, after: float, coming: Joints) -> bool:
-        """Return whether the line passes a singular pose between two samples; it changes its branch there.
+    def _cross(self, before: float, after: float, coming: Array, jumped: Array) -> None:
+        """Change the branch between two samples, where the line passes a singular pose.
 
-        `coming` are the joints at the sample `before`.
+        Raises `SingularLine` where no other branch goes on from the joints `coming`.
         """
-        own = self._stretches[-1]
-        if own.s > before or (before == 0.0 and len(self._inverse.merging_statuses(coming)) > 1):
-            return False  # just crossed, or the line starts in a singular pose
         for status in self._inverse.statuses:
-            reached = self._along.at(after, status, coming) if status != own.status else None
-            if reached is None:
-                continue
-            going = continued(reached, coming)
-            if _distance(going, coming) > LARGEST_STEP_RAD:
-                continue
-            low, high = self._along.meeting(own.status, status, own.seed, before, after, coming, going)
-            meeting = self._along.at(low, own.status, own.seed, aligned=0.0)
-            if meeting is not None and status in self._inverse.merging_statuses(meeting, MEETING):
-                self._stretches += [_Stretch(before, own.status, coming), _Stretch(high, status, coming)]
-                return True
-        return False
+            reached = self._along.at(after, status, coming.tolist())
+            if reached is not None and before > self._stretches[-1].s:
+                going = continued(reached, tuple(coming.tolist()))
+                if _distance(going, coming.tolist()) <= LARGEST_STEP_RAD:
+                    self._stretches.append(_Stretch(after, status, tuple(coming.tolist())))
+                    return
+        raise SingularLine(before, int(np.abs(jumped - coming).argmax()))
 
 
 _SPLICE = np.array(

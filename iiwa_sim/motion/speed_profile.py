@@ -232,9 +232,6 @@ def segment_lengths(t: Array, density: Array, end_s: float, first_s: Array) -> A
     root = np.sqrt(np.maximum(density[k] ** 2 + 2.0 * slope * left, 0.0))
     knots = np.concatenate([[0.0], t[k] + 2.0 * left / (density[k] + root), [end_s]])
     lengths = np.diff(knots)
-    for _ in range(2):
-        w = np.concatenate([lengths[2:0:-1], lengths, lengths[-2:-4:-1]])
-        lengths = (6.0 * w[2:-2] + 4.0 * (w[1:-3] + w[3:-1]) + w[:-4] + w[4:]) * 0.0625
     fade: Array = np.zeros(count)
     if len(first_s):
         fade = FADE ** np.arange(count, dtype=np.float64)
