@@ -41,9 +41,8 @@ EVEN_SAMPLES, MOST_SAMPLES = 33, 400
 SMALLEST_STEP, PARTS = 1e-4, 4  # in s, and into how many a step is split
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
 FREE_AT_START, FREE_AT_END = 1e-5, 2e-8  # rad or m: so near to a singular pose a line starts or ends in it
-BESIDE = 1e-3  # in s: distance from a singular end at which joints are known
 LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start, which the line makes up for
-GAP = 0.01  # in s, on either side of a singular pose
+GAP, END_GAP = 0.01, 0.001  # in s, on either side of a singular pose, and beside one at an end
 CHECKED, LARGEST_OFF = (0.1, 0.3, 0.5, 0.7, 0.9), 1e-6  # places in a gap; m, or elements of a rotation
 
 
@@ -270,30 +269,37 @@ class _Sampled:
         self._along = along
         self._inverse = along.inverse
         self._stretches = [_Stretch(0.0, status, along.start)]
-        self._free_start = self._free_end = False
+        self._free_start = len(self._inverse.merging_statuses(along.start, FREE_AT_START)) > 1
         self._s, self._q = self._sampled()
-        self.end: Joints = tuple(self._q[-1].tolist())
 
     def path(self) -> Polynomial:
         """Return the path. Raises `SingularLine`."""
-        borders, pieces = [0.0], list[Array]()
+        borders, pieces, start = [0.0], list[Array](), self._along.start
         beside: Array | None = None  # joints and derivatives (4, n) at the end of the pieces so far
         for low, high, stretch in self._regions():
             inner, fits = self._fitted(low, high, stretch)
             after = at_border(inner[0], inner[1], fits[0], low)
             if low > 0.0:
-                before = _extended(after, -low, self._along.start) if beside is None else beside
-                pieces.append(self._spliced(borders[-1], low, before, after))
+                if beside is None:
+                    # A joint that is free at the start must have the position that it leaves with.
+                    beside = at_border(inner[0], inner[1], fits[0], 0.0)
+                    mismatch = np.abs(beside[0] - start)
+                    if mismatch.max() > LARGEST_MISMATCH_RAD:
+                        raise SingularLine(0.0, int(mismatch.argmax()))
+                    beside[0] = start
+                pieces.append(self._spliced(borders[-1], low, beside, after))
                 borders.append(low)
             borders += inner[1:]
             pieces += fits
             beside = at_border(inner[-2], inner[-1], fits[-1], high)
+        end: Joints = tuple(self._q[-1].tolist())
         if self._free_end:
             assert beside is not None
-            gap = 1.0 - borders[-1]
-            pieces.append(self._spliced(1.0 - gap, 1.0, beside, _extended(beside, gap, self.end)))
+            after = at_border(borders[-2], borders[-1], pieces[-1], 1.0)
+            after[0] = end = self._end(after[0])
+            pieces.append(self._spliced(borders[-1], 1.0, beside, after))
             borders.append(1.0)
-        return Polynomial(borders, pieces, self._along.start, self.end, self._along.line.length_m)
+        return Polynomial(borders, pieces, start, end, self._along.line.length_m)
 
     def _spliced(self, low: float, high: float, before: Array, after: Array) -> Array:
         """Coefficients (rows, n) of a polynomial over a gap. Raises `SingularLine` off the line."""
@@ -309,20 +315,19 @@ class _Sampled:
 
     def _regions(self) -> list[tuple[float, float, _Stretch]]:
         """First s, last s and stretch of each part between gaps."""
-        own = list(self._stretches)
-        ends = [stretch.s for stretch in own] + [1.0]
+        own, ends = list(self._stretches), [*(stretch.s for stretch in self._stretches), 1.0]
         # A line that changes its branch next to one of its ends is as free there as at the end.
-        if len(own) > 1 and ends[1] < GAP:
+        if len(own) > 1 and ends[1] < END_GAP:
             self._free_start = True
             del own[0], ends[0]
-        if len(own) > 1 and ends[-2] > 1.0 - GAP:
+        if len(own) > 1 and ends[-2] > 1.0 - END_GAP:
             self._free_end = True
             del own[-1], ends[-1]
         regions = []
         for k, stretch in enumerate(own):
             gap = min(GAP, (ends[k + 1] - ends[k]) / 3.0)
-            low = ends[k] + gap if k > 0 or self._free_start else ends[k]
-            high = ends[k + 1] - gap if k < len(own) - 1 or self._free_end else ends[k + 1]
+            low = ends[k] + (gap if k > 0 else END_GAP * self._free_start)
+            high = ends[k + 1] - (gap if k < len(own) - 1 else END_GAP * self._free_end)
             regions.append((low, high, stretch))
         return regions
 
@@ -333,9 +338,6 @@ class _Sampled:
             low, high, status, seed, self._near(low), SMALLEST_NEAR_SINGULAR, near=True
         )
         if isinstance(fitted, float):
-            last = min(fitted + 2.0 * SMALLEST_NEAR_SINGULAR, high)
-            s = fitted + 0.5 * (last - fitted) * (1.0 + NODES)
-            self._along.rows(s, np.full(len(s), status), seed)  # raises where one is out of reach
             step = np.subtract(self._near(fitted + 2.0 * SMALLEST_NEAR_SINGULAR), self._near(fitted))
             raise SingularLine(fitted, int(np.abs(step).argmax()))
         return fitted
@@ -370,36 +372,20 @@ class _Sampled:
         q = self._positions(s)
         q[0] = self._along.start
         q = _without_turns(q)
-        inverse, last, start = self._inverse, self._stretches[-1], self._along.start
-        self._free_end = len(inverse.merging_statuses(q[-1].tolist(), FREE_AT_END)) > 1
+        self._free_end = len(self._inverse.merging_statuses(q[-1].tolist(), FREE_AT_END)) > 1
         if self._free_end:
-            # A joint that is free at the end keeps the position that it comes with: next to the end the last
-            # digits of the target decide on it.
-            coming = self._beside(1.0, -BESIDE, last, tuple(q[-2].tolist()))
-            along = self._along
-            end = inverse.joints(along.line.flange(1.0), along.redundancy(1.0), last.status, coming)
-            if end is None:
-                raise LineOutOfReach(1.0)
-            q[-1] = continued(end, coming)
-        self._free_start = len(inverse.merging_statuses(start, FREE_AT_START)) > 1
-        if self._free_start:
-            # A joint that is free at the start must have the position that it leaves with.
-            mismatch = np.abs(np.subtract(self._beside(0.0, BESIDE, self._stretches[0], start), start))
-            if mismatch.max() > LARGEST_MISMATCH_RAD:
-                raise SingularLine(0.0, int(mismatch.argmax()))
+            q[-1] = self._end(q[-2])
         return q
 
-    def _beside(self, end: float, inwards: float, stretch: _Stretch, near: Joints) -> Joints:
-        """Joint positions at an end, by the cubic through four places inwards, in the turns next to
-        `near`."""
-        found = []
-        for k in (1, 2, 3, 4):
-            joints = self._along.at(end + k * inwards, stretch.status, stretch.seed)
-            if joints is None:
-                raise LineOutOfReach(end + k * inwards)
-            found.append(np.array(continued(joints, near)))
-        one, two, three, four = found
-        return tuple((4.0 * one - 6.0 * two + 4.0 * three - four).tolist())
+    def _end(self, coming: Array) -> Joints:
+        """Joint positions at the end; a joint that is free there keeps the position that it comes with: next
+        to the end the last digits of the target decide on it."""
+        along, near = self._along, tuple(coming.tolist())
+        pose, redundancy = along.line.flange(1.0), along.redundancy(1.0)
+        end = self._inverse.joints(pose, redundancy, self._stretches[-1].status, near)
+        if end is None:
+            raise LineOutOfReach(1.0)
+        return continued(end, near)
 
     def _positions(self, s: Array) -> Array:
         """Joint positions (m, n) at rising values of s (m,)."""
@@ -423,20 +409,10 @@ class _Sampled:
         raise SingularLine(before, int(np.abs(jumped - coming).argmax()))
 
 
-_SPLICE = np.array(
-    [
-        [3072, 972, 204, 20, 3072, -972, 204, -20],
-        [-3675, -603, -78, -5, 3675, -603, 78, -5],
-        [0, -1050, -282, -30, 0, 1050, -282, 30],
-        [735, 735, 126, 9, -735, 735, -126, 9],
-        [0, 84, 84, 12, 0, -84, 84, -12],
-        [-147, -147, -54, -5, 147, -147, 54, -5],
-        [0, -6, -6, -2, 0, 6, -6, 2],
-        [15, 15, 6, 1, -15, 15, -6, 1],
-    ]
-)
-"""Chebyshev coefficients, times 6144, of the polynomials of degree 7 with one value or derivative of 1 at -1
-or at 1: the inverse of the matrix of values and derivatives at both ends."""
+_ORDERS = np.arange(8.0)
+_AT_1 = np.cumprod([_ORDERS**0, _ORDERS**2, (_ORDERS**2 - 1.0) / 3.0, (_ORDERS**2 - 4.0) / 5.0], axis=0)
+_AT_ENDS = np.concatenate([_AT_1 * (-1.0) ** np.add.outer(np.arange(4), _ORDERS), _AT_1])
+"""Values and three derivatives (8, 8) of the first Chebyshev polynomials at -1 and at 1."""
 
 
 def splice(width: float, first: Array, last: Array) -> Array:
@@ -445,20 +421,13 @@ def splice(width: float, first: Array, last: Array) -> Array:
     `width` is its width in s; derivatives are over s.
     """
     scales = (0.5 * width) ** np.arange(4.0)[:, None]
-    rows: Array = _SPLICE / 6144.0 @ np.concatenate([first * scales, last * scales])
+    rows: Array = np.linalg.solve(_AT_ENDS, np.concatenate([first * scales, last * scales]))
     return rows
 
 
 def at_border(low: float, high: float, coefficients: Array, s: float) -> Array:
     """Joint positions and three derivatives (4, n), at any s, of a piece from s = low to high."""
     return Polynomial((low, high), [coefficients], (), ()).derivatives(np.array([s]))[:, 0]
-
-
-def _extended(beside: Array, distance: float, there: Joints) -> Array:
-    """Joint positions `there`, with the derivatives (4, n) of `beside` extended by a distance in s."""
-    _, first, second, third = beside
-    slope = first + distance * (second + 0.5 * distance * third)
-    return np.array([there, slope, second + distance * third, third], dtype=np.float64)
 
 
 def _without_turns(q: Array) -> Array:
