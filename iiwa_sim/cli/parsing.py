@@ -4,6 +4,8 @@ import argparse
 import difflib
 import re
 from collections.abc import Container, Iterable, Sequence
+from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import NoReturn
 
@@ -15,7 +17,7 @@ from iiwa_sim.wording import harmless, shortened
 
 LONGEST_MESSAGE = 400
 """Most characters of a message about wrong arguments, which quotes them."""
-WIDTH = 100
+FORMATTER = partial(argparse.RawDescriptionHelpFormatter, width=100)
 TITLE = """A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, and the messages
 of a KUKA KRC4. To talk to it: telnet HOST PORT, then help"""
 EXAMPLES = """examples:
@@ -34,29 +36,21 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, command: str, text: str, closing: str, usage: str | None = None) -> None:
         prog = f"iiwa-sim {command}".rstrip()
-        super().__init__(
-            prog,
-            usage,
-            text,
-            closing,
-            formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, width=WIDTH),
-            argument_default=argparse.SUPPRESS,
-            allow_abbrev=False,
-        )
+        super().__init__(prog, usage, text, closing, formatter_class=FORMATTER, allow_abbrev=False)
+        self.argument_default = argparse.SUPPRESS
 
     def add_options(self, fields: Iterable[str], shown: Container[str] = OPTIONS) -> None:
         """Add options of the model, each in its group; --help tells those that are `shown`."""
-        groups: dict[str, argparse._ArgumentGroup] = {}
-        for option in map(OPTIONS.__getitem__, fields):
-            if option.group not in groups:
-                groups[option.group] = self.add_argument_group(option.group)
-            flag, kind = option.flag, {"dest": option.keyword, "metavar": option.metavar}
-            if option.is_switch:
-                kind = {"dest": option.keyword, "action": "store_const", "const": "true"}
-            elif option.keyword == "cell":
-                flag, kind = "cell", {"nargs": "?", "metavar": option.metavar}
-            kind["help"] = _help(option) if option.keyword in shown else argparse.SUPPRESS
-            groups[option.group].add_argument(flag, **kind)
+        for title, options in groupby(map(OPTIONS.__getitem__, fields), lambda option: option.group):
+            group = self.add_argument_group(title)
+            for option in options:
+                flag, kind = option.flag, {"dest": option.keyword, "metavar": option.metavar}
+                if option.is_switch:
+                    kind = {"dest": option.keyword, "action": "store_const", "const": "true"}
+                elif option.keyword == "cell":
+                    flag, kind = "cell", {"nargs": "?", "metavar": option.metavar}
+                kind["help"] = _help(option) if option.keyword in shown else argparse.SUPPRESS
+                group.add_argument(flag, **kind)
 
     def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
         """Return the arguments of the command's own, and the options of the model. Raises SettingError."""
