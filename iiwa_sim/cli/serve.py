@@ -10,7 +10,7 @@ import resource
 import signal
 import socket
 import sys
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Iterable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import TYPE_CHECKING
 
@@ -62,10 +62,17 @@ async def _serve(robots: dict[str, Settings]) -> None:
             page = None
             if common.view_port is not None:
                 page = running.enter_context(await listen(common.view_host, common.view_port))
-            simulators = _simulators(robots, over.set)
-            for name, simulator in simulators.items():
+            # Pinocchio and Ruckig load slowly, so only when the options are known to be right.
+            from iiwa_sim.simulator import Simulator
+
+            cells: dict[object, tuple[Cell, ...]] = {}  # each file is read once for equal robots
+            simulators: dict[str, Simulator] = {}
+            for name, settings in robots.items():
+                place, on_bye = (settings.robot, settings.cell), over.set if settings.bye_shuts_down else None
                 with log.named(name):
-                    await running.enter_async_context(simulator)
+                    simulator = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
+                    simulators[name] = await running.enter_async_context(simulator)
+                cells.setdefault(place, simulator.cells)
             for number in (signal.SIGTERM, signal.SIGINT):
                 asyncio.get_running_loop().add_signal_handler(number, over.set)
             lines = [line for name, each in simulators.items() for line in _announcement(name, each)]
@@ -79,21 +86,6 @@ async def _serve(robots: dict[str, Settings]) -> None:
             await over.wait()
     finally:
         gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
-
-
-def _simulators(robots: dict[str, Settings], end: Callable[[], None]) -> "dict[str, Simulator]":
-    """Return the simulators by their names. Each file is read once for equal robots."""
-    # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
-    from iiwa_sim.simulator import Simulator
-
-    cells: dict[object, tuple[Cell, ...]] = {}
-    simulators: dict[str, Simulator] = {}
-    for name, settings in robots.items():
-        place, on_bye = (settings.robot, settings.cell), end if settings.bye_shuts_down else None
-        with log.named(name):
-            simulators[name] = Simulator(cell=cells.get(place), settings=settings, on_bye=on_bye)
-        cells.setdefault(place, simulators[name].cells)
-    return simulators
 
 
 def _announcement(name: str, simulator: "Simulator") -> Iterable[str]:
