@@ -57,12 +57,21 @@ class Camera:
 
 def _render(model: Any, data: Any, name: str, width: int, height: int) -> bytes:
     import mujoco as mj
+    from mujoco.rendering.classic import gl_context, renderer
 
+    kind = os.environ.get("MUJOCO_GL") or ("cgl" if sys.platform == "darwin" else "egl")
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    try:
+        gl_context.GLContext = import_module(f"mujoco.{kind}").GLContext
+        drawn = renderer.Renderer(model, height, width)
+    except Exception as fault:  # noqa: BLE001 - of any library of the system
+        why = harmless(f"{type(fault).__name__}: {fault}")
+        raise Refused(EXECUTION, LACKS.format(kind=kind, fault=why)) from None
     mj.mj_kinematics(model, data)
     mj.mj_camlight(model, data)
-    with _renderer(model, width, height) as renderer:
-        renderer.update_scene(data, name)
-        return png(renderer.render().tobytes(), width, height)
+    with drawn:
+        drawn.update_scene(data, name)
+        return png(drawn.render().tobytes(), width, height)
 
 
 def png(rgb: bytes, width: int, height: int) -> bytes:
@@ -70,25 +79,11 @@ def png(rgb: bytes, width: int, height: int) -> bytes:
 
     https://www.w3.org/TR/png-3: 8 bits of truecolour, no filter, no interlacing.
     """
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        told = kind + content
+        return struct.pack(">I", len(content)) + told + struct.pack(">I", zlib.crc32(told))
+
     rows = b"".join(b"\0" + rgb[3 * width * row : 3 * width * (row + 1)] for row in range(height))
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    chunks = (b"IHDR", header), (b"IDAT", zlib.compress(rows, 1)), (b"IEND", b"")
-    told = (
-        struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
-        for kind, content in chunks
-    )
-    return b"\x89PNG\r\n\x1a\n" + b"".join(told)
-
-
-def _renderer(model: Any, width: int, height: int) -> Any:
-    """Return a renderer for this thread, without a window. Raises `Refused` where there is none."""
-    from mujoco.rendering.classic import gl_context, renderer
-
-    kind = os.environ.get("MUJOCO_GL") or ("cgl" if sys.platform == "darwin" else "egl")
-    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-    try:
-        gl_context.GLContext = import_module(f"mujoco.{kind}").GLContext
-        return renderer.Renderer(model, height, width)
-    except Exception as fault:  # noqa: BLE001 - of any library of the system
-        why = harmless(f"{type(fault).__name__}: {fault}")
-        raise Refused(EXECUTION, LACKS.format(kind=kind, fault=why)) from None
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b"")
