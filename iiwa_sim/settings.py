@@ -92,28 +92,27 @@ class Reader:
 
     def fault(self, key: str, value: object, expected: str) -> SettingsFault:
         """The exception to raise for a key whose value cannot be used."""
-        key = f"{self._prefix}{key}" if key else ""
-        return self._fault(self.path, key, MISSING if value is None else quoted(value), expected)
+        key, shown = f"{self._prefix}{key}" if key else "", repr(value) if isinstance(value, str) else value
+        return self._fault(self.path, key, MISSING if value is None else shown, expected)
 
     def check(self, key: str, value: object, holds: bool, expected: str) -> None:
         """Raises the fault if a condition does not hold for a value."""
         if not holds:
             raise self.fault(key, value, expected)
 
-    def text(self, file: Path, missing: str) -> str:
-        """The text of a file; `missing` tells what was expected if there is none."""
+    def text(self) -> str:
+        """The text of the file."""
         try:
-            if file.exists() and not file.is_file():  # a pipe would never end
+            if (file := Path(self.path)).exists() and not file.is_file():  # a pipe would never end
                 raise self.fault("", "", "a regular file")
             return file.read_text(encoding="utf-8-sig")  # editors may put an invisible mark in front
-        except FileNotFoundError:
-            raise self.fault("", "", missing) from None
         except (OSError, ValueError) as fault:
             why = getattr(fault, "strerror", fault)
             raise self.fault("", "", f"a readable text file ({why})") from None
 
-    def settings(self, text: str, kind: type[Settings]) -> Settings:
-        """The settings in a TOML text, as the type of a `msgspec.Struct` allows them."""
+    def settings(self, kind: type[Settings]) -> Settings:
+        """The settings in a TOML file, as the type of a `msgspec.Struct` allows them."""
+        text = self.text()
         try:
             return self.converted(tomllib.loads(text), kind)
         except (ValueError, RecursionError) as fault:  # of TOML, a number of too many digits, or deep lists
@@ -132,11 +131,6 @@ class Reader:
             else:
                 key, expected = _in_words(inspect.type_info(kind), key, expected)
             raise self.fault(key, _value(value, _path(key)), expected) from None
-
-
-def quoted(value: object) -> object:
-    """A text in quotes, to show where it begins and ends; any other value as it is."""
-    return repr(value) if isinstance(value, str) else value
 
 
 def _in_words(kind: inspect.Type, key: str, expected: str) -> tuple[str, str]:

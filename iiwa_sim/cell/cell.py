@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from iiwa_sim.world.scene import Scene
     from iiwa_sim.world.world import World
 
-CELL_SUFFIX = ".toml"
 CLOSE_M = 1e-3
 """Parts and robots may be so deep in each other at the start, and parts in surfaces."""
 
@@ -73,8 +72,6 @@ class Cell:
 
     def seen(self) -> tuple[Surface, ...]:
         """Return the surfaces in the robot's base."""
-        if self.base == IDENTITY:
-            return self.surfaces
         to_base = inverse(self.base)
         return tuple(each._replace(pose=compose(to_base, each.pose)) for each in self.surfaces)
 
@@ -89,15 +86,16 @@ class Cell:
         """
         if arm is None and (world := shared_world([self], tick_s)) is not None:
             (arm,) = world.arms
+        noise = None
+        if self.noise is not None:
+            noise = Noise(**structs.asdict(self.noise), joint_count=len(self.start))
         return Controller(
             self.description,
             tick_s,
             start=self.start,
             tool_in_flange=self.tool_in_flange,
             contact=TcpContact(self.seen(), self.contact_radius_m),
-            noise=None
-            if self.noise is None
-            else Noise(**structs.asdict(self.noise), joint_count=len(self.start)),
+            noise=noise,
             io=Io(self.input_names, self.output_names),
             safety=self.safety,
             tool=self.tool,
@@ -146,18 +144,11 @@ def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, .
 
     What ends with .toml is a cell. Raises what `robot_alone` and `load_cells` do.
     """
-    if robot is not None and Path(robot).suffix == CELL_SUFFIX:
+    if robot is not None and Path(robot).suffix == ".toml":
         robot, cell = None, robot
     if cell is None:
         return (robot_alone(DEFAULT_ROBOT if robot is None else robot),)
     return load_cells(cell)
-
-
-def single(cells: tuple[Cell, ...]) -> Cell:
-    """Return the only cell; raises `CellFault` where there are several robots."""
-    if len(cells) > 1:
-        raise CellFault(str(cells[0].path), "robot", f"{len(cells)} of them", "a single robot here")
-    return cells[0]
 
 
 def load_cells(path: str | Path) -> tuple[Cell, ...]:
@@ -168,7 +159,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
     """
     file = Path(path)
     reader = Reader(str(file), CellFault)
-    settings = reader.settings(reader.text(file, "an existing file"), CellSettings)
+    settings = reader.settings(CellSettings)
     surfaces = tuple(map(surface_of, settings.surfaces().values()))
     parts = tuple(
         part_of(each, reader.under(f"part[{index}]."), file.parent)
@@ -184,7 +175,7 @@ def load_cells(path: str | Path) -> tuple[Cell, ...]:
         cell = Cell(
             description=description,
             start=_start(its, robot.start_deg, description),
-            tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
+            tool_in_flange=tool.to_transform() if tool else description.tool_in_flange,
             contact_radius_m=1e-3 * robot.contact_radius_mm,
             tool=NO_TOOL if robot.tool is None else robot.tool.tool(),
             handled=_handled(its, robot, parts, scene),
@@ -226,22 +217,18 @@ def _handled(
     """The gripper, the parts and the scene."""
     kind, wiring = NO_HANDLING[:2] if robot.gripper is None else robot.gripper.gripper()
     sensors, drivable = ((), ()) if scene is None else (scene.sensors, scene.drivable)
-    for k, wire in enumerate(robot.input):
-        _check_named(reader, f"input[{k}].sensor", wire.sensor, sensors, "a sensor")
-    for k, each in enumerate(robot.output):
-        kinds = "an actuator, an equality, or a geom with surfacevel,"
-        _check_named(reader, f"output[{k}].actuator", each.actuator, drivable, kinds)
+    wired = {f"input[{k}].sensor": (each.sensor, "a sensor", sensors) for k, each in enumerate(robot.input)}
+    kinds = "an actuator, an equality, or a geom with surfacevel,"
+    wired |= {f"output[{k}].actuator": (w.actuator, kinds, drivable) for k, w in enumerate(robot.output)}
+    for key, (name, kind_of, names) in wired.items():
+        near = get_close_matches(name, names, 1)
+        hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(names) or 'none'}"
+        reader.check(key, name, name in names, f"{kind_of} of the [scene]: {hint}")
     if scene is None:
         return HandlingSetup(kind, wiring, parts)
     inputs = [InputWire(w.number, *scene.sensor(w.sensor), w.above, w.below) for w in robot.input]
     outputs = [OutputWire(w.number, *scene.driven(w.actuator), w.on, w.off) for w in robot.output]
     return HandlingSetup(kind, wiring, parts, scene, tuple(inputs), tuple(outputs))
-
-
-def _check_named(reader: Reader, key: str, name: str, names: Sequence[str], kinds: str) -> None:
-    near = get_close_matches(name, names, 1)
-    hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(names) or 'none'}"
-    reader.check(key, name, name in names, f"{kinds} of the [scene]: {hint}")
 
 
 def _start(reader: Reader, start_deg: str | list[float], description: RobotDescription) -> tuple[float, ...]:

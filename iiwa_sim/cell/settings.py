@@ -89,11 +89,6 @@ class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     inputs: _Ios = DEFAULT_COUNT
     outputs: _Ios = DEFAULT_COUNT
 
-    def __post_init__(self) -> None:
-        for kind in ("input", "output"):
-            names = {f"{kind}s[{index}]": name for index, name in enumerate(self.names(kind))}
-            _require_different(names, "name")
-
     def names(self, kind: str) -> tuple[str, ...]:
         """Return the names of inputs or outputs; `kind` is input or output."""
         given: int | list[str] = getattr(self, f"{kind}s")

@@ -50,7 +50,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
     need_library("mcap", "record")
     need_library("matplotlib", "plot")
-    from iiwa_sim.cell.cell import cells_of, single
+    from iiwa_sim.cell.cell import cells_of
     from iiwa_sim.plot.draw import picture
     from iiwa_sim.plot.motion import motion_in, run
     from iiwa_sim.recordings.read import Recorded
@@ -60,7 +60,9 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         motion = motion_in(recorded)
         _warn_if_cut(recorded)
     else:
-        cell = single(cells_of(settings.robot, settings.cell))
+        cell, *others = cells_of(settings.robot, settings.cell)
+        if others:
+            raise SettingError(f"--cell {settings.cell}: expected a cell with one robot")
         logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
         motion = run(own.commands, cell, settings.rate_hz)
     try:

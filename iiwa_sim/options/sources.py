@@ -151,8 +151,7 @@ def robots_of(given: Given) -> dict[str, Settings]:
     """
     fleet = Path(given["fleet"]) if "fleet" in given and "count" not in given else None
     if fleet is not None:
-        reader = Reader(str(fleet), SettingsFault)
-        tables = reader.settings(reader.text(fleet, "a fleet file"), _Fleet).robot
+        tables = Reader(str(fleet), SettingsFault).settings(_Fleet).robot
         given = {key: given[key] for key in given if key != "fleet"}
     else:
         count = Settings(**given).count

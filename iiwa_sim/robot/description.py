@@ -157,18 +157,18 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     kinematics when the inverse is.
     """
     name = str(name_or_folder)
-    return _built_in(name) if name in built_in_robots() else _read(_folder(name_or_folder), name_or_folder)
+    return _built_in(name) if name in built_in_robots() else _read(_folder(name_or_folder))
 
 
 @cache
 def _built_in(name: str) -> RobotDescription:
-    return _read(data_folder("iiwa_sim.robots") / name, name)
+    return _read(data_folder("iiwa_sim.robots") / name)
 
 
-def _read(folder: Path, name_or_folder: str | Path) -> RobotDescription:
-    settings_path = str(folder / SETTINGS_FILE)
+def _read(folder: Path) -> RobotDescription:
+    settings_path, urdf_path = str(folder / SETTINGS_FILE), str(folder / URDF_FILE)
     reader = Reader(settings_path, RobotFault)
-    settings = reader.settings(_text(folder, SETTINGS_FILE, name_or_folder), _Settings)
+    settings = reader.settings(_Settings)
     _check_values(reader, settings)
     limits, direct = settings.limits, settings.direct
     velocity = _radians(limits.velocity_deg_per_s)
@@ -201,8 +201,8 @@ def _read(folder: Path, name_or_folder: str | Path) -> RobotDescription:
         stop_rate_per_s=settings.stop.rate_per_s,
         stop_rate_change_per_s2=settings.stop.rate_change_per_s2,
         settings_path=settings_path,
-        urdf_path=str(folder / URDF_FILE),
-        urdf=_text(folder, URDF_FILE, name_or_folder),
+        urdf_path=urdf_path,
+        urdf=Reader(urdf_path, RobotFault).text(),
         capsules_mm=tuple(
             (link, each)
             for link, found in settings.capsules_mm.items()
@@ -271,8 +271,3 @@ def _folder(name_or_folder: str | Path) -> Path:
         why = f" ({fault.strerror})"
     given = str(name_or_folder) or "''"
     raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(built_in_robots())}{why}")
-
-
-def _text(folder: Path, file: str, name_or_folder: str | Path) -> str:
-    path = folder / file
-    return Reader(str(path), RobotFault).text(path, f"this file in the robot's folder {name_or_folder}")

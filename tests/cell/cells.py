@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from iiwa_sim.cell.cell import Cell, load_cells, single
+from iiwa_sim.cell.cell import Cell, load_cells
 from tests.journal import Journal
 from tests.protocols.fake_robot import Conversation
 from tests.stepped import SteppedRobot
@@ -41,7 +41,7 @@ def cell_from(folder: Path, text: str) -> Cell:
     """The cell that a text describes."""
     file = folder / "cell.toml"
     file.write_text(text)
-    return single(load_cells(file))
+    return load_cells(file)[0]
 
 
 class SteppedDriver(Conversation):

@@ -166,7 +166,6 @@ FAULTS = [
     (TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL, "start_deg", "'home'"),
     ("[noise]\nseed = 1.5", "noise.seed", "1.5"),
     ("[safety]\nbox_min_mm = [0, 0, 0]\nbox_max_mm = [100, 900, 900]", "start_deg", "'home'"),
-    ('[io]\noutputs = ["a", "b", "a"]', r"io.outputs\[2\]", "'a'"),
 ]
 
 
@@ -255,7 +254,6 @@ THIRD = '[[robot]]\nname = "third"\n'
 @pytest.mark.parametrize(
     ("added", "says"),
     [
-        ("", "robot = 2 of them: expected a single robot here"),
         ('[[robot]]\nname = "left"', "robot[2].name = 'left': expected another name than that of robot[0]"),
         ('[[robot]]\nname = "a/b"', "robot[2].name = 'a/b': expected up to 40 letters, digits, - and _"),
         ("[[robot]]\nmodel = 'kr_6_r900_sixx'", "robot[2].name = (missing): expected this key"),
