@@ -14,16 +14,9 @@ from iiwa_sim.robot.model import Link
 GOAL = "goal"
 WORLD = "world"
 """The frame in which the bases of several robots are."""
-DELETES_ALL = 1
-"""The type of a foxglove.SceneEntityDeletion."""
 INFO, WARNING, ERROR = 2, 3, 4
 """Levels of a foxglove.Log."""
-_MODELS = {
-    ".glb": "model/gltf-binary",
-    ".stl": "model/stl",
-    ".obj": "model/obj",
-    ".dae": "model/vnd.collada+xml",
-}
+_MODELS = {".glb": "model/gltf-binary", ".stl": "model/stl", ".obj": "model/obj"}
 _KINDS = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models", "metadata")
 
 Message = dict[str, Any]
@@ -62,7 +55,8 @@ def scene(ns: int, arm: Arm, cell: Mapping[str, Any], shows_cell: bool) -> Messa
         entity(ns, links.get(body.frame, body.frame), body.name, body.shapes)
         for body in bodies_of(cell, shows_cell)
     ]
-    return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
+    all_before = {"timestamp": stamp(ns), "type": 1, "id": ""}
+    return {"deletions": [all_before], "entities": entities}
 
 
 def log(ns: int, event: Event) -> Message:

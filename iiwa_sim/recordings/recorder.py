@@ -33,7 +33,7 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
     """Open a file, and return a recorder of each robot. Raises RecordingFault."""
     names = [each.cell.name for each in sources] if len(sources) > 1 else [""]
     head = {"version": metadata.version("iiwa-sim")} | ({"robots": " ".join(names)} if names[0] else {})
-    attachments: dict[str, tuple[str, bytes]] = {}
+    attachments: dict[str, bytes] = {}
     for name, source in zip(names, sources, strict=True):
         prefix, robot, noise = f"{name}/" if name else "", source.cell.description, source.cell.noise
         described = {
@@ -44,10 +44,10 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
             "seed": "none" if noise is None else str(noise.seed),
         }
         head |= {f"{prefix}{key}": value for key, value in described.items()}
-        attachments[f"{prefix}robot.urdf"] = "application/xml", robot.urdf.encode()
+        attachments[f"{prefix}robot.urdf"] = robot.urdf.encode()
         for file, place in (("robot.toml", Path(robot.settings_path)), ("cell.toml", source.cell.path)):
             if place is not None and place.is_file():
-                attachments[f"{prefix}{file}"] = "application/toml", place.read_bytes()
+                attachments[f"{prefix}{file}"] = place.read_bytes()
     out = Writer(path, head, attachments)
     return [
         Recorder(source, clock, rate_hz, out, name, shows_cell=source is sources[0])

@@ -42,13 +42,8 @@ class Writer:
     disk ends the recording with one line in the log.
     """
 
-    def __init__(
-        self, path: Path, metadata: Mapping[str, str], attachments: Mapping[str, tuple[str, bytes]]
-    ) -> None:
-        """Open the file, which is overwritten. Raises RecordingFault.
-
-        `metadata` describes the run. The attachments have a media type and content.
-        """
+    def __init__(self, path: Path, metadata: Mapping[str, str], attachments: Mapping[str, bytes]) -> None:
+        """Open the file, which is overwritten. Raises RecordingFault."""
         self.dropped = 0
         """Messages that found no room."""
         self._path = path
@@ -60,8 +55,8 @@ class Writer:
             file.start(library=f"iiwa-sim {metadata['version']}")
             file.add_metadata(METADATA, dict(metadata))
             now_ns = time.time_ns()
-            for name, (media_type, content) in attachments.items():
-                file.add_attachment(now_ns, now_ns, name, media_type, content)
+            for name, content in attachments.items():
+                file.add_attachment(now_ns, now_ns, name, "text/plain", content)
             self._schemas = {
                 name: file.register_schema(name, "jsonschema", msgspec.json.encode(schema))
                 for name, schema in schemas().items()

@@ -33,12 +33,12 @@ def read_command(command: Any, robot: Controller, *, apply_reference: bool = Tru
     kind, feels_forces = _one_of("command_type", command.command_type, _TYPES)
     for name in ("pose", "velocity", "acceleration", "effort", "blending"):
         if not all(map(isfinite, getattr(command, name))):
-            raise _bad(f"{name}: expected finite numbers")
+            raise Refused(EXECUTION, f"{name}: expected finite numbers")
     if command.additional_parameters or command.additional_values:
-        raise _bad("additional_parameters and additional_values: expected none")
+        raise Refused(EXECUTION, "additional_parameters and additional_values: expected none")
     target = _target(command, len(robot.description.joints), apply_reference)
     if feels_forces and not isinstance(target, Frame):
-        raise _bad(f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
+        raise Refused(EXECUTION, f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
     _count("effort", command.effort, 3 if feels_forces else 0)
     forces: Any = None
     if feels_forces:
@@ -60,7 +60,7 @@ def _target(command: Any, joint_count: int, apply_reference: bool) -> Sequence[f
     target = Frame(x, y, z, *pose[3:]) if kind == EULER else from_quaternion((x, y, z), tuple(pose[3:]))
     frame = astuple(command.pose_reference_frame)
     if not all(map(isfinite, frame)):
-        raise _bad("pose_reference_frame: expected finite numbers")
+        raise Refused(EXECUTION, "pose_reference_frame: expected finite numbers")
     if not apply_reference or not any(frame) or command.pose_reference in BASES:
         return target  # a frame of zeros is the base, whatever its name
     return Frame.from_transform(compose(transform_from_euler(*frame), target.to_transform()))
@@ -107,7 +107,7 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
     if not any(command.blending):
         return 0.0
     if move.kind.is_servo:
-        raise _bad(f"blending of {move.kind.value}: expected 0, such moves do not blend")
+        raise Refused(EXECUTION, f"blending of {move.kind.value}: expected 0, such moves do not blend")
     on_joints = move.kind is Kind.PTP and not isinstance(target, Frame)
     units = {"RAD" if on_joints else "M": (inf,), "%": (1.0,), "PERCENT": (100.0,)}
     (value,) = _values("blending", word, command.blending, units)
@@ -139,20 +139,20 @@ def _values(
     for value, limit in zip(found, most, strict=True):
         if not (0.0 < value <= limit or (zero and value == 0.0)):
             least = "0 or more" if zero else "above 0"
-            raise _bad(f"{name} {value:g} in {word}: expected {least}, up to {limit:.7g}")
+            raise Refused(EXECUTION, f"{name} {value:g} in {word}: expected {least}, up to {limit:.7g}")
     return tuple(v if limit == inf else v / limit for v, limit in zip(found, most, strict=True))
 
 
 def _count(name: str, values: Sequence[float], *counts: int) -> None:
     if len(values) not in counts:
-        raise _bad(f"{name}: {len(values)} values, expected {' or '.join(map(str, sorted({*counts})))}")
+        raise Refused(
+            EXECUTION, f"{name}: {len(values)} values, expected {' or '.join(map(str, sorted({*counts})))}"
+        )
 
 
 def _one_of(name: str, word: str, known: Mapping[str, _Found]) -> _Found:
     if word not in known:
-        raise _bad(f"{name} '{shortened(harmless(word), 40)}': expected one of {', '.join(known)}")
+        raise Refused(
+            EXECUTION, f"{name} '{shortened(harmless(word), 40)}': expected one of {', '.join(known)}"
+        )
     return known[word]
-
-
-def _bad(reason: str) -> Refused:
-    return Refused(EXECUTION, reason)

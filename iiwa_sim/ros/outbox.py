@@ -48,8 +48,7 @@ class Outbox:
 
     def feed(self, topic: str, message: Callable[[], str]) -> None:
         """Queue a message of a topic; if too many wait, the oldest is dropped before it was made."""
-        feed = self._feeds.get(topic)
-        if feed is not None:
+        if (feed := self._feeds.get(topic)) is not None:
             feed.waiting.append(message)
             self._news.set()
 

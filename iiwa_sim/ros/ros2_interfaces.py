@@ -32,16 +32,14 @@ def make(source: Path, library: Path, work: Path) -> None:
         for each in source.glob(f"{kind}/*.{kind}"):
             translate(source, package, Path(kind, each.name), work / "idl" / kind)
             files.append(f"{work / 'idl'}:{kind}/{each.stem}.idl")
-    for number, generator in enumerate(
-        (
-            GenerateC(""),
-            GenerateFastRTPSCTypesupport(""),
-            GenerateCTypesupport("", typesupport_implementations=[ON_WIRE]),
-            GeneratePython("", typesupport_implementations=[ASKED]),
-        )
-    ):
-        generator.generate(package, files, [str(PREFIX / "share")], work / str(number) / package)
-    shutil.copytree(work / str(number) / package, home, dirs_exist_ok=True)
+    for name, generator in {
+        "c": GenerateC(""),
+        "wire": GenerateFastRTPSCTypesupport(""),
+        "asked": GenerateCTypesupport("", typesupport_implementations=[ON_WIRE]),
+        "python": GeneratePython("", typesupport_implementations=[ASKED]),
+    }.items():
+        generator.generate(package, files, [str(PREFIX / "share")], work / name / package)
+    shutil.copytree(work / "python" / package, home, dirs_exist_ok=True)
     include = PREFIX / "include"
     folders = [include, *include.iterdir(), *work.iterdir(), PATHS["include"], numpy.get_include()]
     command = ["cc", "-shared", "-fPIC", "-O1", "-w", *(f"-I{each}" for each in folders)]

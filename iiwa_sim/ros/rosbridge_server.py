@@ -69,10 +69,9 @@ class RosbridgeServer:
 
     async def close(self) -> None:
         """Stop listening, close every connection, and wait until all have gone."""
-        server, self._server = self._server, None
-        if server is not None:
-            server.close()
-            await server.wait_closed()
+        if self._server is not None:
+            self._server.close()
+            await self._server.wait_closed()
 
     def _admit(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a client without access."""
