@@ -33,15 +33,16 @@ def _move(session: LineSession, request: Request) -> bytes:
     command, kind = request.command, Kind(request.command.kind)
     v = {each.name: value for each, value in zip(command.parameters, request.values, strict=True)}
 
-    def given(names: str) -> Any:
-        return tuple(v[name] for name in names.split() if name in v)
+    def given(first: str, *others: str) -> Any:
+        return (v[first], *[v[each] for each in others]) if first in v else ()
 
-    target = joints = given("j0 j1 j2 j3 j4 j5 j6")
-    if quaternion := given("qx qy qz qw"):
-        target = from_quaternion(given("x y z"), quaternion)
-    elif frame := given("x y z alpha beta gamma"):
+    target = joints = given("j0", "j1", "j2", "j3", "j4", "j5", "j6")
+    if quaternion := given("qx", "qy", "qz", "qw"):
+        target = from_quaternion(given("x", "y", "z"), quaternion)
+    elif frame := given("x", "y", "z", "alpha", "beta", "gamma"):
         target = Frame(*frame)
-    shift, forces = given("dx dy dz dalpha dbeta dgamma"), given("fx fy fz tx ty tz")
+    shift = given("dx", "dy", "dz", "dalpha", "dbeta", "dgamma")
+    forces = given("fx", "fy", "fz", "tx", "ty", "tz")
     thresholds = v.get("thresholdX"), v.get("thresholdY"), v.get("thresholdZ")
     balanced = tuple(0.0 - force for force in forces)  # which the controller adds
     session.move(
@@ -50,7 +51,7 @@ def _move(session: LineSession, request: Request) -> bytes:
             target,
             v.get("speed", 1.0),
             v.get("blending", JOINT_BLENDING if joints and kind is Kind.PTP else 0.0),
-            given("v0 v1 v2 v3 v4 v5 v6"),
+            given("v0", "v1", "v2", "v3", "v4", "v5", "v6"),
             shift=Frame(*shift) if shift else None,
             in_tool=command.in_tool,
             redundancy=v.get("r"),

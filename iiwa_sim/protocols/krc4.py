@@ -23,7 +23,7 @@ from iiwa_sim.protocols.krc4_xml import (
     written,
 )
 from iiwa_sim.protocols.ports import KRC4
-from iiwa_sim.protocols.session import AT_ONCE, Session
+from iiwa_sim.protocols.session import Session
 from iiwa_sim.wording import harmless, shortened
 
 Answer = tuple[Sequence[int], Sequence[float]]
@@ -97,7 +97,7 @@ class Krc4Session(Session):
     ) -> None:
         super().__init__(controller, log, name, dialogue, KRC4)
         self._stream = XmlStream()
-        self.waiting: Element | None = None
+        self.waiting = None
 
     def receive(self, data: bytes) -> None:
         self._stream.receive(data)
@@ -107,21 +107,14 @@ class Krc4Session(Session):
         self._stream.end()
         self._look_ahead()
 
-    def answer(self, most: int = AT_ONCE) -> bytes:
-        replies: list[bytes] = []
-        self.ends_batch = False
-        while self.waiting is not None and len(replies) < most and not self.ends_batch:
-            element, self.waiting = self.waiting, None
-            replies.append(self._reply(element, self._stream.wire))
-            self._look_ahead()
-        return b"".join(replies)
-
-    def close(self) -> None:
-        self.waiting = None
-        super().close()
+    def _answer(self) -> bytes:
+        element, self.waiting = self.waiting, None
+        reply = self._reply(element, self._stream.wire)
+        self._look_ahead()
+        return reply
 
     def _look_ahead(self) -> None:
-        if self.waiting is None and not self.closing:
+        if self.waiting is None:
             self.waiting = self._stream.next()
 
     def _reply(self, element: Element, wire: bytes) -> bytes:

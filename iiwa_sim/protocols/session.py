@@ -16,7 +16,7 @@ from iiwa_sim.protocols.decimals import readable
 from iiwa_sim.protocols.faults import CannedReplies
 from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
 from iiwa_sim.protocols.ports import IIWA
-from iiwa_sim.protocols.table import ERROR, Refusal, Request, load_table
+from iiwa_sim.protocols.table import Refusal, Request, load_table
 
 ASKED_OFTEN = 3
 """Times in a row that a client sends the same line before it counts as one that waits."""
@@ -61,6 +61,13 @@ class Session:
         A move ends the batch, even if it is rejected: plans do not delay ticks. Call again while commands
         are `waiting`.
         """
+        self.ends_batch, replies = False, list[bytes]()
+        while self.waiting and len(replies) < most and not self.ends_batch:
+            replies.append(self._answer())
+        return b"".join(replies)
+
+    def _answer(self) -> bytes:
+        """Return the reply to the next command."""
         raise NotImplementedError
 
     def move(self, request: MoveRequest) -> None:
@@ -79,6 +86,7 @@ class Session:
     def close(self) -> None:
         """End the session after this command; later ones are not answered."""
         self.closing = self.ends_batch = True
+        self.waiting = ()
 
 
 class LineSession(Session):
@@ -105,7 +113,7 @@ class LineSession(Session):
         """
         super().__init__(controller, log, name, dialogue, IIWA)
         self.table = load_table(IIWA)
-        self.waiting: deque[bytes] = deque()
+        self.waiting = deque[bytes]()
         self._commands = commands
         self._strict = strict
         self._canned = canned or CannedReplies()
@@ -123,26 +131,15 @@ class LineSession(Session):
         if not self.closing:
             self.waiting.extend(self._splitter.finish())
 
-    def answer(self, most: int = AT_ONCE) -> bytes:
-        lines, dialogue = self.waiting, self.dialogue
-        self.ends_batch = False
-        replies: list[bytes] = []
-        for _ in range(min(len(lines), most)):
-            line = lines.popleft()
-            self._command = self._reason = ""
-            self._line, self._times = line, self._times + 1 if line == self._line else 1
-            self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves
-            reply = self._reply(line)
-            replies.append(reply)
-            if dialogue.is_heard:
-                dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self._reason, self._command)
-            if self.ends_batch:
-                break
-        return b"".join(replies)
-
-    def close(self) -> None:
-        self.waiting.clear()
-        super().close()
+    def _answer(self) -> bytes:
+        line = self.waiting.popleft()
+        self._command = self._reason = ""
+        self._line, self._times = line, self._times + 1 if line == self._line else 1
+        self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves
+        reply = self._reply(line)
+        if self.dialogue.is_heard:
+            self.dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self._reason, self._command)
+        return reply
 
     def _reply(self, line: bytes) -> bytes:
         request = self.table.parse(line)
@@ -157,13 +154,11 @@ class LineSession(Session):
             return written(text)
         try:
             reply = self._commands[name](self, request)
-        except Refused as refused:
-            return self._refuse(line, Refusal(request.with_hint(refused.reason), code=refused.code))
-        except Exception as exception:  # an internal error must not cost the client its connection
-            self.log.exception(self.name, shown(line), exception)
-            self._reason = f"internal error at '{shown(line)}', see the log"
-            self.controller.errors.record(EXECUTION, self._reason)
-            return written(ERROR)
+        except Exception as fault:  # an internal error must not cost the client its connection
+            if not isinstance(fault, Refused):
+                self.log.exception(self.name, shown(line), fault)
+                fault = Refused(EXECUTION, f"internal error at '{shown(line)}', see the log")
+            return self._refuse(line, Refusal(request.with_hint(fault.reason), code=fault.code))
         if (request.beyond or request.in_degrees) and name not in self._told:
             self._told.add(name)
             ignored = f"ignores {request.beyond} more than {request.command.takes()}"
