@@ -31,15 +31,16 @@ from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL, IIWA
 from iiwa_sim.protocols.protocols import check_axes, command_names, open_session
 from iiwa_sim.protocols.session import Session
 from iiwa_sim.protocols.status import StatusSession, status_line
-from iiwa_sim.recordings.recordings import Recordings, Source
 from iiwa_sim.robot_events import RobotEvents
 from iiwa_sim.server.budget import Budget
 from iiwa_sim.server.status_stream import StatusStream
 from iiwa_sim.server.tcp import Admission, TcpServer
 from iiwa_sim.server.token import word_of
+from iiwa_sim.wording import need_library
 
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.http import BackdoorHttp
+    from iiwa_sim.recordings.recorder import Recorder
     from iiwa_sim.ros.side import RosSide
     from iiwa_sim.world.arm import Arm
 
@@ -123,13 +124,13 @@ class SimulatedRobot:
         self.backdoor: Backdoor
         self.dialogue = Dialogue(self._tick, clock.tick_s, command_names)
         """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
-        self._events = RobotEvents(self.dialogue, self.log_name)
+        self.events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
-            clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self._events.tell
+            clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self.events.tell
         )
         """The controller, for who steps it."""
         if controller.handling is not None:
-            controller.handling.arm.tell = self._events.part
+            controller.handling.arm.tell = self.events.part
         self.log = SessionLog()
         self.faults = faults = WireFaults(self.dialogue.on_wire)
         ports = cell.ports or settings.ports
@@ -155,11 +156,6 @@ class SimulatedRobot:
             )
             for protocol, port in ports.items()
         }
-
-    @property
-    def source(self) -> Source:
-        """The robot as recordings see it."""
-        return Source(self.cell, self.stepped, self.dialogue, self.log, self._events)
 
     @property
     def controller(self) -> Controller:
@@ -263,7 +259,8 @@ class Simulator(OnlyRobot):
         if len(self.cells) > 1 and has_ros:
             raise SettingError(f"--rosbridge-port, --ros, --ros2: expected none: {path} has several robots")
         self.clock = Clock(settings.rate_hz, pace(settings.clock))
-        self._recordings = Recordings(self.clock, lambda: self.clock.drive(self._watched()))
+        self._recorders: list[Recorder] = []
+        self._recordings = ExitStack()
         budget = Budget(self.clock.catch_up)
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
@@ -328,7 +325,7 @@ class Simulator(OnlyRobot):
                     file = Path(file_of(robot.name, self.settings.transcript))
                     title = f"{robot.cell.description.name}, recorded by iiwa-sim"
                     opened.enter_context(recorded(file, robot.dialogue, title, list(robot.servers)))
-            opened.callback(self._recordings.end_all)
+            opened.callback(self._recordings.close)
             if self.settings.record is not None:
                 self.record(self.settings.record, self.settings.record_rate_hz)
             opened.callback(self.clock.stop)
@@ -441,8 +438,33 @@ class Simulator(OnlyRobot):
             RecordingFault: The file cannot be written, or mcap is not installed.
             ValueError: The rate is out of range.
         """
-        sources = [each.source for each in self.robots.values()]
-        return self._recordings.begin(Path(path), rate_hz, sources, self.call)
+        need_library("mcap", "record")
+        from iiwa_sim.recordings.recorder import Source, recorders_into
+
+        robots, most_hz = self.robots.values(), self.clock.rate_hz
+        if rate_hz is not None and not 1 <= rate_hz <= most_hz:
+            raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {most_hz}, that of the ticks")
+        sources = [Source(each.cell, each.stepped, each.dialogue, each.log, each.events) for each in robots]
+        recorders = recorders_into(Path(path), sources, self.clock, rate_hz or most_hz)
+
+        def start() -> None:
+            self._recorders += recorders
+            self.clock.drive(self._watched())  # the robots do not rest from here on
+            for each in recorders:
+                each.start()
+
+        def stop() -> None:
+            for each in recorders:
+                each.stop()
+                self._recorders.remove(each)
+            self.clock.drive(self._watched())
+
+        self.call(start)
+        recording = ExitStack()
+        recording.callback(recorders[0].out.close)
+        recording.callback(self.call, stop)  # which comes first
+        self._recordings.callback(recording.close)
+        return recording
 
     @property
     def host(self) -> str:
@@ -468,7 +490,7 @@ class Simulator(OnlyRobot):
     def _watched(self) -> Stepped:
         """Return what the clock steps: one robot itself if nobody watches."""
         others = [each for each in (self._status, self.ros) if each is not None]
-        self._group.observers = observers = [*self._recordings.recorders, *others]
+        self._group.observers = observers = [*self._recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:

@@ -22,6 +22,6 @@ sys.exit(main(["plot", "a.mcap", "-o", "a.png"]))
 
 def test_rooms_and_libraries_are_loaded_only_for_a_robot_that_has_them() -> None:
     told = ended([sys.executable, "-c", LOADED])
-    assert set(told.stdout.split()) == {"iiwa_sim.recordings", "iiwa_sim.recordings.recordings"}
+    assert told.stdout == "\n"
     assert told.returncode == 2
     assert told.stderr == "iiwa-sim: this needs mcap: pip install 'iiwa-sim[record]'\n"

@@ -19,8 +19,8 @@ from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import Direction
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import Request, load_table
+from iiwa_sim.recordings import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import ACCEPTED, BEGINS, DIALOGUE, ENDS, EVENTS, FAULT, STATE, Event, Spoken
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator

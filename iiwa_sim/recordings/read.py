@@ -11,7 +11,7 @@ from mcap.records import Attachment, Channel, DataEnd, Footer, Header, McapRecor
 from mcap.stream_reader import StreamReader
 
 from iiwa_sim.controller.state import Snapshot
-from iiwa_sim.recordings.recordings import RecordingFault
+from iiwa_sim.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE, Event, Spoken
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 

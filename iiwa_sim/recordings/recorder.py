@@ -4,21 +4,24 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import BACKDOOR
 from iiwa_sim.backdoor.described import described_cell, parts_of
+from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.state import snapshot
-from iiwa_sim.dialogue import DialogueLine
+from iiwa_sim.dialogue import Dialogue, DialogueLine
+from iiwa_sim.log import SessionLog
 from iiwa_sim.recordings import foxglove, schemas
-from iiwa_sim.recordings.recordings import Source
 from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.recordings.writer import Message, Writer
+from iiwa_sim.robot_events import RobotEvents
 
 SECOND_NS = 1_000_000_000
 VIEW_PERIOD_NS = SECOND_NS // 25
@@ -27,6 +30,16 @@ BLOCKS_HZ = 20
 """Blocks per simulated second: 25 ticks at 500 Hz."""
 Item = tuple[str, Any, int, int]
 """Topic, a state, event, line or cell, its tick, and real time since 1970 (ns)."""
+
+
+class Source(NamedTuple):
+    """A robot as recordings see it."""
+
+    cell: Cell
+    controller: Controller
+    dialogue: Dialogue
+    log: SessionLog
+    events: RobotEvents
 
 
 def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz: int) -> "list[Recorder]":

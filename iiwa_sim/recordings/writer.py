@@ -17,7 +17,7 @@ from typing import Any
 import msgspec
 from mcap.writer import Writer as McapWriter
 
-from iiwa_sim.recordings.recordings import RecordingFault
+from iiwa_sim.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import CHANNELS, METADATA, schemas
 
 MOST_BLOCKS = 600

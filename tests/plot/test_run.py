@@ -8,7 +8,7 @@ import pytest
 
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.plot.motion import Motion, run
-from iiwa_sim.recordings.recordings import RecordingFault
+from iiwa_sim.recordings import RecordingFault
 
 LIN = "lin move : 450 100 520 0 -1.57079 0 0.5 20"
 JOINT = "joint move : 0 0.5 0.2 -1 0 1.5 0 1 1 1 1 1 1 1"

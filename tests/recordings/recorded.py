@@ -14,9 +14,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import Dialogue
+from iiwa_sim.recordings import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.recorder import recorders_into
-from iiwa_sim.recordings.recordings import RecordingFault, Source
+from iiwa_sim.recordings.recorder import Source, recorders_into
 from iiwa_sim.robot_events import RobotEvents
 
 RATE_HZ = 500

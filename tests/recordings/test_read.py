@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, breakup_chunk
 
+from iiwa_sim.recordings import RecordingFault
 from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.recordings import RecordingFault
 from iiwa_sim.recordings.schemas import CHANNELS
 from tests.recordings.recorded import FAR, Robot
 from tests.samples import some
