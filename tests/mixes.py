@@ -106,7 +106,7 @@ class Mix:
         self._pending = pending
         assert not any(map(controller.motions.is_pending, self._done)), "what is done, or forgotten, stays so"
         assert controller.moving or not pending
-        assert controller.queue in (len(pending), len(pending) - 1)
+        assert controller.motions.behind in (len(pending), len(pending) - 1)
 
     def _line(self) -> str:
         """A command with parameters that often make sense."""

@@ -114,7 +114,7 @@ class ExternalWrench:
         if self._pushes is None:
             tcp, found = add(self.wrench, self._parts_push), self._links.forces
             if self._motion is not None:
-                tcp = add(tcp, self._motion.weight(self._at_tcp))
+                tcp = add(tcp, self._motion.wrench(self._at_tcp, moving=False))
             rows = self.joint_push, found.yielding, found.folded, self.torques.get("parts")
             self._pushes = tcp, _sum([row for row in rows if row is not None])
         return self._pushes
@@ -203,11 +203,6 @@ class ExternalWrench:
         return self.contact.empty or self._is_settled
 
     @property
-    def carries(self) -> bool:
-        """True if an unknown payload is felt, which needs to know where a motion goes."""
-        return self._motion is not None
-
-    @property
     def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
         """Data of coming ticks for `leave_out`; None where more acts than what is carried."""
         bodies = self.bodies
@@ -230,17 +225,18 @@ class ExternalWrench:
         tick: int,
         tick_s: float,
         reached: Reached | None = None,
-        coming: Sequence[float] | None = None,
+        motions: Any = None,
     ) -> None:
         """Make the tick of this number, which has moved the robot to joint positions (rad).
 
-        A compliant motion has found the contact of this tick already; so it is evaluated once. The next tick
-        will bring the robot to `coming` (rad), if that is known.
+        A compliant motion has found the contact of this tick already; so it is evaluated once. `motions` know
+        where the next tick brings the robot.
         """
         if self.noise is not None:
             self.noise.next()
         before, self._joints = self._joints, joints
         if self._motion is not None and not (self._motion.still and joints == before):
+            coming = None if motions is None else motions.coming
             ahead = None if coming is None else compose(self._base, self.coming_tcp(coming))
             self._motion.step(compose(self._base, self.tcp(joints)), tick_s, ahead)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))

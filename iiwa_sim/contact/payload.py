@@ -78,12 +78,8 @@ class TcpMotion:
         self.still = poses[0] == poses[1] == poses[2]
         self._motion, self._tick_s = None if self.still or None in poses else poses, tick_s
 
-    def weight(self, moments: Moments) -> Wrench:
-        """Return the wrench of a body at rest, along the axes of the TCP, from its moments in the TCP."""
-        wrench: Wrench = carried_wrench(self._poses[2], None, self._tick_s, moments)
-        return wrench
-
-    def wrench(self, moments: Moments) -> Wrench:
-        """Return the wrench of weight and inertia, as `weight` does."""
-        wrench: Wrench = carried_wrench(self._poses[2], self._motion, self._tick_s, moments)
+    def wrench(self, moments: Moments, *, moving: bool = True) -> Wrench:
+        """Return the wrench of moments in the TCP, along its axes: of weight, and of inertia if `moving`."""
+        motion = self._motion if moving else None
+        wrench: Wrench = carried_wrench(self._poses[2], motion, self._tick_s, moments)
         return wrench

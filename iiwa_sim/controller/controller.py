@@ -177,8 +177,6 @@ class Controller:
             self.endings.lost(0, EXECUTION, reason)
             self.fail(EXECUTION, reason)
             raise
-        if motions.tracking:
-            self.trajectories.after_tick()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
         if self.handling is not None:
@@ -192,7 +190,7 @@ class Controller:
             if handling is not None:
                 handling.feel()
             reached = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-            load.step(joints, tick, self.tick_s, reached, motions.coming if load.carries else None)
+            load.step(joints, tick, self.tick_s, reached, motions)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].guard is not None:
             self._watch_forces(pending[0].guard)
@@ -230,8 +228,8 @@ class Controller:
             return False
         if self._servo_timeout_s < inf and self.mode in SERVO_MODES:
             return False
-        parts = (self.protection, self.motions, self.load, self.handling)
-        return all(part is None or part.settled for part in parts)
+        parts = (self.motions, self.load, self.handling)
+        return self.protection.tolerates() and all(part is None or part.settled for part in parts)
 
     def skip(self, ticks: int) -> None:
         """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""
@@ -386,7 +384,7 @@ class Controller:
         While nothing runs, or the robot is being stopped, nothing changes.
         """
         self.check_hold()
-        with self.endings.because(STOP_TRIGGERED, "cancelled"):
+        with self.endings.because(STOP_TRIGGERED, "cancelled by a command"):
             self.motions.cancel()
 
     def clear_queue(self) -> None:
@@ -457,11 +455,6 @@ class Controller:
             self.tell(ErrorRecord(code, reason))
             self.endings.lost(number, code, reason)
             return None
-
-    @property
-    def queue(self) -> int:
-        """How many moves wait behind the one that runs, or begins in the next tick."""
-        return self.motions.behind
 
     @property
     def end_of_queue(self) -> Joints:

@@ -4,15 +4,14 @@ Meanings, defaults and errors are those of ros2_controllers' joint_trajectory_co
 this robot, too: https://control.ros.org, joint_trajectory_controller.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from enum import Enum
+from collections.abc import Sequence
 from math import inf, isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from iiwa_sim.controller.endings import Ending, PendingMove
-from iiwa_sim.controller.errors import EXECUTION, REPLACED, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.endings import PendingMove, WhenEnded
+from iiwa_sim.controller.errors import EXECUTION, REPLACED, STOP_TRIGGERED, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, outside
 from iiwa_sim.motion.joint_trajectory import Knot, Reference
@@ -31,7 +30,7 @@ ROUNDING = 1e-6
 """Part of a limit of velocity by which a curve may pass it: rounding of who computed it."""
 START_RAD = 0.087
 """A trajectory that begins farther from the robot on any joint is refused: as far as a direct move goes."""
-PREEMPTED = "preempted by a newer trajectory"
+PREEMPTED, CANCELLED = "preempted by a newer trajectory", "cancelled"
 
 
 class TrajectoryRequest(NamedTuple):
@@ -43,35 +42,13 @@ class TrajectoryRequest(NamedTuple):
     """In the order of these names, at times since the beginning."""
     delay_s: float = 0.0
     """How far in the future the trajectory begins; below 0 points that are over are left out."""
-    path_tolerance: Mapping[str, float] = {}
-    """Greatest distances (rad) of joints from the trajectory on the way, by name; 0 or less for any."""
-    goal_tolerance: Mapping[str, float] = {}
-    """The same at the end."""
-    goal_time_s: float = 0.0
-    """How long after its end the goal tolerances have to be kept; 0 for any time."""
     may_end_fast: bool = False
     """True if the last point may have a velocity: for a stream of trajectories that replace each other."""
-
-
-class Outcome(Enum):
-    """How a trajectory ended."""
-
-    REACHED = "reached"
-    PATH_TOLERANCE = "path tolerance"
-    GOAL_TOLERANCE = "goal tolerance"
-    CANCELLED = "cancelled"
-    ENDED = "ended"
-    """Ended by a stop, another motion, another trajectory or a fault."""
-
-
-WhenTrajectoryEnded = Callable[[Outcome, str], None]
-"""Called once at the end of a trajectory, with the reason: nothing for one that was reached."""
 
 
 class Progress(NamedTuple):
     """Progress of a trajectory in a tick. Joints are in the robot's order: rad, rad/s, rad/s^2."""
 
-    number: int
     time_s: float
     """Since its beginning, at the rate of the override."""
     desired: tuple[Joints, Joints, Joints]
@@ -81,7 +58,7 @@ class Progress(NamedTuple):
 
 
 class JointTrajectories:
-    """Accepts joint trajectories, watches the one that is followed, and reports how each ended."""
+    """Accepts joint trajectories, and tells where the one that is followed is."""
 
     def __init__(self, controller: "Controller") -> None:
         self._controller = controller
@@ -89,12 +66,8 @@ class JointTrajectories:
         self._names, fastest = d.joints, (1.0 + ROUNDING) * np.array(d.velocity)
         lowest, highest = np.array(d.position_min) - ROUNDING_RAD, np.array(d.position_max) + ROUNDING_RAD
         self._bounds = (lowest, highest), (-fastest, fastest)  # of positions, and of velocities
-        self._number = 0  # of the newest trajectory,
-        self._request = TrajectoryRequest((), ())  # how it was asked for,
-        self._end_s = 0.0  # and when it is over
-        self._outcome = Outcome.ENDED  # of that one, if it does not come to its goal
 
-    def follow(self, request: TrajectoryRequest, when_ended: WhenTrajectoryEnded | None = None) -> int:
+    def follow(self, request: TrajectoryRequest, when_ended: WhenEnded | None = None) -> int:
         """Accept a trajectory in place of what runs; return its number.
 
         It begins at once where the robot rests or follows another one, else when the robot has come to rest.
@@ -117,20 +90,14 @@ class JointTrajectories:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
         number = controller.begin(Mode.TRAJECTORY, lambda n: motions.track(n, trajectory), replaced)
-
-        def ended(ending: Ending) -> None:
-            if when_ended is not None:
-                when_ended(Outcome.REACHED if ending.code == SUCCESS else self._outcome, ending.reason)
-
-        controller.endings.pending.append(PendingMove(number, ended, None))
-        self._number, self._request, self._end_s = number, request, reference.end_s
-        self._outcome = Outcome.ENDED
+        controller.endings.pending.append(PendingMove(number, when_ended, None))
         return number
 
     def cancel(self, number: int) -> None:
         """Stop on the trajectory of this number, or forget it if it waits."""
-        if number == self._number and self._controller.motions.is_pending(number):
-            self._end(Outcome.CANCELLED, "cancelled")
+        if self._controller.motions.is_pending(number):
+            with self._controller.endings.because(STOP_TRIGGERED, CANCELLED):
+                self._controller.motions.end_trajectory()
 
     @property
     def progress(self) -> Progress | None:
@@ -139,27 +106,7 @@ class JointTrajectories:
         if (followed := motions.tracked) is None:
             return None
         time_s, actual = motions.tracked_s, (motions.joints, self._controller.joint_velocity())
-        return Progress(self._number, time_s, followed.reference.at(time_s), actual)
-
-    def after_tick(self) -> None:
-        """Compare the robot with the trajectory that it follows, if that says how near it has to be."""
-        request, time_s = self._request, self._controller.motions.tracked_s
-        late_s = time_s - self._end_s
-        if late_s < 0.0:
-            if request.path_tolerance and (fault := self._beyond(request.path_tolerance)):
-                self._end(Outcome.PATH_TOLERANCE, f"path tolerance: {fault} after {time_s:.3f} s")
-        elif late_s > request.goal_time_s > 0.0 and (fault := self._beyond(request.goal_tolerance)):
-            self._end(Outcome.GOAL_TOLERANCE, f"goal tolerance: {fault}, {late_s:.3f} s after the end")
-
-    def _beyond(self, tolerances: Mapping[str, float]) -> str:
-        """Return which joint is beyond its tolerance (rad); nothing if none is."""
-        positions = self._controller.motions.joints
-        desired = () if (progress := self.progress) is None else progress.desired[0]
-        for name, wanted, actual in zip(self._names, desired, positions, strict=False):
-            off, most = abs(wanted - actual), tolerances.get(name, 0.0)
-            if off > most > 0.0:
-                return f"{name} is {off:.7g} rad off, more than {most:g}"
-        return ""
+        return Progress(time_s, followed.reference.at(time_s), actual)
 
     def _check(self, reference: Reference, here: Joints) -> None:
         """Raise `Refused` where the reference passes limits or begins elsewhere."""
@@ -175,11 +122,6 @@ class JointTrajectories:
         if away[farthest] > START_RAD:
             where = f"{self._names[farthest]} is {away[farthest]:.7g} rad from where the trajectory begins"
             raise Refused(EXECUTION, f"{where}: expected {START_RAD:g} rad at most")
-
-    def _end(self, outcome: Outcome, reason: str) -> None:
-        self._outcome = outcome
-        with self._controller.endings.because(STOP_TRIGGERED, reason):
-            self._controller.motions.end_trajectory()
 
 
 def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:

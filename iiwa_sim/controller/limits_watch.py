@@ -9,7 +9,6 @@ from operator import truediv
 from typing import Any, NamedTuple
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
-from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
@@ -17,8 +16,8 @@ from iiwa_sim.wording import harmless
 
 EASE = 1.02
 """An excess at a reset may grow by this factor before it stops the robot again."""
-LEAST, GREATEST = 1e-3, 1e5
-"""Least and greatest threshold that can be set (N, Nm): what is less is only ever a slip."""
+GREATEST = 1e5
+"""Greatest threshold of a cell (N, Nm)."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
 TORQUE = "the external torque on {} is {:.1f} Nm, its limit is {:g} Nm"
@@ -65,14 +64,7 @@ class Protection:
         """True if ticks without any push are checked, too."""
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
-        """Stop, in error, when the force or the torque from outside at the TCP is greater; 0 for not watched.
-
-        Raises `Refused` for a threshold (N, Nm) out of range.
-        """
-        for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
-            if value != 0.0 and not LEAST <= value <= GREATEST:
-                expected = f"expected 0, for off, or {LEAST:g} to {GREATEST:g} {unit}"
-                raise Refused(EXECUTION, f"threshold {value:g} {unit}: {expected}")
+        """Stop, in error, when force (N) or torque (Nm) from outside at the TCP is greater; 0 for any."""
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
         self.allowed = {key: each for key, each in self.allowed.items() if key not in AT_TCP}
         self._levers_m = None
@@ -100,11 +92,6 @@ class Protection:
         for torques in self._load.torques.values():
             torque += max(map(abs, torques))
         return not self.allowed and hypot(x, y, z) < most_n and torque < most_nm
-
-    @property
-    def settled(self) -> bool:
-        """True if another look at the present load would change nothing."""
-        return self.tolerates()
 
     def reason_to_stop(
         self, joints: Joints, tcp: Vector, speed_m_per_s: float, is_in_error: bool

@@ -119,14 +119,10 @@ class Planner:
                 path = self._line_to_pose(start, flange, request.redundancy, tool)
         except Unreachable as unreachable:
             raise self._refusal(unreachable, "TCP", target, flange) from None
-        return path, request.speed if speed_m_s is None else self._speed_rel(path, speed_m_s)
-
-    def _speed_rel(self, line: Polynomial, tcp_speed_m_s: float) -> float:
-        """Return the relative speed at which the TCP is nowhere faster on a line (m/s); 1 for a mere turn."""
-        length_m = line.tcp_length_m or 0.0
-        if length_m < SAME_M:
-            return 1.0
-        return min(1.0, tcp_speed_m_s * least_time_per_s(line, self.limits.velocity) / length_m)
+        if speed_m_s is None:
+            return path, request.speed
+        slowest_s = least_time_per_s(path, self.limits.velocity)
+        return path, min(1.0, speed_m_s * slowest_s / max(path.tcp_length_m or 0.0, SAME_M))
 
     # Servos
 
@@ -176,9 +172,9 @@ class Planner:
         if len(joints) != len(d.joints):
             raise Refused(EXECUTION, f"{len(d.joints)} joint positions are needed")
         for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
-            if not lower <= q <= upper:
+            if not lower - ROUNDING_RAD <= q <= upper + ROUNDING_RAD:
                 raise outside(name, q, lower, upper)
-        return tuple(map(float, joints))
+        return tuple(np.clip(joints, d.position_min, d.position_max).tolist())
 
     def _joint_target(
         self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]

@@ -141,7 +141,7 @@ COMMANDS: dict[str, Handler] = {
     "get goal frame": _gives(lambda robot: robot.goal_frame()),
     "get goal joint position": _gives(lambda robot: robot.motions.goal),
     "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
-    "get queue": _counts(lambda robot, _: [robot.queue]),
+    "get queue": _counts(lambda robot, _: [robot.motions.behind]),
     "get status": lambda session, _: written("moving" if session.controller.moving else "stopped"),
     "get robot status": _counts(lambda robot, _: robot.status()),
     "get mode": lambda session, _: written(session.controller.mode.value),

@@ -10,8 +10,9 @@ from typing import Any
 from msgspec.structs import astuple
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.joint_trajectories import Outcome, Progress, TrajectoryRequest, order_of
+from iiwa_sim.controller.endings import Ending
+from iiwa_sim.controller.errors import EXECUTION, SUCCESS, Refused
+from iiwa_sim.controller.joint_trajectories import CANCELLED, Progress, TrajectoryRequest, order_of
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.motion.joint_trajectory import Knot
@@ -31,15 +32,6 @@ TOOL = "tool"
 FEEDBACK_HZ = 20
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
-_ENDS = {
-    Outcome.REACHED: (SUCCEEDED, 0),
-    Outcome.CANCELLED: (CANCELED, 0),
-    Outcome.PATH_TOLERANCE: (ABORTED, -4),
-    Outcome.GOAL_TOLERANCE: (ABORTED, -5),
-    Outcome.ENDED: (ABORTED, -1),
-}
-"""Status, and error_code of FollowJointTrajectory's result."""
-
 
 class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
@@ -91,21 +83,18 @@ class JointInterface:
         `hear` with feedback, at 20 Hz of simulated time.
         """
 
-        def end(outcome: Outcome, reason: str) -> None:
+        def end(ending: Ending) -> None:
             self._hear = None
-            status, code = _ENDS[outcome]
-            ended(status, {"error_code": code, "error_string": reason})
+            aborted = ending.code != SUCCESS and ending.reason != CANCELLED
+            status = ABORTED if aborted else CANCELED if ending.code != SUCCESS else SUCCEEDED
+            ended(status, {"error_code": -int(aborted), "error_string": ending.reason})
 
         with self._graph.recording():
             goal = checked(args, ACTION_TYPE)
             multi, components = goal.multi_dof_trajectory, goal.component_path_tolerance
             if multi.joint_names or multi.points or components or goal.component_goal_tolerance:
                 raise Refused(EXECUTION, "multi_dof_trajectory and component tolerances: expected none")
-            request = _trajectory(goal.trajectory, self._graph.now_ns())._replace(
-                path_tolerance={each.name: each.position for each in goal.path_tolerance},
-                goal_tolerance={each.name: each.position for each in goal.goal_tolerance},
-                goal_time_s=_seconds(goal.goal_time_tolerance),
-            )
+            request = _trajectory(goal.trajectory, self._graph.now_ns())
             self._goal = self._controller.trajectories.follow(request, end)
         self._hear = hear
         return self._goal

@@ -173,7 +173,7 @@ class Arm:
             self._carried = self._weight = self.motion.wrench(self.moments)
             self.bears = self._load_n(self._carried) <= self._most_n
             if compliance:
-                self._weight = self.motion.weight(self.moments)
+                self._weight = self.motion.wrench(self.moments, moving=False)
         advance(joints, tcp, self.bounds, jaw_m)
 
     def leave_out(
@@ -498,7 +498,7 @@ class Arm:
         world.q_was[:] = self._data.qpos
         if self.moments is not None:
             self.motion.rest(tcp)
-            self._weight = self._carried = self.motion.weight(self.moments)
+            self._weight = self._carried = self.motion.wrench(self.moments, moving=False)
         world.wake()
 
     def put(self, joints: Joints, tcp: Transform) -> None:

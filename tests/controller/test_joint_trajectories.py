@@ -1,5 +1,4 @@
-"""Joint trajectories: followed within limits through their points, compared with tolerances, refused with
-a reason."""
+"""Joint trajectories: followed within limits through their points, refused with a reason."""
 
 from __future__ import annotations
 
@@ -13,12 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.joint_trajectories import (
-    MOST_POINTS,
-    Outcome,
-    TrajectoryRequest,
-)
+from iiwa_sim.controller.endings import Ending
+from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.joint_trajectories import CANCELLED, MOST_POINTS, TrajectoryRequest
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
@@ -40,22 +36,18 @@ class Following:
         self.controller = self.robot.controller
         self.names = self.robot.description.joints
         self.home = np.array(self.robot.description.home)
-        self.ends: dict[int, tuple[Outcome, str]] = {}
+        self.ends: dict[int, Ending] = {}
         self.desired: list[Array] = []
         self.actual: list[Array] = []
 
     def sends(self, points: Sequence[Knot], **more: Any) -> int:
-        own: list[int] = []
-
-        def ended(outcome: Outcome, reason: str) -> None:
-            number = own[0] if own else 0
-            assert number not in self.ends, "told twice"
-            self.ends[number] = outcome, reason
+        def ended(ending: Ending) -> None:
+            assert ending.move not in self.ends, "told twice"
+            self.ends[ending.move] = ending
 
         self.robot.notice_mode()
         request = TrajectoryRequest(more.pop("joints", self.names), points, **more)
         number = self.controller.trajectories.follow(request, ended)
-        own.append(number)
         self.robot.notice_mode()
         return number
 
@@ -113,7 +105,7 @@ def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     points = swinging(following, np.linspace(0.0, whole_s, count + 1), size, turns, bent=bent)
     following.sends(points)
     following.runs()
-    assert [outcome for outcome, _ in following.ends.values()] == [Outcome.REACHED]
+    assert [end.code for end in following.ends.values()] == [SUCCESS]
     assert_within_limits(following.robot)
     # An average smooths the curve: the fastest joint may be half its width behind or ahead.
     fastest = np.abs(np.diff(following.robot.joints, axis=0)).max(axis=0) / TICK_S
@@ -136,7 +128,7 @@ def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
         points.append(Knot(time, place.tolist()))
     following.sends(points)
     following.runs()
-    assert [outcome for outcome, _ in following.ends.values()] == [Outcome.REACHED]
+    assert [end.code for end in following.ends.values()] == [SUCCESS]
     assert following.controller.joints == tuple(place.tolist())
     assert_within_limits(following.robot)
 
@@ -225,7 +217,7 @@ def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -
     following.robot.may_stop()
     following.controller.trajectories.cancel(number)
     following.controller.trajectories.cancel(number)
-    assert following.ends == {number: (Outcome.CANCELLED, "cancelled")}
+    assert following.ends == {number: Ending(number, STOP_TRIGGERED, CANCELLED)}
     following.runs(0.2)
     assert following.controller.mode is Mode.TRAJECTORY
     assert_within_limits(following.robot)
@@ -249,9 +241,9 @@ def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Arra
     following.runs()
     assert_within_limits(following.robot)
     assert following.controller.joints == tuple(target.tolist())
-    assert following.ends[numbers[-1]][0] is Outcome.REACHED
+    assert following.ends[numbers[-1]].code == SUCCESS
     for number, (ticks, _, _) in zip(numbers[:-1], parts, strict=False):
-        expected = (Outcome.ENDED, "preempted by a newer trajectory")
+        expected = Ending(number, STOP_TRIGGERED, "preempted by a newer trajectory")
         assert following.ends[number] == expected or ticks * TICK_S >= 1.5
 
 
@@ -273,14 +265,13 @@ def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
     assert np.abs(following.controller.joints[0] - place[0]) < 1e-9
 
 
-def test_time_runs_at_the_override_and_tolerances_do_not_mind() -> None:
+def test_time_runs_at_the_override() -> None:
     following = Following()
     following.controller.set_override(0.5)
-    every = dict.fromkeys(following.names, 0.1)
     points = swinging(following, np.linspace(0.0, 0.8, 9), 0.5, np.ones(7))
-    number = following.sends(points, path_tolerance=every, goal_tolerance=every, goal_time_s=0.5)
+    number = following.sends(points)
     following.runs()
-    assert following.ends[number][0] is Outcome.REACHED
+    assert following.ends[number].code == SUCCESS
     assert len(following.robot.joints) * TICK_S == pytest.approx(1.6, rel=0.05)
     following.sends(points)
     for override, ticks in ((1.0, 150), (0.4, 100), (0.0, 200), (1.0, 0)):
@@ -291,39 +282,6 @@ def test_time_runs_at_the_override_and_tolerances_do_not_mind() -> None:
     assert following.controller.joints == tuple(points[-1].positions)
 
 
-def lines(following: Following) -> list[Knot]:
-    """To and fro in straight lines at some speed, which the robot follows with a delay."""
-    places = [following.home + 0.3 * (k % 2) * np.ones(7) for k in range(4)]
-    return [Knot(0.5 * k, places[k].tolist()) for k in (1, 2, 3)]
-
-
-def of_all(bound: float) -> dict[str, float]:
-    return dict.fromkeys(Following().names, bound)
-
-
-TOLERANCES: list[tuple[dict[str, Any], Outcome]] = [
-    ({"path_tolerance": {"A3": 1e-3}}, Outcome.PATH_TOLERANCE),
-    ({"path_tolerance": {"A3": 0.2}}, Outcome.REACHED),
-    ({"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 0.005}, Outcome.GOAL_TOLERANCE),
-    ({"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 1.0}, Outcome.REACHED),
-    ({"goal_tolerance": of_all(0.0), "path_tolerance": of_all(-1.0), "goal_time_s": 1e-3}, Outcome.REACHED),
-]
-
-
-@pytest.mark.parametrize(("tolerances", "outcome"), TOLERANCES)
-def test_tolerances_of_path_and_goal_end_a_trajectory(tolerances: dict[str, Any], outcome: Outcome) -> None:
-    following = Following()
-    number = following.sends(lines(following), **tolerances)
-    following.robot.may_stop()
-    following.runs()
-    end, reason = following.ends[number]
-    assert end is outcome
-    assert_within_limits(following.robot)
-    assert (outcome is Outcome.REACHED) == (following.controller.joints == tuple(following.home + 0.3))
-    if outcome is Outcome.PATH_TOLERANCE:
-        assert reason.startswith("path tolerance: A3 is 0.00")
-
-
 def test_other_motions_and_trajectories_stop_each_other() -> None:
     following = Following()
     following.controller.move(joint_move(AWAY, [1.0] * 7))
@@ -332,11 +290,11 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
     following.step(250)
     following.robot.notice_mode()
     following.controller.move(smart_joint_move(AWAY, [1.0] * 7))
-    assert following.ends[first][0] is Outcome.ENDED
+    assert following.ends[first].code == STOP_TRIGGERED
     following.step(300)
     second = following.sends([Knot(1.0, NEAR)])
     following.runs()
-    assert following.ends[second][0] is Outcome.REACHED
+    assert following.ends[second].code == SUCCESS
     assert following.controller.joints == tuple(NEAR)
     assert_within_limits(following.robot)
 
@@ -346,7 +304,7 @@ def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
     points = swinging(following, np.linspace(0.0, 2.0, 21), 0.15, np.ones(7))
     number = following.sends(points, delay_s=-0.5)
     following.runs()
-    assert following.ends[number][0] is Outcome.REACHED
+    assert following.ends[number].code == SUCCESS
     assert len(following.robot.joints) * TICK_S == pytest.approx(1.5, abs=0.1)
     late = np.abs(np.subtract(following.desired, following.actual))[500 // EVERY :]
     assert late.max() < 1e-9, "it never came onto the curve"

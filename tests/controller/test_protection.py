@@ -168,9 +168,6 @@ def test_collision_detection_is_set_read_and_switched_off() -> None:
     robot = watched(torque_nm=3.0)
     assert robot.controller.protection.collision_detection == (0.0, 3.0)
     robot.controller.protection.set_collision_detection(10.0, 0.0)
-    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0), (0.9e-3, 0.0)):
-        with pytest.raises(Refused, match=r"expected 0, for off, or 0\.001 to 100000 N"):
-            robot.controller.protection.set_collision_detection(*wrong)
     assert robot.controller.protection.collision_detection == (10.0, 0.0)
     robot.controller.load.wrench = (0.0, 0.0, 11.0, 0.0, 0.0, 0.0)
     robot.controller.protection.set_collision_detection(0.0, 0.0)

@@ -83,7 +83,7 @@ def test_moves_that_run_or_wait_are_counted() -> None:
     controller.move(lin_move(aside(robot, 100.0), 0.5, 30.0))
     controller.move(ptp_move(aside(robot, 60.0), 0.5, 0.0))
     while robot.controller.moving:
-        assert controller.motions.count == controller.queue + 1
+        assert controller.motions.count == controller.motions.behind + 1
         robot.step(20)
     assert controller.motions.count == 0
 

@@ -31,7 +31,7 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
     robot.cancel()
     assert not robot.controller.motions.is_pending(first)
     assert robot.controller.motions.is_pending(second)
-    assert robot.controller.queue == 1
+    assert robot.controller.motions.behind == 1
     stopped.stop()
     ticks = stopped.runs_until_stopped()
     robot.step(ticks)
@@ -76,10 +76,10 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     ]
     robot.step(10)
     robot.cancel()
-    assert robot.controller.queue == 3
+    assert robot.controller.motions.behind == 3
     assert robot.faults == []
     robot.step(2)
-    assert robot.controller.queue == 1
+    assert robot.controller.motions.behind == 1
     assert [robot.controller.motions.is_pending(number) for number in numbers] == [False, True, False, False]
     ((code, reason),) = robot.faults
     assert code == JOINT_LIMIT, reason
@@ -107,7 +107,7 @@ def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(name: s
     robot.controller.move(lin_move(side._replace(z_mm=here.z_mm - 200.0), 1.0, 0.0))
     robot.step(100)
     assert robot.clears_queue(1)
-    assert robot.controller.queue == 0
+    assert robot.controller.motions.behind == 0
     for each in robots:
         each.runs_until_stopped()
         assert_straight(each, each.joints, side)

@@ -59,7 +59,7 @@ def run(
     while unsent or controller.moving:
         if feed == "one a tick" and unsent:
             controller.move(unsent.pop())
-        while unsent and (feed == "at once" or (feed == FOUR_WAIT and controller.queue < ENOUGH)):
+        while unsent and (feed == "at once" or (feed == FOUR_WAIT and controller.motions.behind < ENOUGH)):
             controller.move(unsent.pop())
         controller.step()
         joints.append(controller.joints)
