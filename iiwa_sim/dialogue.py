@@ -122,10 +122,6 @@ class Dialogue:
         if self.is_heard:
             self._keep((session, mark, text), self._tell(session, mark, text, protocol=protocol))
 
-    def on_wire(self, session: str, text: str) -> None:
-        """Add what goes over the wire instead of the reply before."""
-        self.event(session, text, mark=Direction.ON_WIRE)
-
     def remember(self) -> None:
         """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
         if self._entries is None:

@@ -21,7 +21,7 @@ from iiwa_sim.clock.pace import pace
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.controller_group import ControllerGroup
 from iiwa_sim.controller.state import Snapshot, snapshot
-from iiwa_sim.dialogue import Dialogue
+from iiwa_sim.dialogue import Dialogue, Direction
 from iiwa_sim.log import SessionLog
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.options.model import SettingError, Settings, file_of
@@ -132,7 +132,7 @@ class SimulatedRobot:
         if controller.handling is not None:
             controller.handling.arm.tell = self.events.part
         self.log = SessionLog()
-        self.faults = faults = WireFaults(self.dialogue.on_wire)
+        self.faults = faults = WireFaults(partial(self.dialogue.event, mark=Direction.ON_WIRE))
         ports = cell.ports or settings.ports
         faults.canned.heard = IIWA in ports
         admission = Admission(settings.exclusive)

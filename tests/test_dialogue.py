@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from iiwa_sim.dialogue import Dialogue, Exchange
+from iiwa_sim.dialogue import Dialogue, Direction, Exchange
 from iiwa_sim.protocols.protocols import command_names
 
 
@@ -85,5 +85,5 @@ def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:
 
 def test_the_report_shows_wire_faults_behind_their_replies(robot: Robot) -> None:
     robot.say("get status", "moving")
-    robot.dialogue.on_wire("driver", "nothing")
+    robot.dialogue.event("driver", "nothing", mark=Direction.ON_WIRE)
     assert robot.report() == ["driver > get status", "       < moving", "driver ~ nothing"]

@@ -11,7 +11,6 @@ import signal
 import sys
 import textwrap
 from collections.abc import Sequence
-from typing import NoReturn
 
 from iiwa_sim.wording import Unusable
 
@@ -38,7 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy's arrays are small, and threads cost time
         if not command:
             for number in (signal.SIGTERM, signal.SIGINT):  # process 1 of a container has no default for them
-                signal.signal(number, _leave)
+                # Nothing is open yet; sys.exit would tear down half loaded libraries, and Pinocchio crash.
+                signal.signal(number, lambda *_: os._exit(0))
             gc.disable()  # objects made during the start are long-lived; enabled when the robots listen
     try:
         if not command:
@@ -60,8 +60,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:  # raised in a command
         return 128 + signal.SIGINT
-
-
-def _leave(*_: object) -> NoReturn:
-    # Nothing is open yet; and sys.exit would tear down half loaded libraries, where Pinocchio crashes.
-    os._exit(0)

@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
 from iiwa_sim.options.model import NEEDS, SettingError
-from iiwa_sim.options.sources import COMMAND_LINE, OPTIONS, Given, Option, read, unknown
+from iiwa_sim.options.sources import COMMAND_LINE, OPTIONS, Given, read, unknown
 from iiwa_sim.protocols.ports import MAX_PORT
 from iiwa_sim.wording import harmless, shortened
 
@@ -49,7 +49,10 @@ class Parser(argparse.ArgumentParser):
                     kind = {"dest": option.keyword, "action": "store_const", "const": "true"}
                 elif option.keyword == "cell":
                     flag, kind = "cell", {"nargs": "?", "metavar": option.metavar}
-                kind["help"] = _help(option) if option.keyword in shown else argparse.SUPPRESS
+                limits = option.expected if "number" in option.expected and option.metavar != "PORT" else ""
+                notes = "; ".join(filter(None, (limits, option.unset and f"default: {option.unset}")))
+                told = f"{option.text} ({notes})" if notes else option.text
+                kind["help"] = told if option.keyword in shown else argparse.SUPPRESS
                 group.add_argument(flag, **kind)
 
     def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:
@@ -94,9 +97,3 @@ def server(text: str, most: int = 2) -> tuple[str, list[int]]:
 def reached_at(host: str) -> str:
     """Return the address on this machine of a server that listens on `host`."""
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # among all addresses
-
-
-def _help(option: Option) -> str:
-    limits = option.expected if "number" in option.expected and option.metavar != "PORT" else ""
-    notes = "; ".join(filter(None, (limits, option.unset and f"default: {option.unset}")))
-    return f"{option.text} ({notes})" if notes else option.text
