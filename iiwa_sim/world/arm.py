@@ -20,7 +20,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import FREE, GRASPED, HEAVY, ArmSetup, Built, pose_of, wxyz
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, priority, wxyz
 from iiwa_sim.world.details import arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper
 from iiwa_sim.world.material import law_of_imposed
@@ -390,7 +390,8 @@ class Arm:
         others = [arm for arm in world.arms if arm.held == number]
         if not others:
             details.set_free(world.model, data, world.bodies[number], self._built.masses[number])
-            details.set_law(world.model, world.geoms[number], world.law, FREE)
+            law, first = world.law, priority(world.parts[number], world.tick_s)
+            details.set_law(world.model, world.geoms[number], law, first)
             world.set_bits(number)
         elif led:
             others[0].lead()

@@ -34,9 +34,9 @@ from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
-YIELDS, GRASPED, FREE = -1, 1, 2
+YIELDS, FREE, GRASPED, LIGHT = -1, 1, 2, 3
 """Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least. A light free
-part would swing on the spring of a held one."""
+part would swing on the spring of a held one; others feel that spring, without damping."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05
@@ -135,6 +135,11 @@ def build(
     return Built(model, built, geoms, laid_bodies, offsets, np.array(points, np.intc), masses, kinds)
 
 
+def priority(part: Part, tick_s: float) -> int:
+    """Return the priority of a part that moves freely."""
+    return LIGHT if part.stiffness * tick_s * tick_s > 2.0 * part.mass_kg else FREE
+
+
 def wxyz(rotation: Rotation) -> list[float]:
     """Return the quaternion of a rotation in MuJoCo's order."""
     x, y, z, w = quaternion_from_rotation(rotation)
@@ -163,9 +168,9 @@ def _add_part(spec: Any, number: int, part: Part, pose: Transform, common: dict[
     body = _add_body(spec.worldbody, pose)
     body.add_freejoint(align=is_mesh)
     radius = shape.radius if isinstance(shape, Cylinder | Sphere) else 0.0
-    loose = common | {"contype": PARTS, "conaffinity": ALL, "mass": part.mass_kg, "priority": FREE}
-    rubs = [part.friction, SPINNING * radius, ROLLING * radius]
-    loose |= {"friction": rubs, "condim": 6 if radius else 3}
+    loose = common | {"contype": PARTS, "conaffinity": ALL, "mass": part.mass_kg}
+    rubs, first = [part.friction, SPINNING * radius, ROLLING * radius], priority(part, spec.option.timestep)
+    loose |= {"friction": rubs, "condim": 6 if radius else 3, "priority": first}
     if not isinstance(shape, Mesh):
         return _add_shape(body, shape, **loose)
     name = f"mesh of part {number}"

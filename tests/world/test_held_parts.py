@@ -93,6 +93,17 @@ def test_a_force_move_ends_where_the_stiffness_says(stiffness: float) -> None:
     assert 8.0 < k * deep < 8.0 + 1.3 * tick
 
 
+def test_a_force_move_onto_a_free_part_ends_without_damping() -> None:
+    scene = holding(more=part("lower", (550, 100, 330), stiffness=5e4))
+    above = told(scene)
+    scene.goes(down(550, 100, 392 + 1e3 * above))
+    scene.controller.move(lin_force_move(down(550, 100, 380), 0.02, 0.0, (None, None, 8.0)))
+    scene.robot.runs_until_stopped()
+    deep = 0.39 - (1e-3 * scene.robot.contacts[-1].tcp.z_mm - above)
+    k = 1.0 / (1.0 / OWN + 1.0 / 5e4 + 2.0 / 5e4)
+    assert 8.0 < k * deep < 9.0
+
+
 def test_weight_and_inertia_of_what_is_held_are_felt() -> None:
     scene = holding()
     assert scene.force[2] == pytest.approx(0.5 * G, abs=1e-6)
