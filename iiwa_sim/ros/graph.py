@@ -92,8 +92,7 @@ class Graph:
         """Register a listener for a topic; return what ends that."""
         topic = self.published[name]
         topic.listeners.append(listener)
-        if topic.is_latched:
-            assert topic.content is not None
+        if topic.content is not None and topic.is_latched:
             listener(topic.content())
         return partial(topic.listeners.remove, listener)
 

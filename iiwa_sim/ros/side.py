@@ -20,8 +20,7 @@ from iiwa_sim.ros.rosbridge_session import RosbridgeSession
 from iiwa_sim.server.web_access import WebAccess
 from iiwa_sim.wording import need_library
 
-SYSTEM_PYTHON = Path("/usr/bin/python3")
-"""For which packages and distributions of ROS 1 are."""
+SYSTEM_PYTHON = Path("/usr/bin/python3")  # packages and distributions of ROS 1 are for it
 RESULT_CONSTANTS = {2016: 0, 2021: 10, 2023: 13, 2024: 14}
 """Constants of the message Result, which count in its MD5 sum, by the year of robot_movement_interface."""
 ROS1_LACKS = "--ros needs rospy ({fault}): apt install python3-rospy python3-sensor-msgs python3-std-srvs"

@@ -68,6 +68,5 @@ def run(name: str) -> None:
         pipe.say("fault", msg=config["lacks"].format(python=sys.executable, fault=fault))
     except Fault as fault:
         pipe.say("fault", msg=" ".join(str(fault).split())[:300])
-    except (BrokenPipeError, KeyboardInterrupt):
-        pass
-    os._exit(0)  # a thread of ROS that has not ended would keep the process
+    finally:
+        os._exit(0)  # a thread of ROS that has not ended would keep the process

@@ -71,6 +71,8 @@ def serve(pipe: Pipe, config: Message) -> None:
     try:
         pipe.read(relay.take)
     finally:
+        for goal in list(relay.goals.values()):
+            goal.ended.set()  # the robot has gone, and a thread that waits would keep the executor
         executor.shutdown(timeout_sec=0.0)
         spinning.join(10.0)
         node.destroy_node()
@@ -85,7 +87,7 @@ class _Goal:
     handle: Any = None
     """The goal as rclpy has it, once it is accepted."""
     ended: threading.Event = field(default_factory=threading.Event)
-    end: Message = field(default_factory=lambda: {"result": True})
+    end: Message = field(default_factory=dict)
 
 
 class Relay:
@@ -95,7 +97,7 @@ class Relay:
         self._pipe = pipe
         self._node = node
         self.publishers: dict[str, tuple[Any, Any]] = {}
-        self._goals: dict[str, _Goal] = {}  # not told to have ended
+        self.goals: dict[str, _Goal] = {}  # not told to have ended
         self._wished: Any = None  # the goal that was asked for last: rclpy accepts one after the other
         self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
@@ -127,7 +129,7 @@ class Relay:
         if message["op"] == "publish":
             made, publisher = self.publishers[message["topic"]]
             publisher.publish(fill(made(), message["msg"]))
-        elif message["op"].startswith("action_") and (goal := self._goals.get(message["id"])) is not None:
+        elif message["op"].startswith("action_") and (goal := self.goals.get(message["id"])) is not None:
             if message["op"] == "action_result":
                 goal.end = message
                 goal.ended.set()
@@ -161,14 +163,14 @@ class Relay:
     def _wish(self, request: Any) -> Any:
         """Ask for a goal. It was rejected if its end has come before the response to a later call."""
         number = f"goal {next(self._numbers)}"
-        goal = self._goals[number] = _Goal(number)
+        goal = self.goals[number] = _Goal(number)
         asked = {"action": self._action[0], "action_type": self._action[1], "id": number, "feedback": True}
         self._pipe.say("send_action_goal", args=plain(request), **asked)
         self._pipe.call(BARRIER, {})
-        if goal.end["result"]:
+        if goal.end.get("result", True):
             self._wished = goal
             return rclpy.action.GoalResponse.ACCEPT
-        del self._goals[number]
+        del self.goals[number]
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
@@ -182,11 +184,11 @@ class Relay:
             if handle.is_cancel_requested and not cancelling:
                 cancelling = True
                 self._pipe.say("cancel_action_goal", id=goal.number)
-        status, result = goal.end["status"], goal.end["values"]
+        status, result = goal.end.get("status", ABORTED), goal.end.get("values", {"error_code": INVALID_GOAL})
         if status == CANCELED and not cancelling:  # another client did: rclpy tells it only to who asked
             status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)()
-        del self._goals[goal.number]
+        del self.goals[goal.number]
         return fill(self._made.Result(), result)
 
 
