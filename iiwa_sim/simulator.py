@@ -108,15 +108,8 @@ class SimulatedRobot:
     through `Simulator.call`.
     """
 
-    def __init__(
-        self,
-        simulator: "Simulator",
-        cell: Cell,
-        arm: "Arm | None",
-        budget: Budget,
-        on_bye: Callable[[], None] | None,
-    ) -> None:
-        settings, clock = simulator.settings, simulator.clock
+    def __init__(self, simulator: "Simulator", cell: Cell, arm: "Arm | None") -> None:
+        settings, clock, on_bye = simulator.settings, simulator.clock, simulator.on_bye
         self._call, self._clock, self.cell = simulator.call, clock, cell
         self.name = cell.name
         """Its name in the cell; empty for a cell that names none."""
@@ -149,7 +142,7 @@ class SimulatedRobot:
                 host=settings.host,
                 port=port,
                 admission=admission,
-                budget=budget,
+                budget=simulator.budget,
                 on_answered=clock.commanded,
                 on_good_bye=on_bye if on_bye and protocol == IIWA else lambda: None,
                 faults=faults,
@@ -261,13 +254,11 @@ class Simulator(OnlyRobot):
         self.clock = Clock(settings.rate_hz, pace(settings.clock))
         self._recorders: list[Recorder] = []
         self._recordings = ExitStack()
-        budget = Budget(self.clock.catch_up)
+        self.budget, self.on_bye = Budget(self.clock.catch_up), on_bye
         world = shared_world(self.cells, self.clock.tick_s)
         arms = [None] if world is None else world.arms
-        self.robots = {
-            each.name: SimulatedRobot(self, each, arm, budget, on_bye)
-            for each, arm in zip(self.cells, arms, strict=True)
-        }
+        pairs = zip(self.cells, arms, strict=True)
+        self.robots = {each.name: SimulatedRobot(self, each, arm) for each, arm in pairs}
         """The robots by their names; a cell without `[[robot]]` has one, whose name is empty."""
         robots = list(self.robots.values())
         self._group = ControllerGroup([each.stepped for each in robots], world)
@@ -297,7 +288,7 @@ class Simulator(OnlyRobot):
                 rate_hz=settings.status_rate_hz,
                 tick_rate_hz=settings.rate_hz,
                 on_answered=lambda _: self.clock.look(),
-                budget=budget,
+                budget=self.budget,
             )
         self.ros: RosSide | None = None
         if has_ros:
@@ -421,8 +412,7 @@ class Simulator(OnlyRobot):
 
     def set_clock(self, clock: str) -> None:
         """Set the clock: "real", "10x", "fast" or "stepped". Raises ValueError for others."""
-        wanted = pace(clock)
-        self.call(lambda: self.clock.set_pace(wanted))
+        self.call(lambda: self.clock.set_pace(pace(clock)))
 
     def record(self, path: str | Path, rate_hz: int | None = None) -> ExitStack:
         """Record all robots from now on into an MCAP file, which is overwritten: see docs/recordings.md.

@@ -33,6 +33,7 @@ FEEDBACK_HZ = 20
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 
+
 class JointInterface:
     """Topics, services and the action by which ROS 2 users see and move the joints of one robot."""
 
