@@ -18,6 +18,8 @@ from iiwa_sim.protocols.lines import OVERLONG, LineSplitter
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import Refusal, Request, load_table
 
+DO_TIMING_MARK, WONT_TIMING_MARK = b"\xff\xfd\x06", b"\xff\xfc\x06"
+"""Telnet asks at Ctrl-C, and shows nothing more until it is answered (RFC 860)."""
 ASKED_OFTEN = 3
 """Times in a row that a client sends the same line before it counts as one that waits."""
 AT_ONCE = 512
@@ -124,6 +126,7 @@ class LineSession(Session):
 
     def receive(self, data: bytes) -> None:
         if not self.closing:
+            self.waiting.extend([DO_TIMING_MARK] * data.count(DO_TIMING_MARK))
             self.waiting.extend(self._splitter.feed(data))
 
     def end(self) -> None:
@@ -133,6 +136,8 @@ class LineSession(Session):
 
     def _answer(self) -> bytes:
         line = self.waiting.popleft()
+        if line == DO_TIMING_MARK:
+            return WONT_TIMING_MARK
         self._command = self._reason = ""
         self._line, self._times = line, self._times + 1 if line == self._line else 1
         self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves

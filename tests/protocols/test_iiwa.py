@@ -80,6 +80,14 @@ def test_help_is_understood_without_a_colon(line):
     assert talk.ask("helping") == "unknown command"
 
 
+def test_telnets_question_after_ctrl_c_is_answered():
+    talk = Conversation()
+    talk.session.receive(b"\xff\xf4\xff\xfd\x06")
+    assert talk.hear() == b"\xff\xfc\x06"
+    talk.session.receive(b"hello\r\n")
+    assert talk.hear() == b"hello\r\n"
+
+
 def test_utf_16_is_no_text():
     talk = Conversation()
     talk.session.receive("hello\n".encode("utf-16-le"))
