@@ -7,7 +7,7 @@ import threading
 import traceback
 from collections.abc import Callable, Coroutine, Sequence
 from concurrent import futures
-from contextlib import AsyncExitStack, ExitStack
+from contextlib import AsyncExitStack, ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -63,7 +63,10 @@ class LoopThread(threading.Thread):
 
     def run(self) -> None:
         with self._runner:
-            self._loop.run_forever()
+            while True:
+                with suppress(SystemExit):  # its caller gets it
+                    self._loop.run_forever()
+                    return
 
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
         """Run a coroutine in the loop and wait for its result; what it raises is raised here.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from pathlib import Path
 
@@ -87,6 +88,13 @@ def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
             pass
     thread.join(60)
     assert len(told) == 1
+
+
+def test_an_exit_in_the_robots_thread_is_that_of_its_caller() -> None:
+    with Simulator(clock="stepped") as simulator:
+        with pytest.raises(SystemExit):
+            simulator.call(sys.exit)
+        assert simulator.state().tick == 0
 
 
 async def test_inside_a_loop_time_is_awaited() -> None:
