@@ -12,6 +12,7 @@ Pairs are measured only in ticks in which they could touch, with each joint at i
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import accumulate
@@ -372,8 +373,10 @@ def _scene(
     for each in pairs:
         scene.addCollisionPair(pin.CollisionPair(*each[:2]))
     found = scene.createData()
-    for request in found.distanceRequests:
-        request.gjk_tolerance = TOLERANCE_M
+    with warnings.catch_warnings(action="ignore", category=DeprecationWarning):
+        for request in found.distanceRequests:
+            # A guess would have a distance depend, in its last bits, on those measured before.
+            request.gjk_tolerance, request.enable_cached_gjk_guess = TOLERANCE_M, False
     gaps = np.reshape(levers, (len(levers), model.nq)), *meeting
     return _Scene(capsules, joints, len(own), scene, found, pairs, gaps)
 

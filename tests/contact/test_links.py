@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -163,8 +164,9 @@ def test_nothing_is_missed_while_nothing_is_looked_at(
     thrifty, anew = links_of(name), links_of(name)
     for arm in (thrifty, anew):
         arm.surround({"it": placed}, way[0])
-    for joints in way:
+    for joints, ahead in pairwise((*way, way[-1])):
         thrifty.goes_to(joints)
+        thrifty.gaps.is_free(ahead, thrifty._tick + 1, TICK_S)
         anew.gaps.forget()
         anew.goes_to(joints)
         assert thrifty.forces.contacts == anew.forces.contacts
