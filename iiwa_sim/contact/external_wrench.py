@@ -7,7 +7,7 @@ In free space there are none, and all readings are exactly 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import reduce
 from math import isfinite
 from operator import add as add_numbers
@@ -170,9 +170,9 @@ class ExternalWrench:
         self._set(self.torques, "parts", torques)
         self._parts_push = push
 
-    def jaws_are(self, jaws: Sequence[Capsule]) -> None:
-        """Have the jaws of a gripper there, in the flange."""
-        self._links.jaws_are(jaws)
+    def jaws_are(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
+        """Have the jaws of a gripper there, in the flange, so much farther out or in than before."""
+        self._links.jaws_are(jaws, moved_m)
         self._is_settled = False
 
     # Poses

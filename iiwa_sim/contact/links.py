@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from itertools import accumulate
-from math import dist
 from typing import Any, NamedTuple
 
 import coal
@@ -133,6 +132,7 @@ class Links:
         self._tool = tuple(tool)
         self._jaws: tuple[Capsule, ...] = ()
         self._jaw_places: list[Any] = []  # in the last joint
+        self._find_jaws: Callable[[], Sequence[Capsule]] | None = None  # if these are older
         self.forget()
 
     def forget(self) -> None:
@@ -158,19 +158,24 @@ class Links:
 
     def _build(self) -> None:
         """Build the scene for the present jaws and surfaces."""
-        self._built = self._jaws
+        self._place_jaws()
+        self._moved_m = 0.0
         self._scene = _scene(self._model.description, self._tool, self._jaws, tuple(self._surfaces.values()))
         self.gaps.take(*self._scene.gaps)
 
-    def jaws_are(self, jaws: Sequence[Capsule]) -> None:
-        """Have jaws at new places in the flange."""
-        before, self._jaws, arm = self._jaws, tuple(jaws), self._model
-        flange = arm.pin_model.frames[arm.flange_index].placement
-        self._jaw_places = [flange * _se3(capsule.pose) for capsule in jaws]
-        if len(before) != len(jaws) or _moved_m(self._built, self._jaws) > MARGIN_M:
+    def jaws_are(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
+        """Have jaws, which are found when they are near something, so much farther out or in than before."""
+        self._find_jaws, self._moved_m = jaws, self._moved_m + moved_m
+        if abs(self._moved_m) > MARGIN_M:
             self._build()
         else:
-            self.gaps.approach(_moved_m(before, self._jaws))
+            self.gaps.approach(abs(moved_m))
+
+    def _place_jaws(self) -> None:
+        if self._find_jaws is not None:
+            self._jaws, self._find_jaws, arm = tuple(self._find_jaws()), None, self._model
+            flange = arm.pin_model.frames[arm.flange_index].placement
+            self._jaw_places = [flange * _se3(capsule.pose) for capsule in self._jaws]
 
     def surround(self, surfaces: Mapping[str, Surface], joints: Sequence[float]) -> None:
         """Have these surfaces from now on, with the arm at joint positions (rad)."""
@@ -188,6 +193,7 @@ class Links:
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions."""
         scene, arm = self._scene, self._model
+        self._place_jaws()
         for number, place in enumerate(self._jaw_places, start=len(scene.capsules) - len(self._jaws)):
             scene.model.geometryObjects[number].placement = place
         self._data = arm.data
@@ -402,13 +408,6 @@ def _meeting(
     apart = np.ones(len(pairs), bool)
     apart[gaps.go_to(description.home)] = False
     return capsules, pairs[apart], touching[apart] - ALLOWED_M
-
-
-def _moved_m(before: Sequence[Capsule], now: Sequence[Capsule]) -> float:
-    """Return the greatest distance (m) that the end of a jaw has moved."""
-    both = zip(before, now, strict=True)
-    ways = [(dist(was.start, new.start), dist(was.end, new.end)) for was, new in both]
-    return max(map(max, ways), default=0.0)
 
 
 def _or_none(values: Array) -> tuple[float, ...] | None:

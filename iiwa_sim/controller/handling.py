@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil
+from functools import partial
+from math import ceil, inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
@@ -291,9 +292,10 @@ class Handling:
         if self.gripper is None or not isinstance(self.gripper.kind, Jaws):
             return
         now = self.gripper.opening_m, self._load.tool_in_flange
-        if now != self._jaws_at:
+        if now != (was := self._jaws_at):
+            moved_m = 0.5 * (now[0] - was[0]) if was and was[1] == now[1] else inf
             self._jaws_at = now
-            self._load.jaws_are(capsules_of(self.gripper.kind, *now))
+            self._load.jaws_are(partial(capsules_of, self.gripper.kind, *now), moved_m)
 
     def _tell(self) -> None:
         """Switch the inputs, where that is news: a test bench may have switched one otherwise."""
