@@ -8,8 +8,10 @@ from typing import Any
 import mujoco as mj
 import numpy as np
 
-FARTHEST_M, SPHERES_M = 1.0, 0.02
-"""The greatest distance that is measured, and that from which the one of bounding spheres will do."""
+from iiwa_sim.world.tick_kernel import nearest
+
+SPHERES_M = 0.02
+"""Distances from which on that of bounding spheres will do."""
 
 
 class Distances:
@@ -44,12 +46,7 @@ class Distances:
 
     def least(self, model: Any, data: Any, group: int) -> float:
         """Return how far (m) a group is from all that it may meet, at least."""
-        one, two, reach = self._groups[group]
-        a, b = data.geom_xpos.take(one, 0), data.geom_xpos.take(two, 0)
-        square = np.einsum("ij,ij->i", a, a)[:, None] + np.einsum("ij,ij->i", b, b) - 2.0 * (a @ b.T)
-        apart = np.sqrt(np.maximum(square, 0.0)) - reach
-        near = apart < SPHERES_M
-        least = float(apart.min(initial=FARTHEST_M, where=~near))
-        for i, k in np.argwhere(near).tolist():
-            least = min(least, mj.mj_geomDistance(model, data, int(one[i]), int(two[k]), least, None))
-        return least
+        least, near = nearest(data.geom_xpos, *self._groups[group], SPHERES_M)
+        for one, two in near:
+            least = min(least, mj.mj_geomDistance(model, data, one, two, least, None))
+        return float(least)

@@ -198,6 +198,33 @@ def leave_out(
     return int(made)
 
 
+def nearest(
+    places: cython.double[:, :],
+    one: cython.long[::1],
+    two: cython.long[::1],
+    reach: cython.double[:, ::1],
+    far_m: cython.double,
+) -> tuple[float, list[tuple[int, int]]]:
+    """Return the pairs of balls (m) that are nearer than `far_m`, and the least distance of the others, or 1.
+
+    `reach` has the sum of both radii.
+    """
+    least: cython.double = 1.0
+    near = []
+    for i in range(one.shape[0]):
+        for k in range(two.shape[0]):
+            square: cython.double = 0.0
+            for j in range(3):
+                off: cython.double = places[one[i], j] - places[two[k], j]
+                square += off * off
+            apart: cython.double = sqrt(square) - reach[i, k]
+            if apart < far_m:
+                near.append((one[i], two[k]))
+            else:
+                least = min(least, apart)
+    return least, near
+
+
 def brake(v: cython.double[:, ::1], tick_s: cython.double) -> float:
     """Brake free bodies that creep, which rolling friction hardly does; returns their greatest rad/s."""
     fastest: cython.double = 0.0
