@@ -94,7 +94,7 @@ class ExternalWrench:
         self.contact.forget()
         self._put(joints, tool_in_flange)
         if self._motion is not None:
-            self._motion.rest(compose(self._base, self._tcp.pose(joints)))
+            self._motion.rest(self._in_world(self.tcp(joints)))
             self.carry(self._moments, joints)
 
     def _set(self, contributions: dict[str, Any], name: str, value: tuple[float, ...] | None) -> None:
@@ -150,7 +150,7 @@ class ExternalWrench:
             self._set(self.wrenches, "payload", None)
             return
         if self._motion is None:
-            self._motion = TcpMotion(compose(self._base, self._tcp.pose(joints)))
+            self._motion = TcpMotion(self._in_world(self.tcp(joints)))
         self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
         self._size = size_of(self._at_tcp)
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
@@ -180,6 +180,9 @@ class ExternalWrench:
     def tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base, at joint positions (rad)."""
         return self._tcp.pose(joints)
+
+    def _in_world(self, pose: Transform) -> Transform:
+        return pose if self._base is IDENTITY else compose(self._base, pose)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
@@ -237,8 +240,8 @@ class ExternalWrench:
         before, self._joints = self._joints, joints
         if self._motion is not None and not (self._motion.still and joints == before):
             coming = None if motions is None else motions.coming
-            ahead = None if coming is None else compose(self._base, self.coming_tcp(coming))
-            self._motion.step(compose(self._base, self.tcp(joints)), tick_s, ahead)
+            ahead = None if coming is None else self._in_world(self.coming_tcp(coming))
+            self._motion.step(self._in_world(self.tcp(joints)), tick_s, ahead)
             self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
         if self._surrounded != self.contact.changes:
             self._surround(joints)
