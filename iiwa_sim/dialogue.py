@@ -47,8 +47,6 @@ class DialogueLine(msgspec.Struct, frozen=True, omit_defaults=True):
     """The reason of a rejection, with the reply."""
     protocol: str = ""
     """The protocol of a client that has just connected, one of `iiwa_sim.protocols.ports`."""
-    tick: int = 0
-    """The robot's tick."""
     instant_ns: int = 0
     """Real time by `time.monotonic_ns`."""
 
@@ -92,12 +90,10 @@ class Dialogue:
     called with each line in order, inside the event loop, and must not fail.
     """
 
-    def __init__(
-        self, tick: Callable[[], int], tick_s: float = 0.0, names: Callable[[], Collection[str]] = tuple
-    ) -> None:
-        """`tick` returns the present tick, of `tick_s` seconds; `names` those of all commands."""
+    def __init__(self, time_s: Callable[[], float], names: Callable[[], Collection[str]] = tuple) -> None:
+        """`time_s` returns simulated time (s), `names` those of all commands."""
         self.listeners: list[Callable[[DialogueLine], None]] = []
-        self._tick, self._tick_s, self._names = tick, tick_s, names
+        self._time_s, self._names = time_s, names
         self._entries: deque[_Entry] | None = None
         self._count = 0
         self._began_ns = time.monotonic_ns()
@@ -187,8 +183,8 @@ class Dialogue:
     def _tell(
         self, session: str, direction: Direction, text: str, reason: str = "", protocol: str = ""
     ) -> DialogueLine:
-        tick, now_ns = self._tick(), time.monotonic_ns()
-        said = DialogueLine(tick * self._tick_s, session, direction, text, reason, protocol, tick, now_ns)
+        now_ns = time.monotonic_ns()
+        said = DialogueLine(self._time_s(), session, direction, text, reason, protocol, now_ns)
         for listener in self.listeners:
             listener(said)
         return said

@@ -118,7 +118,7 @@ class SimulatedRobot:
         """Its name in the cell; empty for a cell that names none."""
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
         self.backdoor: Backdoor
-        self.dialogue = Dialogue(self._tick, clock.tick_s, command_names)
+        self.dialogue = Dialogue(self._time_s, command_names)
         """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
         self.events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
@@ -198,9 +198,9 @@ class SimulatedRobot:
         """Port of each protocol, in the order in which they were named."""
         return {name: server.acceptor.address[1] for name, server in self.servers.items()}
 
-    def _tick(self) -> int:
+    def _time_s(self) -> float:
         self._clock.catch_up()
-        return self.stepped.tick
+        return self.stepped.tick * self._clock.tick_s
 
 
 OnlyRobot = SimulatedRobot

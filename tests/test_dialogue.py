@@ -13,7 +13,7 @@ class Robot:
 
     def __init__(self) -> None:
         self._tick = 0
-        self.dialogue = Dialogue(lambda: self._tick, 0.002, command_names)
+        self.dialogue = Dialogue(lambda: self._tick * 0.002, command_names)
         self.dialogue.remember()
 
     def say(self, line: str, reply: str, command: str = "", session: str = "driver") -> None:

@@ -37,7 +37,7 @@ class Bench:
     def __init__(self, robot: str = IIWA) -> None:
         self.robot = SteppedRobot(cell=replace(robot_alone(robot), handled=HANDLED))
         self.controller = self.robot.controller
-        self.dialogue = Dialogue(lambda: self.controller.tick, self.controller.tick_s)
+        self.dialogue = Dialogue(lambda: self.controller.tick * self.controller.tick_s)
         self.backdoor = Backdoor(self.controller, WireFaults(), (), Clock(500, STEPPED), self.dialogue)
 
     def seen(self) -> dict[str, object]:

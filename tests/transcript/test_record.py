@@ -13,7 +13,7 @@ from iiwa_sim.transcript.record import recorded
 
 
 def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
-    dialogue = Dialogue(lambda: 500, 0.002)
+    dialogue = Dialogue(lambda: 1.0)
     path = tmp_path / "session.txt"
     with recorded(path, dialogue, "a robot"):
         dialogue.event("127.0.0.1:4000", "connected", "iiwa")
