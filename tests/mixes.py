@@ -80,7 +80,7 @@ class Mix:
         if line == EMERGENCY:
             controller.emergency_stop()
             robot.may_stop()
-            controller.errors.release_emergency_stop()
+            controller.emergency_stop(pressed=False)
             line = "reset error"
         waiting, mode = set(self._still_pending()), controller.mode
         before = controller.accepted

@@ -29,7 +29,7 @@ async def test_an_error_is_told_to_everyone_and_reset_by_anyone(simulator: Simul
     other = await Client.connect(simulator.port)
     assert await client.ask(FAR) == "done"
     simulator.controller.emergency_stop()
-    simulator.controller.errors.release_emergency_stop()
+    simulator.controller.emergency_stop(pressed=False)
     assert await client.ask(FAR) == "error"
     assert await other.ask("get error") == "3030 emergency stop"
     assert await other.ask("reset error") == "done"

@@ -179,7 +179,7 @@ class Backdoor:
 
     def emergency_stop(self, pressed: bool = True) -> None:
         """Press the emergency stop: the robot stops with error 3030. Or release it; the error stays."""
-        (self._controller.emergency_stop if pressed else self._controller.errors.release_emergency_stop)()
+        self._controller.emergency_stop(pressed)
 
     def fail(self, code: int, reason: str = ON_PURPOSE) -> None:
         """Stop the robot with an error: 3060 for a protective stop, 3040 for a servo timeout."""
@@ -391,7 +391,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
         if restore_bodies is not None:
             restore_bodies()
         load.feel_again(felt)
-        controller.errors.release_emergency_stop()
+        controller.emergency_stop(pressed=False)
         controller.switch_drives(on=True)
         controller.errors.reset()
         controller.protection.allowed = allowed

@@ -39,16 +39,9 @@ class ExternalWrench:
         tool: Sequence[Capsule] = (),
         base: Transform = IDENTITY,
     ) -> None:
-        """Put the robot at rest.
+        """Put the robot at rest at joint positions (rad).
 
-        Args:
-            model: The arm.
-            tool_in_flange: Pose of the TCP in the flange.
-            joints: Joint positions (rad).
-            contact: That of the TCP with the surfaces of the cell; none by default.
-            noise: Noise of the readings; none by default.
-            tool: Capsules of the tool, in the flange.
-            base: Pose of the base in the world, where weight acts against z.
+        The `tool` is in the flange. `base` is its pose in the world, where weight acts against z.
         """
         self._model, self._base, self.noise = model, base, noise
         self.contact = TcpContact((), 0.0) if contact is None else contact
@@ -77,6 +70,8 @@ class ExternalWrench:
         """Pose of the TCP in the flange."""
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
+        self.tcp, self.coming_tcp = self._tcp.pose, self._coming_tcp.pose
+        """Return the pose of the TCP in the base at joint positions (rad): of now, and of the next tick."""
         self.levers_m = self._tcp.longest_levers()
         """Greatest distances (m) of the axes of the joints from the TCP, base first."""
         self._joints, self._is_settled = joints, False
@@ -175,20 +170,10 @@ class ExternalWrench:
         self._links.jaws_are(jaws, moved_m)
         self._is_settled = False
 
-    # Poses
-
-    def tcp(self, joints: Sequence[float]) -> Transform:
-        """Return the pose of the TCP in the base, at joint positions (rad)."""
-        return self._tcp.pose(joints)
+    # Ticks
 
     def _in_world(self, pose: Transform) -> Transform:
         return pose if self._base is IDENTITY else compose(self._base, pose)
-
-    def coming_tcp(self, joints: Sequence[float]) -> Transform:
-        """Return the pose of the TCP in the base in the next tick, at joint positions (rad)."""
-        return self._coming_tcp.pose(joints)
-
-    # Ticks
 
     def is_idle(self, joints: Sequence[float], tick: int, tick_s: float) -> bool:
         """Return True if nothing acts in a tick at joint positions (rad), and nothing can begin to."""
@@ -208,9 +193,8 @@ class ExternalWrench:
     @property
     def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
         """Data of coming ticks for `leave_out`; None where more acts than what is carried."""
-        bodies = self.bodies
-        known = self._surrounded == self.contact.changes
-        if not known or self.torques or self.noise is not None or "applied" in self.wrenches:
+        bodies, changed = self.bodies, self._surrounded != self.contact.changes
+        if changed or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None
         carried = self._size if bodies.moments is None else self._size + bodies.size
         return self._coming_tcp, self.contact, self._gaps, carried

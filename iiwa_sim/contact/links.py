@@ -146,12 +146,11 @@ class Links:
 
     def memory(self) -> Any:
         """Return all that influences later forces, and the forces."""
-        return self.forces, copy.deepcopy((self._memory, self._muted, self._based))
+        return copy.deepcopy((self.forces, self._memory, self._muted, self._based))
 
     def restore(self, memory: Any) -> None:
         """Continue from such a memory, with the surfaces that are there."""
-        self.forces, kept = memory
-        self._memory, self._muted, self._based = copy.deepcopy(kept)
+        self.forces, self._memory, self._muted, self._based = copy.deepcopy(memory)
         self.gaps.forget()
 
     # Scene
@@ -182,13 +181,16 @@ class Links:
         before, self._surfaces, self._memory = self._surfaces, dict(surfaces), {}
         self._build()
         base = [each for each in capsules_of(self._model.description) if not each.joints]
-        for name in surfaces.keys() - before.keys():
+        added = surfaces.keys() - before.keys()
+        for name in added:
             depths = [c.radius_m - surfaces[name].nearest(*end)[0] for c in base for end in (c.start, c.end)]
             (self._based.add if max(depths, default=0.0) > STANDS_M else self._based.discard)(name)
         self._go_to(np.array(joints))
-        for row, pair in enumerate(self._scene.pairs):
-            if pair.surface is not None and pair.surface not in before and self._distance(row) < 0.0:
-                self._muted.add((pair.capsule, pair.surface))
+        scene = self._scene
+        for row, pair in enumerate(scene.pairs):
+            name = pair.surface or ""
+            if name in added and pin.computeDistance(scene.model, scene.data, row).min_distance < 0.0:
+                self._muted.add((pair.capsule, name))
 
     def _go_to(self, position: Array) -> None:
         """Compute places and Jacobians for joint positions."""
@@ -199,11 +201,6 @@ class Links:
         self._data = arm.data
         pin.computeJointJacobians(arm.pin_model, self._data, position)
         pin.updateGeometryPlacements(arm.pin_model, self._data, scene.model, scene.data)
-
-    def _distance(self, row: int) -> float:
-        """Return the distance of a pair (m), less than 0 for a depth."""
-        distance: float = pin.computeDistance(self._scene.model, self._scene.data, row).min_distance
-        return distance
 
     # Time
 
@@ -224,12 +221,15 @@ class Links:
         torques, deepest = np.zeros(len(way)), 0.0
         touching: dict[tuple[int, str], tuple[float, Array, Array, int]] = {}
         for row in due:
-            pair, distance = scene.pairs[row], self._distance(row)
-            key = pair.capsule, pair.surface or ""
+            pair, found = scene.pairs[row], pin.computeDistance(scene.model, scene.data, row)
+            key, distance = (pair.capsule, pair.surface or ""), found.min_distance
             if pair.surface is None:
                 distance += ALLOWED_M
                 if distance < 0.0:
-                    torques += self._fold(row, distance)
+                    inner, outer = scene.joints[pair.capsule], scene.joints[pair.other]
+                    middle = 0.5 * (found.getNearestPoint1() + found.getNearestPoint2())
+                    levers = _levers(self._data.J, middle)[:, inner:outer]
+                    torques[inner:outer] -= FOLDED_N_PER_M * distance * (found.normal @ levers)
                 if distance < deepest:
                     deepest = distance
                     colliding = (scene.capsules[pair.capsule].link, scene.capsules[pair.other].link)
@@ -239,7 +239,7 @@ class Links:
                 distance = -distance
             else:
                 self._muted.discard(key)
-                body, found = (pair.body, key[1]), scene.data.distanceResults[row]
+                body = pair.body, key[1]
                 if (distance <= 0.0 or body in self._memory) and distance < touching.get(body, (FAR_M,))[0]:
                     touching[body] = distance, -found.normal, found.getNearestPoint1(), row
             self.gaps.set(row, distance)
@@ -247,15 +247,6 @@ class Links:
         self.forces = self.forces._replace(folded=folded, colliding=colliding)
         if touching or self.forces.contacts or self._memory:
             self._press_all(touching, way, tick_s)
-
-    def _fold(self, row: int, distance: float) -> Array:
-        """Torques of two links that are in each other, on the joints between them."""
-        scene, found = self._scene, self._scene.data.distanceResults[row]
-        middle = 0.5 * (found.getNearestPoint1() + found.getNearestPoint2())
-        torques: Array = FOLDED_N_PER_M * -distance * (found.normal @ _levers(self._data.J, middle))
-        inner, outer = (scene.joints[number] for number in scene.pairs[row][:2])
-        torques[:inner] = torques[outer:] = 0.0
-        return torques
 
     # Forces
 
@@ -290,8 +281,10 @@ class Links:
                 torques[:joint] += force @ levers
             else:
                 worn += (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
-        found = _or_none(torques), _or_none(worn), _or_none(yielding), tuple(contacts)
-        self.forces = LinkForces(*found, *self.forces[4:])
+        self.forces = self.forces._replace(
+            torques=tuple(torques.tolist()), worn=tuple(worn.tolist()), yielding=tuple(yielding.tolist()),
+            contacts=tuple(contacts),
+        )  # fmt: skip
 
 
 def _press(
@@ -408,10 +401,6 @@ def _meeting(
     apart = np.ones(len(pairs), bool)
     apart[gaps.go_to(description.home)] = False
     return capsules, pairs[apart], touching[apart] - ALLOWED_M
-
-
-def _or_none(values: Array) -> tuple[float, ...] | None:
-    return tuple(values.tolist()) if values.any() else None
 
 
 def _levers(jacobian: Array, point: Array) -> Array:

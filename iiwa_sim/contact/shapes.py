@@ -42,11 +42,9 @@ class Box(NamedTuple):
         beyond_x, beyond_y, beyond_z = abs(x) - self.half_x, abs(y) - self.half_y, abs(z) - self.half_z
         largest = max(beyond_x, beyond_y, beyond_z)
         if largest <= 0.0:  # inside: the nearest face
-            if largest == beyond_x:
-                return (largest, copysign(1.0, x), 0.0, 0.0)
-            if largest == beyond_y:
-                return (largest, 0.0, copysign(1.0, y), 0.0)
-            return (largest, 0.0, 0.0, copysign(1.0, z))
+            axis = (beyond_x, beyond_y, beyond_z).index(largest)
+            x, y, z = (copysign(float(k == axis), each) for k, each in enumerate((x, y, z)))
+            return (largest, x, y, z)
         out_x = copysign(beyond_x, x) if beyond_x > 0.0 else 0.0
         out_y = copysign(beyond_y, y) if beyond_y > 0.0 else 0.0
         out_z = copysign(beyond_z, z) if beyond_z > 0.0 else 0.0

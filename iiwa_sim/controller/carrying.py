@@ -29,9 +29,6 @@ class ToolLoad(NamedTuple):
         return self.mass_kg, 1e3 * x, 1e3 * y, 1e3 * z
 
 
-NO_LOAD = ToolLoad(0.0, (0.0, 0.0, 0.0))
-
-
 class Tool(NamedTuple):
     """Tool at the flange: load, inertia and shape."""
 
@@ -41,7 +38,7 @@ class Tool(NamedTuple):
     """The shape of the tool, in the flange."""
 
 
-NO_TOOL = Tool(NO_LOAD, (0.0,) * 6)
+NO_TOOL = Tool(ToolLoad(0.0, (0.0, 0.0, 0.0)), (0.0,) * 6)
 
 
 def unknown_load(tool: Tool, assumed: ToolLoad) -> Moments | None:

@@ -9,7 +9,7 @@ from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_contact_kernel import TcpContact
 from iiwa_sim.controller.carrying import NO_TOOL, Tool, ToolLoad, unknown_load
-from iiwa_sim.controller.endings import Endings, ForceGuard, PendingMove, RobotEvent, WhenEnded
+from iiwa_sim.controller.endings import Endings, PendingMove, RobotEvent, WhenEnded
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
@@ -25,7 +25,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
-from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, TouchLog, body_touched
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, body_touched, tell_touches
 from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, shifted
@@ -118,20 +118,19 @@ class Controller:
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = inf if servo_timeout_s is None else servo_timeout_s
-        self._touch_log = None if on_event is None else TouchLog(self.load, on_event)
+        self._tells, self._touching = on_event is not None, set[str]()  # lines of contacts that last
         self.trajectories = JointTrajectories(self)
 
     # Ticks
 
     def step(self, at_most: int = 1) -> int:
-        """Make one tick: the robot moves, then feels the forces where it is now, then compares with limits.
+        """Make one tick: the robot moves, feels the forces where it is then, and compares them with limits.
 
         Before it make others, up to `at_most` in all, in which the robot only goes on to joint positions that
         are known, and meets nothing; the result is the same, bit for bit. Return how many it made.
 
-        A stop that a force asks for so begins in the tick after the one in which its threshold is passed. An
-        internal error in a tick stops the robot, sets the error state, and is raised. Of robots that share a
-        world each has to `move_on`, then the world a step, then each robot has to `feel`.
+        A stop that a force asks for begins in the next tick. An internal error stops the robot, in error, and
+        is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
         """
         left_out, handling = 0, self.handling
         if handling is not None and at_most > 1 and handling.skips:
@@ -145,13 +144,12 @@ class Controller:
     def _leave_out(self, handling: Handling, ticks: int) -> int:
         """Make at most so many ticks, but for what only they would know; return how many."""
         motions, protection, pending = self.motions, self.protection, self.endings.pending
-        touches = self._touch_log is not None and self._touch_log.touching
-        if protection.looks_always or touches or motions.coming is None:
+        if protection.looks_always or self._touching or motions.coming is None:
             return 0
         most_n, most_nm = protection.harmless()
-        if pending and (guard := pending[0].guard) is not None:
-            least_n = min(filter(None, guard.thresholds), default=inf)
-            most_n = min(most_n, least_n - max(map(abs, guard.offset[:3])))
+        if pending and pending[0].thresholds is not None:
+            least_n = min(filter(None, pending[0].thresholds), default=inf)
+            most_n = min(most_n, least_n - max(map(abs, pending[0].offset[:3])))
         ahead = [motions.joints, *motions.executor.ahead(ticks + 1)]
         made = handling.arm.leave_out(ahead, self.tick, self.load, (most_n, most_nm))
         if made:
@@ -192,19 +190,18 @@ class Controller:
             reached = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
             load.step(joints, tick, self.tick_s, reached, motions)
         pending, protection = self.endings.pending, self.protection
-        if pending and pending[0].guard is not None:
-            self._watch_forces(pending[0].guard)
+        if pending and pending[0].thresholds is not None:
+            self._watch_forces(pending[0])
         acts = load.wrenches or load.torques
         if protection.looks_always or (acts and not protection.tolerates()):
             self._protect()
-        touch_log = self._touch_log
-        if touch_log is not None and (acts or touch_log.touching):
-            touch_log.after_tick()
+        if self._tells and (acts or self._touching):
+            self._touching = tell_touches(load, self._touching, self.tell)
 
-    def _watch_forces(self, guard: ForceGuard) -> None:
+    def _watch_forces(self, move: PendingMove) -> None:
         """End a force move that has met a force."""
-        contact = guard.contact(self.cartesian_force(), self.tool_frame)
-        if contact is not None and guard.move == self.motions.under_way:
+        contact = move.contact(self.cartesian_force(), self.tool_frame)
+        if contact is not None and move.number == self.motions.under_way:
             with self.endings.because(SUCCESS, str(contact)):
                 self.motions.cancel()
             self.tell(contact)
@@ -239,12 +236,8 @@ class Controller:
 
     # Stops and errors
 
-    def stop(self) -> None:
-        """Bring the robot to rest on its path, and forget the moves that wait."""
-        self._stop_for(STOP_TRIGGERED, "stopped")
-
-    def _stop_for(self, code: int, reason: str) -> None:
-        """Stop, in no mode; moves that run or wait end with this code and reason."""
+    def stop(self, code: int = STOP_TRIGGERED, reason: str = "stopped") -> None:
+        """Bring the robot to rest on its path, in no mode; moves that run or wait end for this reason."""
         with self.endings.because(code, reason):
             self.motions.stop()
         self.mode = Mode.UNKNOWN
@@ -252,13 +245,15 @@ class Controller:
     def fail(self, code: int, reason: str) -> None:
         """Stop the robot, and take no moves until the error is reset."""
         self.errors.fail(code, reason)
-        self._stop_for(code, reason)
+        self.stop(code, reason)
         self.tell(ErrorRecord(code, reason))
 
-    def emergency_stop(self) -> None:
-        """Stop as `stop` does, and take no moves until it is released and the error reset."""
-        self.errors.e_stopped, self.errors.drives_powered = True, False
-        self.fail(EMERGENCY_STOP, "emergency stop")
+    def emergency_stop(self, pressed: bool = True) -> None:
+        """Stop as `stop` does, and take no moves until it is released, by False, and the error reset."""
+        self.errors.e_stopped = pressed
+        if pressed:
+            self.errors.drives_powered = False
+            self.fail(EMERGENCY_STOP, "emergency stop")
 
     def status(self) -> RobotStatus:
         """Return the state of the robot, as ROS-Industrial puts it."""
@@ -270,10 +265,7 @@ class Controller:
     # Settings
 
     def set_override(self, override: float) -> None:
-        """Run all motions at this part of their planned speed, from 0, a pause, to 1, on their paths.
-
-        Raises `Refused` for a number out of range.
-        """
+        """Run all motions at this part of their planned speed, 0, a pause, to 1; raises `Refused` beyond."""
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self.motions.executor.set_override(override)
@@ -352,7 +344,6 @@ class Controller:
 
         A shift is resolved now, for good. `when_ended` is called at the end of the move.
         """
-        guard = None
         self.errors.check()
         if request.kind is not Kind.HOLD and request.compliance is None:
             self.check_hold()
@@ -367,11 +358,14 @@ class Controller:
         elif request.compliance is not None:
             number = self._give_way(request, request.compliance)
         else:
-            number = self._queue(request)
-            if request.thresholds is not None:
-                guard = ForceGuard(number, request.thresholds, self.cartesian_force())
-        if guard or when_ended or self.endings.listeners or self._touch_log:  # somebody is told of its end
-            self.endings.pending.append(PendingMove(number, when_ended, guard))
+            if self.motions.executor.waiting >= LONGEST_QUEUE:
+                raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting: get queue tells when fewer do")
+            move = self._planned(request, self.end_of_queue)
+            number = self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
+        thresholds = request.thresholds
+        if thresholds or when_ended or self.endings.listeners or self._tells:  # somebody is told of its end
+            offset = self.cartesian_force()
+            self.endings.pending.append(PendingMove(number, when_ended, thresholds, offset))
         return number
 
     def check(self, request: MoveRequest) -> None:
@@ -407,19 +401,12 @@ class Controller:
         The mode changes, which may stop the robot. Moves that end by that are told that they are `replaced`.
         """
         if self.mode.stops_for(mode):
-            self._stop_for(STOP_TRIGGERED, REPLACED)
+            self.stop(reason=REPLACED)
         self.mode = mode
         self.accepted += 1
         with self.endings.because(STOP_TRIGGERED, replaced):
             begin(self.accepted)
         return self.accepted
-
-    def _queue(self, request: MoveRequest) -> int:
-        """Plan a normal move from where the robot will come to rest, and queue it."""
-        if self.motions.executor.waiting >= LONGEST_QUEUE:
-            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting: get queue tells when fewer do")
-        move = self._planned(request, self.end_of_queue)
-        return self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
 
     def _give_way(self, request: MoveRequest, impedance: CartesianImpedance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
@@ -466,8 +453,9 @@ class Controller:
 
     def switch_drives(self, on: bool) -> None:
         """Off: stop as `stop` does, and take no moves until they are on and the error reset."""
-        self.errors.switch_drives(on)
+        self.errors.switched_off = not on
         if not on:
+            self.errors.drives_powered = False
             self.fail(COMPONENT_NOT_READY, "the drives are off")
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> None:

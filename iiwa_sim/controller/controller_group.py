@@ -1,27 +1,12 @@
 """The controllers of the robots in one cell, stepped together, and who observes their ticks."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.controller.controller import Controller
 
 if TYPE_CHECKING:
     from iiwa_sim.world.world import World
-
-
-class TickObserver(Protocol):
-    """Sees the ticks of robots, and may command them in these."""
-
-    def tick(self) -> None:
-        """The robots have made a tick."""
-
-    @property
-    def watching(self) -> bool:
-        """Return True if it has to see each tick, also of robots at rest."""
-
-    @property
-    def has_commands(self) -> bool:
-        """Return True if it will make a robot move in the next ticks."""
 
 
 class ControllerGroup:
@@ -30,7 +15,9 @@ class ControllerGroup:
     def __init__(self, controllers: Sequence[Controller], world: "World | None" = None) -> None:
         """Several robots share the `world`."""
         self.controllers = controllers
-        self.observers: Sequence[TickObserver] = ()
+        self.observers: Sequence[Any] = ()
+        """Each has a `tick()` after each one of the robots, in which it may command them. While one is
+        `watching`, robots at rest tick, too; one that `has_commands` will make a robot move."""
         self._calls = [controller.move_on for controller in self.controllers]
         self._calls += [] if world is None else [world.step]
         self._calls += [controller.feel for controller in self.controllers]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from iiwa_sim.controller.errors import SUCCESS, ErrorRecord
 from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import Frame
-from iiwa_sim.wrench import Wrench
+from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 
 class Contact(NamedTuple):
@@ -35,22 +35,6 @@ class Contact(NamedTuple):
         )
 
 
-class ForceGuard(NamedTuple):
-    """Thresholds of force changes for a running move."""
-
-    move: int
-    thresholds: Thresholds
-    offset: Wrench
-    """Wrench at the command."""
-
-    def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
-        """Return the first force that is beyond its threshold, which ends the move, or None."""
-        for axis, most, force, offset in zip("xyz", self.thresholds, wrench, self.offset, strict=False):
-            if most is not None and abs(force - offset) > most:
-                return Contact(self.move, axis, force, offset, most, tcp())
-        return None
-
-
 class Ending(NamedTuple):
     """The end of a move."""
 
@@ -73,7 +57,16 @@ class PendingMove(NamedTuple):
 
     number: int
     when_ended: WhenEnded | None
-    guard: ForceGuard | None
+    thresholds: Thresholds | None = None
+    offset: Wrench = NO_WRENCH
+    """Wrench at the command."""
+
+    def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
+        """Return the first force that is beyond its threshold, which ends the move, or None."""
+        for axis, most, force, offset in zip("xyz", self.thresholds or (), wrench, self.offset, strict=False):
+            if most is not None and abs(force - offset) > most:
+                return Contact(self.number, axis, force, offset, most, tcp())
+        return None
 
 
 class Endings:
@@ -93,7 +86,7 @@ class Endings:
     def after_tick(self) -> None:
         """End the moves that came to their target in a tick; moves end in the order of their numbers."""
         while self.pending and not self._is_pending(self.pending[0].number):
-            self._tell(self.pending.popleft(), SUCCESS, "")
+            self._end([self.pending[0]], SUCCESS, "")
 
     @contextmanager
     def because(self, code: int, reason: str) -> Iterator[None]:
@@ -109,11 +102,6 @@ class Endings:
     def _end(self, moves: Sequence[PendingMove], code: int, reason: str) -> None:
         self.pending = deque(move for move in self.pending if move not in moves)
         for move in moves:
-            self._tell(move, code, reason)
-
-    def _tell(self, move: PendingMove, code: int, reason: str) -> None:
-        ending = Ending(move.number, code, reason)
-        if move.when_ended is not None:
-            move.when_ended(ending)
-        for listener in self.listeners:
-            listener(ending)
+            for told in (move.when_ended, *self.listeners):
+                if told is not None:
+                    told(Ending(move.number, code, reason))

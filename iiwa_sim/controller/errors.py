@@ -56,7 +56,8 @@ class RobotErrors:
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self.next_refusal: ErrorRecord | None = None
         """The refusal of the next move, whatever it asks for; None for none."""
-        self._switched_off = False
+        self.switched_off = False
+        """No reset works before the drives are switched on."""
         self._refusal: ErrorRecord | None = None
 
     @property
@@ -73,15 +74,6 @@ class RobotErrors:
         if self.standing is None or code == EMERGENCY_STOP:
             self.standing = ErrorRecord(code, reason)
 
-    def release_emergency_stop(self) -> None:
-        """Release the emergency stop; the error state lasts until it is reset."""
-        self.e_stopped = False
-
-    def switch_drives(self, on: bool) -> None:
-        """Switch the drives; off, no reset works before they are on."""
-        self._switched_off = not on
-        self.drives_powered &= on
-
     def check(self) -> None:
         """Raise `Refused` in the error state, or if the next move is to be refused."""
         if self.standing is not None:
@@ -94,7 +86,7 @@ class RobotErrors:
         """End the error state and forget the last refusal; raise `Refused` while its cause lasts."""
         if self.e_stopped:
             raise Refused(EMERGENCY_STOP, "the emergency stop has to be released first")
-        if self._switched_off:
+        if self.switched_off:
             raise Refused(COMPONENT_NOT_READY, "the drives have to be switched on first")
         self.standing = self._refusal = None
         self.drives_powered = True

@@ -190,8 +190,7 @@ class Handling:
 
         The robot is then at rest where it is now.
         """
-        if self._changes != self._load.contact.changes:
-            self._share_surfaces()
+        self._share_surfaces()
         gripper, world, arm = self.gripper, self.world, self.arm
         jaws = gripper and (gripper.opening_m, gripper.driven, gripper.blocked)
         state = world.kept() if arm is world.arms[0] else None
@@ -250,9 +249,7 @@ class Handling:
     def state(self) -> GripperState | None:
         """The gripper as it is, whatever its sensors tell; None without one."""
         gripper = self.gripper
-        if gripper is None:
-            return None
-        return GripperState(1e3 * gripper.opening_m, gripper.state)
+        return None if gripper is None else GripperState(1e3 * gripper.opening_m, gripper.state)
 
     def stick(self, stuck: bool) -> None:
         """Have the jaws stay where they are, until they are told not to."""

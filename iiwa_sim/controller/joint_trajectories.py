@@ -90,7 +90,7 @@ class JointTrajectories:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
         number = controller.begin(Mode.TRAJECTORY, lambda n: motions.track(n, trajectory), replaced)
-        controller.endings.pending.append(PendingMove(number, when_ended, None))
+        controller.endings.pending.append(PendingMove(number, when_ended))
         return number
 
     def cancel(self, number: int) -> None:

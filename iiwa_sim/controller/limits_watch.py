@@ -96,15 +96,9 @@ class Protection:
     def reason_to_stop(
         self, joints: Joints, tcp: Vector, speed_m_per_s: float, is_in_error: bool
     ) -> str | None:
-        """Return why the robot has to stop; None if it need not.
+        """Return why the robot, at joints (rad) and TCP (m, in the base), has to stop; None if it need not.
 
         An error has stopped it before if it `is_in_error`: then the excess is allowed from now on.
-
-        Args:
-            joints: Joint positions (rad).
-            tcp: Place of the TCP (m, in the base).
-            speed_m_per_s: Speed of the TCP.
-            is_in_error: True in the error state.
         """
         rows, safety = list[tuple[Any, ...]](), self.safety  # limit, excess, and the words with their values
         if not self.tolerates():
@@ -147,21 +141,11 @@ def body_touched(load: ExternalWrench) -> str:
     return ""
 
 
-class TouchLog:
-    """Reports links, and what is fixed to the flange, that begin to touch surfaces or each other."""
-
-    def __init__(self, load: ExternalWrench, tell: Callable[[str], None]) -> None:
-        """`tell` takes one line for each contact that begins."""
-        self._load, self._tell = load, tell
-        self.touching: set[str] = set()
-        """The lines of the contacts that last."""
-
-    def after_tick(self) -> None:
-        """Look at contacts; to be called after ticks in which something acts or has touched."""
-        load = self._load
-        touching = {touch(load, contact.link, contact.surface) for contact in load.link_contacts}
-        if load.colliding is not None:
-            touching.add("links {} and {} collide".format(*load.colliding))
-        for line in sorted(touching - self.touching):
-            self._tell(line)
-        self.touching = touching
+def tell_touches(load: ExternalWrench, before: set[str], tell: Callable[[str], None]) -> set[str]:
+    """Tell of links, tool and jaws that begin to touch something; return the lines of all that do."""
+    touching = {touch(load, contact.link, contact.surface) for contact in load.link_contacts}
+    if load.colliding is not None:
+        touching.add("links {} and {} collide".format(*load.colliding))
+    for line in sorted(touching - before):
+        tell(line)
+    return touching

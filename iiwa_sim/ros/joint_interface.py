@@ -124,7 +124,7 @@ class JointInterface:
 
     def _emergency_stop(self, pressed: bool) -> None:
         robot = self._controller
-        (robot.emergency_stop if pressed else robot.errors.release_emergency_stop)()
+        robot.emergency_stop(pressed)
 
     # States
 

@@ -119,7 +119,7 @@ def test_a_link_feels_stiffness_times_its_greatest_depth(
     forces = {contact.link: float(np.linalg.norm(contact.force)) for contact in links.forces.contacts}
     forces = {link: force for link, force in forces.items() if force > STIFFNESS * 1e-6 or link in expected}
     assert forces == pytest.approx(expected, rel=1e-3, abs=STIFFNESS * 1e-5)
-    assert (links.forces.torques is None) == (not links.forces.contacts)
+    assert any(links.forces.torques or ()) == bool(links.forces.contacts)
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, parts, parts)

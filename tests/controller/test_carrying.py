@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from iiwa_sim.cell.cell import Cell, shared_world
-from iiwa_sim.controller.carrying import NO_LOAD, NO_TOOL, Inertia, Tool, ToolLoad
+from iiwa_sim.controller.carrying import NO_TOOL, Inertia, Tool, ToolLoad
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose, rotate
 from tests.asked import joint_move, lin_stiff_move
@@ -55,7 +55,7 @@ def test_an_unknown_tool_acts_as_newton_and_euler_say(name: str) -> None:
     """Its weight at random poses, and on a move to 1 % of the greatest wrench, in the same tick."""
     robot = carrying(name)
     controller, d = robot.controller, robot.description
-    controller.set_tool_load(NO_LOAD)
+    controller.set_tool_load(NO_TOOL.load)
     reference, still = Carried(robot), np.zeros(len(d.joints))
     rng = np.random.default_rng(4)
     for q in rng.uniform(d.position_min, d.position_max, (20, len(still))):
@@ -88,7 +88,7 @@ def test_weight_acts_down_in_the_world_also_on_a_robot_on_a_wall() -> None:
     world = shared_world([upright, on_wall], TICK_S)
     assert world is not None
     controller = on_wall.controller(TICK_S, arm=world.arms[1])
-    controller.set_tool_load(NO_LOAD)
+    controller.set_tool_load(NO_TOOL.load)
     tcp = compose(on_wall.base, controller.load.tcp(controller.joints))
     force = rotate(tcp.rotation, controller.cartesian_force()[:3])
     assert force == pytest.approx((0.0, 0.0, -GRAVITY * TOOL.load.mass_kg), abs=1e-9)
@@ -114,7 +114,7 @@ def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None
 def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:
     robot = carrying(tool=Tool(ToolLoad(2.0, strong(ARMS[0]).tool_in_flange.translation), (0.0,) * 6))
     here = robot.controller.tool_frame()
-    robot.controller.set_tool_load(NO_LOAD)
+    robot.controller.set_tool_load(NO_TOOL.load)
     robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, (0.0,) * 6))
     start = robot.tcp(robot.controller.joints).translation[2]
     robot.step(1500)

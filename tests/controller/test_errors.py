@@ -112,7 +112,7 @@ def is_stopped(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
     robot.controller.move(joint_move(AWAY, FULL))
     robot.step(50)
     robot.controller.emergency_stop()
-    robot.controller.errors.release_emergency_stop()
+    robot.controller.emergency_stop(pressed=False)
     return EMERGENCY_STOP
 
 
@@ -161,7 +161,7 @@ def test_an_emergency_stop_has_to_be_released_before_the_reset() -> None:
     robot.runs_until_stopped(0.1)
     assert talk.ask("reset error") == "error"
     assert talk.ask("get error") == "3030 emergency stop"
-    robot.controller.errors.release_emergency_stop()
+    robot.controller.emergency_stop(pressed=False)
     assert talk.ask("get robot status") == "2 0 0 0 0 1 3030"
     assert talk.ask("lin move : 450 100 520 0 -1.57 0 1 0") == "error"
     assert talk.ask("reset error") == "done"

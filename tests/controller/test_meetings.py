@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from iiwa_sim.controller.limits_watch import TouchLog
+from iiwa_sim.controller.limits_watch import tell_touches
 from tests.world.scenes import GRIPPER, HEAD, TABLE_MM, Scene, down, part, table
 
 
@@ -13,9 +13,9 @@ def test_what_a_jaw_meets_is_told_by_name_and_kind() -> None:
     scene.goes(down(600, 100, top_mm + 80.0), straight=False)
     scene.drives(closed=True)
     told: list[str] = []
-    meetings = TouchLog(scene.controller.load, told.append)
+    touching = set[str]()
     scene.goes(down(600, 100, top_mm - 1.0), 0.05)
     for _ in range(3):
-        meetings.after_tick()
+        touching = tell_touches(scene.controller.load, touching, told.append)
     assert "jaw 1 touches part 'block'" in told
     assert len(told) == len(set(told)), "each is told once"
