@@ -107,7 +107,7 @@ class Dialogue:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
         if self.is_heard:
             said = self._tell(session, Direction.FROM_CLIENT, line)
-            answer = self._tell(session, Direction.TO_CLIENT, reply, reason)
+            answer = self._tell(session, Direction.TO_CLIENT, reply, reason=reason)
             self._keep(Exchange(session, command or line, line, reply), said, answer)
             if not reason:
                 fields = {"session": session, "line": line, "reply": reply}
@@ -180,11 +180,8 @@ class Dialogue:
                 lines[-1] += f"  ({entry.times} times)"
         return "\n".join(lines) if len(lines) > 1 else "nothing was said"
 
-    def _tell(
-        self, session: str, direction: Direction, text: str, reason: str = "", protocol: str = ""
-    ) -> DialogueLine:
-        now_ns = time.monotonic_ns()
-        said = DialogueLine(self._time_s(), session, direction, text, reason, protocol, now_ns)
+    def _tell(self, session: str, mark: Direction, text: str, **more: str) -> DialogueLine:
+        said = DialogueLine(self._time_s(), session, mark, text, instant_ns=time.monotonic_ns(), **more)
         for listener in self.listeners:
             listener(said)
         return said
