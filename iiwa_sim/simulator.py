@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from iiwa_sim.ros.side import RosSide
     from iiwa_sim.world.arm import Arm
 
-LEAVE_S = 10.0
-"""Seconds that the thread has to leave the context before it counts as blocked."""
+LEAVE_S, END_S = 10.0, 2.0
+"""Seconds that the thread has to leave the context before it counts as blocked, and then to end."""
 
 T = TypeVar("T")
 
@@ -95,13 +95,12 @@ class LoopThread(threading.Thread):
             answer.cancel()
             raise
 
-    def close(self, *, wait: bool) -> None:
-        """Cancel what runs in the loop, and end the thread; without `wait`, once it is no longer blocked."""
+    def close(self) -> None:
+        """Cancel what runs in the loop, and end the thread; one that is blocked ends later."""
         with self._lock:
             self._closed = True  # before the loop stops: pending coroutines start, and are cancelled
             self._loop.call_soon_threadsafe(self._loop.stop)
-        if wait:
-            self.join()
+        self.join(END_S)
 
 
 class SimulatedRobot:
@@ -354,17 +353,12 @@ class Simulator(OnlyRobot):
             raise
 
     def __exit__(self, *_: object) -> None:
-        thread, wait = self._thread, True
-        if thread is None:
-            return
-        try:
-            thread.wait_for(self.__aexit__, LEAVE_S)
-        except TimeoutError:
-            wait = False
-            raise
-        finally:
-            thread.close(wait=wait)
-            self._thread = None
+        if self._thread is not None:
+            try:
+                self._thread.wait_for(self.__aexit__, LEAVE_S)
+            finally:
+                self._thread.close()
+                self._thread = None
 
     def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
         """The result of `function`, called between two ticks in the robot's thread; raises what it raises.
