@@ -28,15 +28,13 @@ OPTIONS = {
     "strict": "reject commands with surplus values: true or false (default: false)",
 }
 """Options of command line and ini file, as --iiwa-NAME and iiwa_NAME. The marker takes all of `Simulator`."""
-DEFAULTS = {"clock": "fast", "backdoor_port": 0}
+DEFAULTS = {"clock": "fast", "backdoor_port": 0}  # with which a robot remembers the dialogue
 ARTIFACT_RATE_HZ = 100
 """States in a simulated second of a recording that is made in case the test fails: with the clock `fast` each
 costs more than a tick. `iiwa.record(FILE)` and the marker's `record` keep every tick."""
 LONGEST_FILE_NAME = 200
 REPORT_S = 10.0
 """Time (s) for which a report waits for the robot's thread, which a test may block."""
-
-
 _ROBOTS = pytest.StashKey[list[tuple[str, "Simulator", Path | None]]]()
 """Name, simulator, and the recording that is kept if the test fails."""
 _FAILED = pytest.StashKey[bool]()
@@ -53,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
-        "markers", "iiwa(NAME=VALUE, ...): options of the fixture iiwa, those of iiwa_sim.Simulator"
+        "markers", "iiwa(NAME=VALUE, ...): options of the fixture, as of iiwa_sim.Simulator"
     )
 
 
@@ -137,14 +135,12 @@ def _running(request: pytest.FixtureRequest, name: str, options: Mapping[str, An
     with ExitStack() as running:
         try:
             simulator = Simulator(settings=_settings(request, options))
-            for robot in simulator.robots.values():
-                robot.dialogue.remember()
             running.enter_context(simulator)
             if folder is not None and request.scope == "function":
                 file = re.sub(r"[^\w.-]+", "_", f"{request.node.nodeid} {name}", flags=re.ASCII)
                 artifact = request.config.invocation_params.dir / folder / f"{file[-LONGEST_FILE_NAME:]}.mcap"
                 artifact.parent.mkdir(parents=True, exist_ok=True)
-                simulator.record(artifact, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
+                simulator.record(artifact, ARTIFACT_RATE_HZ)
         except (Unusable, OSError) as fault:  # OSError: no folder for recordings
             raise pytest.fail.Exception(f"fixture iiwa: {fault}", pytrace=False) from None
         request.node.stash.setdefault(_ROBOTS, []).append((name, simulator, artifact))
