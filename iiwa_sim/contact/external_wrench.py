@@ -155,11 +155,8 @@ class ExternalWrench:
 
         `push` is the part of the wrench that a compliant robot gives way to.
         """
-        if (
-            wrench is push is self._parts_push is NO_WRENCH
-            and torques is None
-            and "parts" not in self.torques
-        ):
+        none = wrench is push is self._parts_push is NO_WRENCH
+        if none and torques is None and "parts" not in self.torques:
             return
         self._set(self.wrenches, "parts", wrench)
         self._set(self.torques, "parts", torques)
@@ -196,8 +193,8 @@ class ExternalWrench:
         bodies, changed = self.bodies, self._surrounded != self.contact.changes
         if changed or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None
-        carried = self._size if bodies.moments is None else self._size + bodies.size
-        return self._coming_tcp, self.contact, self._gaps, carried
+        size = self._size if bodies.moments is None else self._size + bodies.size
+        return self._coming_tcp, self.contact, self._gaps, size
 
     def leave_out(self, before: Sequence[float], joints: Sequence[float], tick: int, tick_s: float) -> None:
         """Make the tick of this number, from joint positions `before` (rad), after others were left out."""

@@ -6,8 +6,6 @@ from iiwa_sim.wrench import Wrench
 
 AHEAD = 256
 """Ticks for which noise is drawn at once, at a tenth of the cost of single draws."""
-BLOCK_BITS = 64
-"""Bits of the generator's counter that each such block has for itself: far more than it uses."""
 
 
 class Noise:
@@ -46,8 +44,8 @@ class Noise:
     def _row(self) -> list[float]:
         block, place = divmod(self._tick, AHEAD)
         if block != self._block:
-            # The stream of RandomState is frozen: it is the same with every numpy.
-            random = np.random.RandomState(np.random.Philox(key=self._seed, counter=block << BLOCK_BITS))
+            # RandomState is frozen: the same with every numpy. A block has 64 bits of the counter.
+            random = np.random.RandomState(np.random.Philox(key=self._seed, counter=block << 64))
             drawn = random.standard_normal((AHEAD, len(self._levels))) * self._levels
             self._block, self._rows = block, drawn.tolist()
         return self._rows[place]

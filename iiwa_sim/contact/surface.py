@@ -23,8 +23,7 @@ class Surface(NamedTuple):
     """Velocity (m/s, in the frame of the shape) at which it carries parts, as a conveyor does."""
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
-        """Signed distance (m) of a point in the base (m), and outward direction in the base. See
-        `iiwa_sim.contact.shapes`."""
+        """Signed distance (m) of a point in the base (m), and outward direction there: see `shapes`."""
         distance, *direction = self.shape.nearest(*apply(inverse(self.pose), (x, y, z)))
         nx, ny, nz = rotate(self.pose.rotation, (direction[0], direction[1], direction[2]))
         return (distance, nx, ny, nz)

@@ -29,8 +29,6 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 # The anchor is dragged beyond this: rounding would otherwise move it at rest.
 _SLIP_M = cython.declare(cython.double, 1e-12)
-# Square of the sine of the angle below which two lines count as parallel.
-_PARALLEL = cython.declare(cython.double, 1e-12)
 
 
 @cython.cclass
@@ -399,7 +397,7 @@ class Gaps:
             u, v, w = one[3 + i] - one[i], other[3 + i] - other[i], one[i] - other[i]
             a, b, c, e, f = a + u * u, b + u * v, c + u * w, e + v * v, f + v * w
         s: cython.double = 0.0
-        if a * e - b * b > _PARALLEL * a * e:
+        if a * e - b * b > 1e-12 * a * e:
             s = min(max((b * f - c * e) / (a * e - b * b), 0.0), 1.0)
         t: cython.double = min(max((b * s + f) / e, 0.0), 1.0) if e > 0.0 else 0.0
         s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0

@@ -146,3 +146,12 @@ def test_reachable_means_that_the_move_would_be_accepted_and_asking_changes_noth
     for robot in (asked, silent):
         robot.runs_until_stopped()
     assert asked.joints == silent.joints
+
+
+def test_a_joint_that_stands_on_its_limit_by_rounding_is_placed_on_it() -> None:
+    robot = SteppedRobot()
+    high, *others = robot.description.position_max[0], *robot.controller.joints[1:]
+    robot.controller.place([high + 1e-10, *others])
+    assert robot.controller.joints[0] == high
+    with pytest.raises(Refused, match="is outside"):
+        robot.controller.place([high + 1e-8, *others])
