@@ -285,7 +285,7 @@ class Executor:
             return
         again = move.again(start)
         if again is None:
-            self._waiting = deque(islice(self._waiting, k))
+            self._waiting, self._stale = deque(islice(self._waiting, k)), 0
             self.rest = start
         else:
             self._waiting[k] = again

@@ -95,6 +95,18 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     assert_within_limits(robot)
 
 
+def test_a_move_that_nothing_can_follow_is_cancelled_before_it_has_begun() -> None:
+    robot = SteppedRobot()
+    for bent in (0.0, 0.1):  # the second one, a line, begins with the arm bent the other way
+        target = [bent, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
+        robot.controller.move(lin_joint_move(target, 1.0, 0.0) if bent else joint_move(target, FULL))
+    robot.cancel()
+    robot.step(2)
+    assert [code for code, _ in robot.faults] == [JOINT_LIMIT]
+    assert not robot.controller.moving
+    assert robot.controller.errors.standing is None
+
+
 @pytest.mark.requirement("FRC016")
 @pytest.mark.parametrize("name", ARMS)
 def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(name: str) -> None:
