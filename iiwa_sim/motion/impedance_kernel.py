@@ -33,8 +33,6 @@ from iiwa_sim.motion.springs import (
 )
 
 _LARGEST = cython.declare(cython.double, 1e6)  # N or Nm: anything more acts as this
-# The TCP is turned off the plan by no more: at half a turn a rotation vector would jump.
-_LARGEST_TURN_RAD = cython.declare(cython.double, 2.5)
 # Off the plan by less (m, rad), and hardly moving, the robot is put on it.
 _HOME = cython.declare(cython.double, 1e-9)
 
@@ -131,8 +129,7 @@ class Springs:
     touches: cython.bint  # whether surfaces act on the TCP where it is,
     acting: cython.double[::1]  # by this force (N) and torque (Nm)
     _seen: cython.double[::1]  # and elsewhere
-    _contact: TcpContact
-    _feels: cython.bint  # whether there are surfaces
+    _contact: TcpContact  # None where there are no surfaces
     _tick_s: cython.double
     _substeps: cython.Py_ssize_t
     _whole: cython.double[:, ::1]  # factors over a tick (count, 6), see `spring`
@@ -149,8 +146,7 @@ class Springs:
         self._half_kicks, self._kicks = np.zeros((2, count))
         self.jacobian = np.eye(6, count)
         self.acting, self._seen = np.zeros((2, 6))
-        self._feels, self._contact = contact is not None, contact
-        self._tick_s = tick_s
+        self._contact, self._tick_s = contact, tick_s
         self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
         self._whole, self._part = np.zeros((2, count, 6))
 
@@ -167,7 +163,7 @@ class Springs:
         self.x[:] = 0.0
         self.v[:] = 0.0
         np.asarray(self.v)[: len(velocity)] = velocity
-        self.touches = self._feels and self._contact.acts_at(
+        self.touches = self._contact is not None and self._contact.acts_at(
             place[0], place[1], place[2], 0.0, 0.0, 0.0, False, self.acting
         )
         return None
@@ -187,7 +183,7 @@ class Springs:
             for k in range(self.count):
                 a[k] = c[k, 0] * x[k] + c[k, 1] * v[k] + c[k, 2] * f[k]
                 u[k] = c[k, 3] * x[k] + c[k, 4] * v[k] + c[k, 5] * f[k]
-            if not self._feels or not self._acts(place, moved, 1.0, a, u, False, self._seen):
+            if self._contact is None or not self._acts(place, moved, 1.0, a, u, False, self._seen):
                 for k in range(self.count):
                     x[k], v[k] = a[k], u[k]
                 return False
@@ -266,14 +262,13 @@ class TcpSprings:
     _planned: Any  # where the plan is (rad)
     _at: cython.double[::1]  # of the plan: rotation of the TCP in the base, row by row, and its place (m)
     _redundancy: cython.double  # of the plan (rad)
-    _place: cython.double[::1]  # of the arm's TCP a tick before (m)
-    _moved: cython.double[::1]  # how far the plan goes in this tick
-    _turned: cython.double[::1]  # rotation of the arm's TCP in the base, row by row
+    _tcp: cython.double[::1]  # of the arm: rotation and place, as of the plan,
+    _place: cython.double[::1]  # which is the latter
+    _moved: cython.double[::1]  # how far the plan goes in this tick (m)
     _x: cython.double[::1]  # of the springs
     _v: cython.double[::1]
     _forced: cython.bint  # whether a force besides surfaces is not 0
-    _impedance: Any  # of the last tick,
-    _control: cython.double[::1]  # and its force (N) and torque (Nm)
+    _impedance: Any  # of the last tick
 
     def __init__(
         self, kinematics: Any, bounds: JointBounds, tick_s: float, pushes: Any, contact: Any
@@ -290,14 +285,14 @@ class TcpSprings:
         self._tick_s = tick_s
         masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 4
         self._weights = np.sqrt(np.array(masses[: kinematics.coordinates]))
-        self._at, self._turned, self._control = np.zeros(12), np.zeros(9), np.zeros(6)
-        self._place, self._moved = np.zeros((2, 3))
+        self._at, self._moved, self._tcp = np.zeros(12), np.zeros(3), self._reached.at
+        self._place = self._tcp[9:]
 
     def start(self, joints: Joints, velocity: Sequence[float] = ()) -> None:
         """Begin on a plan that rests at joint positions (rad); the robot is there with a velocity (rad/s)."""
         self._joints = joints
         self._plan(joints)
-        self._turned[:] = self._at[:9]
+        self._tcp[:] = self._at
         speeds = self._kinematics.tcp_and_jacobian(joints)[1] @ np.array(velocity) if any(velocity) else ()
         self._springs.start(self._at[9:], speeds)
         self.tcp_contact = None
@@ -312,25 +307,20 @@ class TcpSprings:
         at, x, v, springs = self._at, self._x, self._v, self._springs
         before = self._planned
         self.tcp_contact = None
-        for k in range(3):
-            self._place[k] = at[9 + k] + x[k]
-            self._moved[k] = -at[9 + k]
+        x0, y0, z0 = at[9], at[10], at[11]
         if nominal != before:
             self._plan(nominal)
-        for k in range(3):
-            self._moved[k] += at[9 + k]
+        self._moved[0], self._moved[1], self._moved[2] = at[9] - x0, at[10] - y0, at[11] - z0
         self._find_forces(impedance)
         contact: cython.bint = springs.step(self._place, self._moved)
         if not (contact or self._forced) and self._is_within(0.0):
-            self._turned[:] = at[:9]
+            self._tcp[:] = at
             self._joints = nominal
             return nominal
-        turn: cython.double = sqrt(x[3] * x[3] + x[4] * x[4] + x[5] * x[5])
-        if turn > _LARGEST_TURN_RAD:
-            for k in range(3, 6):
-                x[k], v[k] = _LARGEST_TURN_RAD / turn * x[k], 0.0
         if self._follow(before):
-            self._hand_on(contact)
+            self._reached.felt = contact
+            self._reached.acting[:] = springs.acting
+            self.tcp_contact = self._reached
         else:
             for k in range(7):
                 v[k] = (x[k] - springs.before[k]) / self._tick_s
@@ -339,6 +329,7 @@ class TcpSprings:
             if max(off) < _HOME:
                 x[:] = 0.0
                 v[:] = 0.0
+                self._tcp[:] = at
                 self._joints, self.tcp_contact = nominal, None
         joints: Joints = self._joints
         return joints
@@ -349,10 +340,7 @@ class TcpSprings:
         self._planned = planned
         arm: Tcp = self._kinematics.arm
         arm.go_to(planned)
-        for k in range(9):
-            self._at[k] = arm.turned[k]
-        for k in range(3):
-            self._at[9 + k] = arm.place[k]
+        self._at[:9], self._at[9:] = arm.turned, arm.place
         self._redundancy = arm._q[2] if self._kinematics.coordinates == 7 else 0.0
         return None
 
@@ -368,18 +356,15 @@ class TcpSprings:
     @cython.cfunc
     def _find_forces(self, impedance: Any) -> object:
         """Find the forces besides springs and contact, in base axes; last, the torque on the redundancy."""
-        f, r, c = self._springs.forces, self._turned, self._control
+        f, r = self._springs.forces, self._tcp
         if impedance is not self._impedance:
-            stiffness, control = impedance
-            self._springs.stiffen(0, 3, MASS_KG, stiffness, LEAST_DAMPING_NS_PER_M)
-            for n in range(6):
-                c[n] = control[n]
+            self._springs.stiffen(0, 3, MASS_KG, impedance.stiffness_n_per_m, LEAST_DAMPING_NS_PER_M)
             self._impedance = impedance
         w = cython.declare(cython.double[6])
-        push, joint_push = self._pushes()
+        (push, joint_push), control = self._pushes(), impedance.control
         for k in range(6):
             w[k] = push[k]
-            w[k] += c[k]
+            w[k] += control[k]
         for k in range(3):
             f[k] = r[3 * k] * w[0] + r[3 * k + 1] * w[1] + r[3 * k + 2] * w[2]
             f[3 + k] = r[3 * k] * w[3] + r[3 * k + 1] * w[4] + r[3 * k + 2] * w[5]
@@ -404,27 +389,28 @@ class TcpSprings:
 
         Where they could not, the deflection becomes the one that they have come to.
         """
-        x, r, at = self._x, self._turned, self._at
+        x, r, at = self._x, self._tcp, self._at
         self._turn(x[3], x[4], x[5])
-        px, py, pz = at[9] + x[0], at[10] + x[1], at[11] + x[2]
+        for k in range(3):
+            r[9 + k] = at[9 + k] + x[k]
         redundancy = self._redundancy + x[6]
-        joints = self._kinematics.joints_for(r, px, py, pz, redundancy, self._joints)
+        joints = self._kinematics.joints_for(r, r[9], r[10], r[11], redundancy, self._joints)
         if joints is not None and self._bounds.allow(self._joints, joints):
             self._joints = joints
             return True
-        self._follow_within_bounds(before, (px, py, pz), redundancy)
+        self._follow_within_bounds(before, redundancy)
         return False
 
     @cython.cfunc
-    def _follow_within_bounds(self, before: Any, place: Any, redundancy: float) -> object:
+    def _follow_within_bounds(self, before: Any, redundancy: float) -> object:
         """Move the joints as near to the wanted pose as they can go, and find the deflection there."""
-        kinematics, bounds, r = self._kinematics, self._bounds, self._turned
+        kinematics, bounds = self._kinematics, self._bounds
+        planned, wanted = np.asarray(self._at).tolist(), np.asarray(self._tcp).tolist()
         carried = np.subtract(self._planned, before)
         guess = tuple((carried + np.array(self._joints)).tolist())
         pose, jacobian = kinematics.tcp_and_jacobian(guess)
-        turned = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
-        missing = [a - b for a, b in zip(place, pose.translation, strict=True)]
-        axis, angle = turn_between(pose.rotation, turned)
+        missing = [a - b for a, b in zip(wanted[9:], pose.translation, strict=True)]
+        axis, angle = turn_between(pose.rotation, tuple(wanted[:9]))
         missing += [angle * each for each in axis]
         missing.append(redundancy - kinematics.redundancy(guess))
         least, greatest = bounds.ranges(self._joints)
@@ -436,51 +422,33 @@ class TcpSprings:
             greatest - carried,
         )
         self._joints = bounds.within(tuple([g + m for g, m in zip(guess, motion, strict=True)]))
-        at, x = self._at, self._x
-        rotation, (px, py, pz) = kinematics.arm.pose(self._joints)
-        planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
-        (a, b, c), angle = turn_between(planned, rotation)
-        swivel = kinematics.redundancy(self._joints) - self._redundancy
-        x[0], x[1], x[2], x[6] = px - at[9], py - at[10], pz - at[11], swivel
-        x[3], x[4], x[5] = angle * a, angle * b, angle * c
-        for k in range(9):
-            r[k] = rotation[k]
+        rotation, place = kinematics.arm.pose(self._joints)
+        axis, angle = turn_between(tuple(planned[:9]), rotation)
+        x = self._x
+        for k in range(3):
+            x[k], x[3 + k] = place[k] - planned[9 + k], angle * axis[k]
+        x[6] = kinematics.redundancy(self._joints) - self._redundancy
+        np.asarray(self._tcp)[:] = (*rotation, *place)
         return None
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _turn(self, a: cython.double, b: cython.double, c: cython.double) -> cython.void:
         """Turn the plan's rotation by a rotation vector (rad) in base axes."""
-        r, p = self._turned, self._at
+        r, p = self._tcp, self._at
         angle: cython.double = sqrt(a * a + b * b + c * c)
         if angle == 0.0:
-            for k in range(9):
-                r[k] = p[k]
+            r[:9] = p[:9]
             return
         x, y, z = a / angle, b / angle, c / angle
-        c, s, half = cos(angle), sin(angle), sin(0.5 * angle)
+        cosine, sine, half = cos(angle), sin(angle), sin(0.5 * angle)
         share = 2.0 * half * half  # 1 - cos(angle) without losing digits at small angles
-        ax, ay, az = share * x, share * y, share * z
-        t0, t1, t2 = c + ax * x, ax * y - s * z, ax * z + s * y
-        t3, t4, t5 = ax * y + s * z, c + ay * y, ay * z - s * x
-        t6, t7, t8 = ax * z - s * y, ay * z + s * x, c + az * z
         for k in range(3):
-            r[k] = t0 * p[k] + t1 * p[3 + k] + t2 * p[6 + k]
-            r[3 + k] = t3 * p[k] + t4 * p[3 + k] + t5 * p[6 + k]
-            r[6 + k] = t6 * p[k] + t7 * p[3 + k] + t8 * p[6 + k]
-
-    @cython.cfunc
-    def _hand_on(self, contact: cython.bint) -> object:
-        """Tell where the TCP is, and its contact there if that was found."""
-        reached = self._reached
-        for k in range(9):
-            reached.at[k] = self._turned[k]
-        for k in range(3):
-            reached.at[9 + k] = self._at[9 + k] + self._x[k]
-        reached.felt = contact
-        reached.acting[:] = self._springs.acting
-        self.tcp_contact = reached
-        return None
+            u, v, w = p[k], p[3 + k], p[6 + k]
+            along = share * (x * u + y * v + z * w)
+            r[k] = cosine * u + sine * (y * w - z * v) + along * x
+            r[3 + k] = cosine * v + sine * (z * u - x * w) + along * y
+            r[6 + k] = cosine * w + sine * (x * v - y * u) + along * z
 
 
 @cython.cclass
@@ -547,9 +515,4 @@ class JointSprings:
     @cython.cfunc
     def _turned(self) -> Any:
         """Return the joints after the tick (rad)."""
-        q: cython.double
-        turned = []
-        for k in range(self._springs.count):
-            q = self.centre[k]
-            turned.append(q + self._springs.x[k])
-        return tuple(turned)
+        return tuple([self.centre[k] + self._springs.x[k] for k in range(self._springs.count)])

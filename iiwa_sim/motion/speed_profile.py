@@ -31,8 +31,8 @@ EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.015, 1.6
 """Segments of one move alone that takes no longer are even: the robot sets out in the tick that plans it."""
 LEAST_SEGMENTS, LEAST_LEFT = 24, 16
 """Least number of segments from rest, and behind segments that are kept."""
-PACE, FASTEST, NEIGHBOURS = 0.98, 1.18, (1, 2, 5)
-"""First guess: part of an even pace, most over the nominal one; segments that count, up to 8 away by sums."""
+PACE, FASTEST, BESIDE = 0.98, 1.18, 5
+"""First guess: part of an even pace, most over the nominal one, and distance of segments that count."""
 BLEND_SEGMENTS, SHORTEST_S = 12, 0.0025
 """About the number of segments of a blend; least length of them."""
 BESIDE_S = 0.08
@@ -127,14 +127,12 @@ def sampled(path: BlendedPath, x: Array, old: Array, kept: int) -> Slices[SpeedP
 def guess(profile: SpeedProfile, lengths: Array) -> None:
     """Write a first guess over the last segments, of nominal lengths (M,) in UNIT_S.
 
-    It is the least even pace near each segment.
+    It is the least even pace of each segment and two near it.
     """
     pace = np.minimum(PACE * profile.even_rates[-len(lengths) :] * lengths * lengths, FASTEST)
-    for k in NEIGHBOURS:
-        before, behind = pace[:-k], pace[k:]
-        pace = np.concatenate([np.minimum(before, behind), behind[-k:]])
-        pace[k:] = np.minimum(pace[k:], before)
-    rates = pace / (lengths * lengths)
+    least = np.concatenate([pace[:BESIDE], np.minimum(pace[BESIDE:], pace[:-BESIDE])])
+    least[:-BESIDE] = np.minimum(least[:-BESIDE], pace[BESIDE:])
+    rates = least / (lengths * lengths)
     new = np.concatenate([rates[:1], rates, rates[-1:]])
     profile.coefficients[profile.fixed - len(new) :] = new[profile.fixed :]
 
