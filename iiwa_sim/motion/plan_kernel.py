@@ -37,9 +37,9 @@ STILL, SLOWEST = cython.declare(cython.double, 1e-9), cython.declare(cython.doub
 # Newton's method in a blend ends with a step as small as this.
 PLACES = cython.declare(cython.double, 1e-15)
 # Samples of a blended path outside of blends, for each OWN of x (some milliseconds at full speed) or fewer,
-# in a blend, and in a piece of a path; samples nearer than APART are one.
+# and in a piece of a path; samples nearer than APART are one.
 OWN, LEAST_OWN = cython.declare(cython.double, 0.004), cython.declare(cython.Py_ssize_t, 24)
-MOST_OWN, IN_BLEND = cython.declare(cython.Py_ssize_t, 96), cython.declare(cython.Py_ssize_t, 16)
+MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_PIECE, APART = cython.declare(cython.Py_ssize_t, 16), cython.declare(cython.double, 1e-9)
 # Edges: even marks of a blend, more near its ends, and how far from an edge samples are, as a part of the
 # shorter side of a blend, and of a piece.
@@ -182,10 +182,7 @@ class Polynomial:
         `tcp_length_m` is the distance of the TCP, if it goes straight and evenly with s.
         """
         rows = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
-        self.borders, self.coefficients = (
-            np.array(borders, dtype=np.float64),
-            np.array(rows, dtype=np.float64),
-        )
+        self.borders, self.coefficients = np.array(borders, np.float64), np.array(rows, np.float64)
         self.offsets = np.zeros(len(pieces) + 1, dtype=np.intp)
         self.start, self.end, self.tcp_length_m = start, end, tcp_length_m
         self.joint_count, self.piece_count = rows.shape[1], len(pieces)
@@ -210,12 +207,6 @@ class Polynomial:
             else:
                 low = middle
         return low
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def inside(self, piece: cython.Py_ssize_t, part: cython.double) -> cython.double:
-        """The s at a part (0..1) of a piece."""
-        return self._borders[piece] + (self._borders[piece + 1] - self._borders[piece]) * part
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -376,9 +367,10 @@ class BlendedPath:
             path: Polynomial = self.paths[k]
             if path.piece_count > 1:  # it may bend much within little
                 for p in range(path.piece_count):
+                    first = path._borders[p]
                     for i in range(IN_PIECE + 1):
                         v = min(max(float(i) / IN_PIECE, BORDER), 1.0 - BORDER)
-                        edges.append(self.targets[k] + length * path.inside(p, v))
+                        edges.append(self.targets[k] + length * (first + v * (path._borders[p + 1] - first)))
         edges.sort()
         self.edges = np.array(edges)
 
@@ -489,30 +481,19 @@ class BlendedPath:
 
     def samples(self, start: cython.double) -> Array:
         """Return values of x from `start` to the end, as many as the fastest run needs."""
-        count: cython.Py_ssize_t
-        found: list[float] = [start]
+        found: list[float] = [self.end_x]
         for k in range(self.targets.shape[0] - 1):
             length = self.targets[k + 1] - self.targets[k]
             first = self.targets[k] + self.after[k] * length
             last = self.targets[k + 1] - self.before[k + 1] * length
-            own: list[float] = []
-            if last > start:
-                count = min(max(int((last - first) / OWN), LEAST_OWN), MOST_OWN)
-                own = [first + (last - first) * p / count for p in range(count)]
-                path: Polynomial = self.paths[k]
-                if path.piece_count > 1:
-                    for p in range(path.piece_count):
-                        for i in range(IN_PIECE):
-                            s = self.targets[k] + length * path.inside(p, float(i) / IN_PIECE)
-                            if first < s < last:
-                                own.append(s)
-                    own.sort()
-            if k > 0 and self.after[k] > 0.0:
-                last = self.targets[k] - self.before[k] * (self.targets[k] - self.targets[k - 1])
-                own = [last + (first - last) * p / IN_BLEND for p in range(IN_BLEND)] + own
-            found += [s for s in own if s > start + APART]
-        found.append(self.end_x)
-        return np.array(found)
+            count = min(max(int((last - first) / OWN), LEAST_OWN), MOST_OWN)
+            found += [first + (last - first) * p / count for p in range(count)]
+        places: list[float] = [start]
+        for x in sorted(found + np.asarray(self.edges).tolist()):
+            if x > start + APART:
+                start = x
+                places.append(x)
+        return np.array(places)
 
     def positions(self, x: cython.double[::1]) -> Array:
         """Return joint positions (m, n), in rad, at x (m,)."""
@@ -733,11 +714,6 @@ class SpeedProfile:
     def even_rates(self) -> np.ndarray:
         """b of each segment at which a constant rate would pass it."""
         return np.asarray(self.even)
-
-    @property
-    def finite(self) -> bool:
-        """True if all derivatives of the path are numbers."""
-        return bool(np.isfinite(np.asarray(self.factor).sum()))
 
     def sample(self, budget: cython.Py_ssize_t) -> bool:
         """Sample the path and write rows until a budget (see SAMPLE_COST) is spent; True when all is done."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from math import isfinite, log2, sqrt
+from math import log2, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -278,8 +278,6 @@ def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
     x, lengths_s = motion
     yield
     profile = yield from sampled(path, x, front.profile, max(len(front.profile) - 2, 0))
-    if not profile.finite:
-        raise ArithmeticError(f"move {path.moves[0].number}: no joint positions along its path")
     guess(profile, lengths_s / UNIT_S)
     yield
     if not (yield from fastest(profile)):
@@ -394,8 +392,6 @@ def _rest_to_rest(path: BlendedPath) -> Trajectory:
     move, distance = path.moves[0], path.end_x
     distances = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
     velocity, acceleration, jerk = (distance * (np.array(move.limits) / distances).min(axis=1)).tolist()
-    if not isfinite(velocity) or not isfinite(distance):
-        raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     # The velocity that it comes to in half of the distance, with full acceleration or without.
     full = acceleration * acceleration / jerk
     top = 0.5 * (sqrt(full * full + 4.0 * acceleration * distance) - full)
