@@ -335,7 +335,7 @@ class Gaps:
             if self._turn(joints) > 0.0:
                 self.begin(tick, tick_s)
                 return True
-            self._fastest = 0.0
+            self._fastest, self.next = 0.0, 0
         if self._fastest == 0.0:
             return False
         self.next = tick + max(1, int(left / (self._fastest * tick_s)))

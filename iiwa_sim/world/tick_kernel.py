@@ -176,7 +176,8 @@ def leave_out(
             after[i] = tcp.turned[i] if i < 9 else tcp.place[i - 9]
         free: cython.bint = True
         for contact in surfaces._contacts.values():
-            free = free and (k == made or contact.is_free(after[9], after[10], after[11]))
+            if k > made and not contact.is_free(after[9], after[10], after[11]):
+                free, contact._free[3] = False, 0.0  # it is to be looked at
         if free and k < made + 2:
             continue
         if not (free and gaps.is_free(ahead[k - 1], tick + k - 1, tick_s)):
