@@ -133,8 +133,12 @@ class Controller:
         is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
         """
         left_out, handling = 0, self.handling
-        if handling is not None and at_most > 1 and handling.skips:
-            left_out = self._leave_out(handling, at_most - 1)
+        if handling is not None and at_most > 1:
+            if handling.skips:
+                left_out = self._leave_out(handling, at_most - 1)
+            elif handling.arm.jaws_move and self._stands:
+                left_out = handling.leave_out(at_most - 1)
+                self.skip(left_out)
         self.move_on()
         if handling is not None:
             handling.world.step()
@@ -221,12 +225,16 @@ class Controller:
         A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
         motion, in which the velocity becomes 0.
         """
+        return self._stands and (self.handling is None or self.handling.settled)
+
+    @property
+    def _stands(self) -> bool:
+        """True if the arm is `resting`, whatever its gripper and bodies do."""
         if self.joints_before != self.motions.joints or self.endings.pending:
             return False
         if self._servo_timeout_s < inf and self.mode in SERVO_MODES:
             return False
-        parts = (self.motions, self.load, self.handling)
-        return self.protection.tolerates() and all(part is None or part.settled for part in parts)
+        return self.protection.tolerates() and self.motions.settled and self.load.settled
 
     def skip(self, ticks: int) -> None:
         """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""

@@ -160,6 +160,17 @@ class Handling:
             return False
         return self._rested and world.quiet and world.behind and self.arm.base is None
 
+    def leave_out(self, ticks: int) -> int:
+        """Make at most so many ticks in which only jaws move, and meet nothing; return how many."""
+        world, gripper, at = self.world, self.gripper, self._jaws_at
+        if at is None or gripper is None or self._setup.inputs or len(world.arms) > 1:
+            return 0
+        if self._driven != gripper.driven or self._driven_by is not self._io.outputs:
+            return 0
+        if not (world.quiet and world.behind):
+            return 0
+        return self.arm.leave_out_jaws(ticks, at[0] - PLACED_M, at[0] + PLACED_M)
+
     def feel(self) -> None:
         """End a tick: take what bodies do to the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm
