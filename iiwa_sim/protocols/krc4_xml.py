@@ -29,7 +29,7 @@ NO_MESSAGE = "(no message)"
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
 _NOTHING = re.compile(rb"(?:[ \t\r\n\0]+|%b)*" % _BYTE_ORDER_MARK)  # C programs send the \0 of a string, too
-_DTD = re.compile(rb"(?:\s|<\?.*?\?>|<!--.*?-->)*<!D", re.DOTALL)
+_DTD = re.compile(rb"(?:\s|<\?(?:(?!\?>).)*\?>|<!--(?:(?!-->).)*-->)*<!D", re.DOTALL)  # in linear time
 _PLACES = {f"{kind}{place}": place for kind in "IR" for place in range(REGISTERS)}
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _SHORT = re.compile(rf"(?:{REQUEST}|{REPLY})(?: [A-Za-z_][A-Za-z0-9_.\-]*=[!-\[\]-z|~]*)*")
