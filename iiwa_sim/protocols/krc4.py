@@ -123,7 +123,8 @@ class Krc4Session(Session):
         try:
             if element.breaks:
                 self.close()
-                hint = "" if b"<" in wire else "; lines of text go to a robot with --protocol iiwa"
+                is_text = wire and b"<" not in wire
+                hint = "; lines of text go to a robot with --protocol iiwa" if is_text else ""
                 raise Refused(COMMUNICATION_FAILURE, f"{element.fault}; the connection ends{hint}")
             if message.fault or not tag:
                 reason = message.fault or f"no command has the id {message.command}"

@@ -165,7 +165,7 @@ def understand(element: Element, root: str = REQUEST) -> Message:
         text, place = value.strip(XML_BLANKS), _PLACES.get(name)
         try:
             if place is None:
-                raise ValueError("expected I0 to I9 and R0 to R9")
+                raise ValueError(f"{quoted(text.encode())}: expected I0 to I9 and R0 to R9")
             if name[0] == "I":
                 integers[place] = _integer(text)
             else:
