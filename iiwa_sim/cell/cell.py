@@ -140,10 +140,7 @@ def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
 
 
 def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, ...]:
-    """The cells of what a simulator is given: a robot by name or folder, or the file of a cell.
-
-    What ends with .toml is a cell. Raises what `robot_alone` and `load_cells` do.
-    """
+    """The cells of a robot by name or folder, or of a cell's file; a name that ends with .toml is a file."""
     if robot is not None and Path(robot).suffix == ".toml":
         robot, cell = None, robot
     if cell is None:

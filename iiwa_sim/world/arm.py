@@ -328,7 +328,9 @@ class Arm:
         if gripper is None or self._sucks:
             return
         speed, was_m, force_n = wanted, gripper.opening_m, gripper.kind.force_n
-        gives_way = computed and wanted != 0.0 and not self._meets_held()
+        held = {arm.held for arm in self.world.arms if arm.leads}  # what gives way to no grip force
+        gives_way = computed and wanted != 0.0
+        gives_way = gives_way and not any(held & self._meets(each) for each in self._numbers.fingers)
         if gives_way:
             speed = float(max(self._jaw_v) if wanted < 0.0 else min(self._jaw_v))
             speed = min(max(speed, -abs(wanted)), abs(wanted))
@@ -352,11 +354,6 @@ class Arm:
         others = {b if a == geom else a for a, b in pairs if geom in (a, b)}
         numbers = self.world.numbers
         return {numbers[other] for other in others & numbers.keys()} - {self.lost}
-
-    def _meets_held(self) -> bool:
-        """Return True if jaws touch a part that another arm holds: that gives way to no grip force."""
-        held = {arm.held for arm in self.world.arms if arm.leads}
-        return bool(held) and any(held & self._meets(finger) for finger in self._numbers.fingers)
 
     def _is_on_pads(self, number: int) -> bool:
         """Return True if both pads touch a part."""
@@ -546,13 +543,6 @@ class Arm:
         self.bit = arm_bit(self._number)
         details.never_sleeps(model, int(model.jnt_bodyid[numbers.hinge]))
         details.never_sleeps(model, numbers.gripper)
-
-    def begin_anew(self) -> None:
-        """Continue in a model that was built anew."""
-        self.note_imposed()
-        self.weigh_imposed()
-        self.put(self.joints, self.tcp)
-        self.rest()
 
     def _say(self, what: str, number: int) -> None:
         self.tell(harmless(what.format(self.world.parts[number].name)), what == SLIPS)

@@ -17,12 +17,8 @@ from iiwa_sim.world.part import Mesh
 
 OF_SCENE = 16
 """Collision bits of a scene are so many places higher: the lower ones are those of parts, surfaces, arms."""
-SHOWN_GROUPS = range(3)
-"""Groups of geoms that are shown; MuJoCo's own viewer shows the same."""
 MOST_TRIANGLES = 5000
 """A mesh of more is shown as its bounding box."""
-PLANE_M = 2.0
-"""Half an edge of a plane without end."""
 
 
 SceneShape = tuple[Box | Cylinder | Sphere | Mesh, Transform, tuple[float, ...]]
@@ -113,7 +109,8 @@ def _bodies(model: Any) -> tuple[SceneBody, ...]:
             parent = names[model.body_parentid[number]]
             names.append(model.body(number).name or f"{parent} {number}")
         first, count = int(model.body_geomadr[number]), int(model.body_geomnum[number])
-        shown = [geom for geom in range(first, first + count) if model.geom_group[geom] in SHOWN_GROUPS]
+        # The same groups as in MuJoCo's own viewer.
+        shown = [geom for geom in range(first, first + count) if 0 <= model.geom_group[geom] < 3]
         shapes = tuple(each for geom in shown if (each := _shape(model, geom))[2][3] > 0.0)
         if shapes:
             found.append(SceneBody(names[number], number, shapes))
@@ -128,7 +125,7 @@ def _shape(model: Any, geom: int) -> SceneShape:
     x, y, _ = model.geom_size[geom].tolist()
     match mj.mjtGeom(model.geom_type[geom]):
         case kinds.mjGEOM_PLANE:
-            return Box(x or PLANE_M, y or PLANE_M, 1e-3), pose, colour
+            return Box(x or 2.0, y or 2.0, 1e-3), pose, colour
         case kinds.mjGEOM_SPHERE:
             return Sphere(x), pose, colour
         case kinds.mjGEOM_CYLINDER:

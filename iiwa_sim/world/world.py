@@ -75,11 +75,6 @@ class World:
         self.wake()
 
     @property
-    def model(self) -> Any:
-        """The compiled model."""
-        return self._built.model
-
-    @property
     def settled(self) -> bool:
         """True if ticks change nothing as long as the arms stay where they are, and outputs as they are."""
         return (self._frozen or self.quiet) and all(arm.stands for arm in self.arms)
@@ -231,7 +226,8 @@ class World:
         """Set what a part meets: not the arm that leads it, nor one that has lost it."""
         leader = self.leader(number)
         passed = {arm.bit for arm in self.arms if arm is leader or arm.lost == number}
-        details.set_passed(self.model, self.geoms[number], sum(passed))
+        if number not in self._gone:
+            details.set_passed(self.model, self.geoms[number], sum(passed))
 
     def remove(self, number: int) -> None:
         """Take a part away."""
@@ -245,9 +241,6 @@ class World:
 
     def _take_away(self, number: int) -> None:
         self._gone.add(number)
-        for arm in self.arms:
-            if arm.lost == number:
-                arm.lost = -1
         details.set_gone(self.model, self.data, self.bodies[number], self.geoms[number])
         self.part_q[number, :3] = 0.0, 0.0, -FARTHEST_M
 
@@ -314,7 +307,10 @@ class World:
         for number in self._gone:
             details.set_gone(built.model, data, self.bodies[number], self.geoms[number])
         for arm in arms:
-            arm.begin_anew()
+            arm.note_imposed()
+            arm.weigh_imposed()
+            arm.put(arm.joints, arm.tcp)
+            arm.rest()
         for number in {arm.lost for arm in arms if arm.lost >= 0}:
             self.set_bits(number)
         self.q_was: Vector = data.qpos.copy()
@@ -322,9 +318,8 @@ class World:
     def _bind(self, built: Built, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
         self._built: Built = built
-        self.data, model, count = data, built.model, len(self.parts)
-        first = built.arms[0].hinge if built.arms else model.njnt
-        self._scene_v: Vector = data.qvel[: int(model.jnt_dofadr[first])]
+        self.data, self.model, count = data, (model := built.model), len(self.parts)
+        self._scene_v: Vector = data.qvel[: int(model.jnt_dofadr[built.arms[0].hinge])]
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count
         self.part_q: Vector = data.qpos[self.part_first :].reshape(-1, 7)
         self.part_v: Vector = data.qvel[self.part_dof :].reshape(-1, 6)
