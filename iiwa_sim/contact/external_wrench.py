@@ -61,7 +61,6 @@ class ExternalWrench:
         self._parts_push: Wrench = NO_WRENCH
         self._moments: Moments | None = None
         self._at_tcp = NO_MOMENTS
-        self._size = size_of(NO_MOMENTS)
         self._motion: TcpMotion | None = None
         self._put(joints, tool_in_flange)
 
@@ -141,13 +140,12 @@ class ExternalWrench:
         """
         self._moments = unknown
         if unknown is None:
-            self._motion, self._size = None, size_of(NO_MOMENTS)
+            self._motion, self._at_tcp = None, NO_MOMENTS
             self._set(self.wrenches, "payload", None)
             return
         if self._motion is None:
             self._motion = TcpMotion(self._in_world(self.tcp(joints)))
         self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
-        self._size = size_of(self._at_tcp)
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
@@ -193,7 +191,7 @@ class ExternalWrench:
         bodies, changed = self.bodies, self._surrounded != self.contact.changes
         if changed or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None
-        size = self._size if bodies.moments is None else self._size + bodies.size
+        size = size_of(self._at_tcp, NO_MOMENTS if bodies.moments is None else bodies.moments)
         return self._coming_tcp, self.contact, self._gaps, size
 
     def leave_out(self, before: Sequence[float], joints: Sequence[float], tick: int, tick_s: float) -> None:

@@ -44,9 +44,9 @@ def seen_from(moments: Moments, frame: Transform) -> Moments:
     return matrix @ moments @ matrix.T
 
 
-def size_of(moments: Moments) -> NDArray[np.float64]:
+def size_of(*moments: Moments) -> NDArray[np.float64]:
     """Return mass (kg), first (kg m) and second moments (kg m2), without directions and signs."""
-    whole = np.abs(moments)
+    whole = np.abs(moments).sum(axis=0)
     return np.array((whole[3, 3], whole[3, :3].sum(), whole[:3, :3].sum()))
 
 

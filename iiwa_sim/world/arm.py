@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.links import LinkContact
-from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from, size_of
+from iiwa_sim.contact.payload import Moments, TcpMotion, body, seen_from
 from iiwa_sim.frames import IDENTITY, Transform, apply, compose, inverse, rotate, transpose
 from iiwa_sim.motion.impedance import COMPLIANT_JOINTS, COMPLIANT_TCP, STIFF
 from iiwa_sim.motion.joints import Joints
@@ -90,7 +90,6 @@ class Arm:
         """True if the gripper bears what the held part does."""
         self.motion = TcpMotion(self.tcp)
         self.moments: Moments | None = None  # of what it holds, in the TCP
-        self.size: Vector = np.zeros(3)  # and without their directions
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
         self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
@@ -230,7 +229,7 @@ class Arm:
         x, y, z = self.inside.translation
         moved = (x + self.slip[0] * h, y, z + self.slip[1] * h)
         self.inside = self.inside._replace(translation=moved)
-        self._weigh_held()
+        self.moments = seen_from(self._own, self.inside)
         # What it touches rubs on it as fast as the gripper goes: it slides as friction lets it.
         self.place_in(before, self.before, self.tcp_before)
 
@@ -381,7 +380,9 @@ class Arm:
         force_n = self.gripper.kind.force_n
         self._most_n = force_n if self._sucks else 2.0 * world.parts[number].friction * force_n
         world.q_was[:] = self._data.qpos
-        self._weigh_held()
+        kg, *_, xx, yy, zz = self._built.masses[number].tolist()
+        self._own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
+        self.moments = seen_from(self._own, self.inside)
         self.note_imposed()
         self.weigh_imposed()
         world.wake_up()
@@ -448,13 +449,6 @@ class Arm:
         soft, of = model.body_invweight0[:, 0], model.geom_bodyid
         both = [soft[of[a]] + soft[of[b]] for a, b in self._data.contact.geom.tolist() if geom in (a, b)]
         return float(BASE * self.world.law.scale / min(both)) if both else 0.0
-
-    def _weigh_held(self) -> None:
-        """Find the moments of the held part as they are in the TCP."""
-        kg, *_, xx, yy, zz = self._built.masses[self.held].tolist()
-        own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
-        self.moments = seen_from(own, self.inside)
-        self.size = size_of(self.moments)
 
     def note_imposed(self) -> None:
         """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
