@@ -1,6 +1,4 @@
-"""The bodies of a cell: parts, and the gripper that works with them. MuJoCo moves what moves freely.
+"""The bodies of a cell: parts, scenes and grippers, which MuJoCo moves beside arms whose motion is imposed.
 
-The motion of the arm is imposed on the bodies: it stays exactly on its plan, and feels the forces that
-contacts make. `world.World` is loaded by a cell with parts only, since it imports MuJoCo. Everything here is
-stepped, without sockets, threads, wall clock or log.
+A cell without bodies does not load `world.World`, which imports MuJoCo. No sockets, threads, clock or log.
 """

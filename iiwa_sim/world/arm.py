@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco as mj
 import numpy as np
-from numpy.typing import NDArray
 
 from iiwa_sim.contact.external_wrench import ExternalWrench
 from iiwa_sim.contact.links import LinkContact
@@ -21,7 +20,7 @@ from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, priority, wxyz
-from iiwa_sim.world.details import arm_bit
+from iiwa_sim.world.details import Vector, arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper
 from iiwa_sim.world.material import law_of_imposed
 from iiwa_sim.world.tick_kernel import BASE, ROOM_M, advance, leave_out
@@ -45,9 +44,6 @@ TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
 JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
 """The same of each joint of a robot that gives way in its joints, and of its TCP in rotation."""
 
-Vector = NDArray[np.float64]
-Tell = Callable[[str, bool], None]
-"""Takes a line on a part, and True for a warning."""
 NOWHERE = (0.0, 0.0)
 _Told = tuple[Joints, Transform, Transform | None, int, int]
 
@@ -68,7 +64,8 @@ class Arm:
         self.base: Transform | None = None if setup.base == IDENTITY else setup.base
         """Pose of the base in the world; None where they are the same."""
         self.model = arm_model(setup.description)
-        self.tell: Tell = lambda _line, _warns: None
+        self.tell: Callable[[str, bool], None] = lambda _line, _warns: None
+        """Takes a line on a part, and True for a warning."""
         self.held = -1
         """The number of the part that the gripper holds; -1 for none."""
         self.leads = False

@@ -16,7 +16,6 @@ from iiwa_sim.frames import (
     IDENTITY,
     Rotation,
     Transform,
-    apply,
     compose,
     inverse,
     quaternion_from_rotation,
@@ -204,11 +203,9 @@ def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> tuple[Any, ...]
 
 def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, Any]) -> Any:
     """Add a capsule whose ends are told in a frame; `back` brings that to the body."""
-    size, kinds = [capsule.radius_m, 0.0, 0.0], mj.mjtGeom
-    start, end = apply(back, capsule.start), apply(back, capsule.end)
-    if capsule.start == capsule.end:
-        return body.add_geom(type=kinds.mjGEOM_SPHERE, size=size, pos=list(start), **rigid)
-    return body.add_geom(type=kinds.mjGEOM_CAPSULE, size=size, fromto=[*start, *end], **rigid)
+    at, size = compose(back, capsule.pose), [capsule.radius_m, max(0.5 * capsule.length_m, 1e-6), 0.0]
+    place = {"pos": list(at.translation), "quat": wxyz(at.rotation)}
+    return body.add_geom(type=mj.mjtGeom.mjGEOM_CAPSULE, size=size, **place, **rigid)
 
 
 def _add_gripper(spec: Any, arm: ArmSetup, rigid: dict[str, Any]) -> tuple[Any, ...]:

@@ -17,9 +17,9 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.arm import NOWHERE, Arm, Vector, ways_m
+from iiwa_sim.world.arm import NOWHERE, Arm, ways_m
 from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, wxyz
-from iiwa_sim.world.details import find_forces
+from iiwa_sim.world.details import Vector, find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
@@ -32,8 +32,6 @@ STILL_TICKS, SLOW_M_S, STILL_M = 50, 5e-5, 1e-4
 """Parts that stay within this for so many ticks, or are slow for a fifth of that, stand still."""
 SPINS_RAD_S = 2.0
 """An explicit step, which is cheaper, would make bodies that turn faster tumble faster and faster."""
-LEAST_ACT_PER_S = 1e-6
-"""An actuator of a scene whose activation changes by more may begin to move something."""
 
 
 class World:
@@ -183,9 +181,9 @@ class World:
         if not (quiet and self.quiet):
             self._distances = None
         self.quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
-        # In a scene also what moves slowly by a servo does not stand.
-        near = near and np.abs(self._scene_v).max(initial=0.0) <= SLOW_M_S
-        near = near and np.abs(data.act_dot).max(initial=0.0) <= LEAST_ACT_PER_S
+        # In a scene also what moves slowly by a servo does not stand, nor what an activation may move.
+        moves = max(np.abs(self._scene_v).max(initial=0.0), np.abs(data.act_dot).max(initial=0.0))
+        near = near and moves <= SLOW_M_S
         if not (near and all(arm.stands for arm in arms)):
             self._still = 0
             self._still_q[:] = self.part_q
@@ -295,8 +293,9 @@ class World:
     def rebuild(self) -> None:
         """Build the model for the present surfaces and tools; bodies go on from where they are."""
         before, arms = self.data, self.arms
-        setups = [arm.setup for arm in arms]
-        built = build(setups, self.surfaces, self._start, self.law, self.tick_s, self._scene)
+        built = build(
+            [arm.setup for arm in arms], self.surfaces, self._start, self.law, self.tick_s, self._scene
+        )
         data = mj.MjData(built.model)
         if before is not None:
             for name in ("qpos", "qvel", "act", "ctrl", "eq_active", "mocap_pos", "mocap_quat"):
