@@ -10,9 +10,6 @@ import numpy as np
 
 from iiwa_sim.world.tick_kernel import nearest
 
-SPHERES_M = 0.02
-"""Distances from which on that of bounding spheres will do."""
-
 
 class Distances:
     """Distances of geoms that are imposed from all others.
@@ -46,7 +43,7 @@ class Distances:
 
     def least(self, model: Any, data: Any, group: int) -> float:
         """Return how far (m) a group is from all that it may meet, at least."""
-        least, near = nearest(data.geom_xpos, *self._groups[group], SPHERES_M)
+        least, near = nearest(data.geom_xpos, *self._groups[group])
         for one, two in near:
             least = min(least, mj.mj_geomDistance(model, data, one, two, least, None))
         return float(least)

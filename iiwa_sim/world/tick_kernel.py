@@ -24,6 +24,8 @@ _BASE = cython.declare(cython.double, 2.0)
 ROOM_M = 1e-3
 """Contacts are computed where an arm is closer than this to something."""
 _ROOM = cython.declare(cython.double, 1e-3)
+# Nearer than this (m) bounding spheres will not do.
+_NEAR = cython.declare(cython.double, 0.02)
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
 # Free bodies that are slower creep (m/s, rad/s).
@@ -200,16 +202,9 @@ def leave_out(
 
 
 def nearest(
-    places: cython.double[:, :],
-    one: cython.long[::1],
-    two: cython.long[::1],
-    reach: cython.double[:, ::1],
-    far_m: cython.double,
+    places: cython.double[:, :], one: cython.long[::1], two: cython.long[::1], reach: cython.double[:, ::1]
 ) -> tuple[float, list[tuple[int, int]]]:
-    """Return the pairs of balls (m) that are nearer than `far_m`, and the least distance of the others, or 1.
-
-    `reach` has the sum of both radii.
-    """
+    """Return the least distance (m) of balls that are not near, or 1, and near pairs; `reach` is of both."""
     least: cython.double = 1.0
     near = []
     for i in range(one.shape[0]):
@@ -219,7 +214,7 @@ def nearest(
                 off: cython.double = places[one[i], j] - places[two[k], j]
                 square += off * off
             apart: cython.double = sqrt(square) - reach[i, k]
-            if apart < far_m:
+            if apart < _NEAR:
                 near.append((one[i], two[k]))
             else:
                 least = min(least, apart)
