@@ -57,7 +57,6 @@ class RobotErrors:
         self.next_refusal: ErrorRecord | None = None
         """The refusal of the next move, whatever it asks for; None for none."""
         self.switched_off = False
-        """No reset works before the drives are switched on."""
         self._refusal: ErrorRecord | None = None
 
     @property

@@ -198,10 +198,7 @@ class Handling:
         self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
 
     def kept(self) -> Callable[[], None]:
-        """Return what brings the present state back, of several robots that of the first one first.
-
-        The robot is then at rest where it is now.
-        """
+        """Return what brings the present state back, of several robots that of the first one first."""
         self._share_surfaces()
         gripper, world, arm = self.gripper, self.world, self.arm
         jaws = gripper and (gripper.opening_m, gripper.driven, gripper.blocked)

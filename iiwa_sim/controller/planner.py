@@ -147,12 +147,9 @@ class Planner:
         distances: Array = np.abs(np.subtract(joints, present))
         farthest = int(distances.argmax())
         if mode is Mode.DIRECT and distances[farthest] > DIRECT_REACH_RAD + ROUNDING_RAD:
-            distance, reach = distinct(float(distances[farthest]), DIRECT_REACH_RAD)
-            raise Refused(
-                TARGET_NOT_REACHABLE,
-                f"{self._description.joints[farthest]} is {distance} rad from the target: a direct move "
-                f"goes {reach} rad at most, a smart move anywhere",
-            )
+            off = f"{self._description.joints[farthest]} is {distances[farthest]:.9g} rad from the target"
+            most = f"a direct move goes {DIRECT_REACH_RAD:g} rad at most, a smart move anywhere"
+            raise Refused(TARGET_NOT_REACHABLE, f"{off}: {most}")
         self.check_approach(limits, distances, moving)
         return joints, _capped(limits, request)
 
@@ -188,11 +185,9 @@ class Planner:
         for name, q, goal, speed in zip(self._description.joints, start, target, speeds_rel, strict=True):
             distance = abs(goal - q)
             if speed < LEAST_SPEED_REL and distance > NEAR_RAD + ROUNDING_RAD:
-                raise Refused(
-                    EXECUTION,
-                    f"{name} is {distance:.7g} rad from its target, at speed {speed:g}: expected "
-                    f"{LEAST_SPEED_REL:g} to 1, or a target within {NEAR_RAD:g} rad",
-                )
+                off = f"{name} is {distance:.7g} rad from its target, at speed {speed:g}"
+                wanted = f"{LEAST_SPEED_REL:g} to 1, or a target within {NEAR_RAD:g} rad"
+                raise Refused(EXECUTION, f"{off}: expected {wanted}")
             speeds.append(speed if speed >= LEAST_SPEED_REL else 1.0)
         return target, speeds
 
@@ -268,11 +263,10 @@ class Planner:
         found = first_outside(line, self._lowest, self._highest)
         if found is not None:
             limit = (d.position_max if found.upwards else d.position_min)[found.joint]
-            raise Refused(
-                JOINT_LIMIT,
-                f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) "
-                f"after {found.s:.1%} of the line: {_REMEDY}",
+            passed = (
+                f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg)"
             )
+            raise Refused(JOINT_LIMIT, f"{passed} after {found.s:.1%} of the line: {_REMEDY}")
         return line
 
     def _check_end(self, joints: Joints, which: str) -> None:

@@ -17,8 +17,6 @@ from iiwa_sim.frames import Frame
 if TYPE_CHECKING:
     from iiwa_sim.controller.controller import Controller
 
-NO_ERROR = ErrorRecord(0, "none")
-
 
 class RobotStatus(NamedTuple):
     """The state in the terms of ROS-Industrial: fields and values of industrial_msgs/RobotStatus.
@@ -108,5 +106,5 @@ def snapshot(controller: Controller) -> Snapshot:
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,
-        error=controller.errors.last or NO_ERROR,
+        error=controller.errors.last or ErrorRecord(0, "none"),
     )
