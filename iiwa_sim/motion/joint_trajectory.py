@@ -12,7 +12,6 @@ the robot is (T1 + T2) / 2 behind it.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 from math import comb, prod
 from typing import NamedTuple
 
@@ -25,6 +24,8 @@ from iiwa_sim.motion.limits import Array, JointLimits
 
 ROWS = 6
 """Coefficients of a piece, which is a quintic at most."""
+_PLACES = np.linspace(0.0, 1.0, 257)
+"""Values of u at which bounds are checked."""
 KEPT = 0.99
 """Part of the limits of acceleration and jerk that is used."""
 SMOOTH = 1e-9
@@ -50,29 +51,8 @@ class Knot(NamedTuple):
     """rad/s^2; may be empty."""
 
 
-class Beyond(NamedTuple):
-    """Place at which a joint leaves its bounds."""
-
-    time_s: float
-    joint: int
-    """Index of the joint."""
-
-
-class Range(NamedTuple):
-    """Bounds (n,) of a derivative over a whole curve, and over the standstill before and behind it."""
-
-    lowest: Array
-    highest: Array
-
-    @property
-    def width(self) -> Array:
-        """Difference of the bounds (n,)."""
-        return self.highest - self.lowest
-
-    @property
-    def magnitude(self) -> Array:
-        """Largest absolute value (n,)."""
-        return np.maximum(self.highest, -self.lowest)
+Windows = tuple[float, float]
+"""Widths of the two averages (s); their sum is how long after the end of the reference the robot rests."""
 
 
 class Reference:
@@ -99,24 +79,29 @@ class Reference:
         )
         return a, b, c
 
-    def first_beyond(self, order: int, lowest: Array, highest: Array) -> Beyond | None:
-        """Return where positions (order 0), velocities (1) or accelerations (2) first leave bounds (n,)."""
+    def first_beyond(self, order: int, lowest: Array, highest: Array) -> tuple[float, int] | None:
+        """Return when which joint first leaves bounds (n,) of positions (order 0) or velocities (1)."""
         pieces = self._derivative(order)
         low, high = _bounds(pieces)
-        first: Beyond | None = None
-        for piece, joint in np.argwhere((low < lowest) | (high > highest)).tolist():
-            if first is not None and first.time_s <= self.times[piece]:
-                break
-            u = _first_outside(pieces[piece, :, joint], float(lowest[joint]), float(highest[joint]))
-            time_s = self.times[piece] + u * (self.times[piece + 1] - self.times[piece])
-            if u < 1.0 and (first is None or time_s < first.time_s):
-                first = Beyond(max(float(time_s), 0.0), joint)
-        return first
+        piece, joint = ((low < lowest) | (high > highest)).nonzero()
+        values = pieces[piece, :, joint] @ _PLACES ** np.arange(pieces.shape[1])[:, None]
+        outside = (values < lowest[joint, None]) | (values > highest[joint, None])
+        if not outside.any():
+            return None
+        u = _PLACES[outside.argmax(axis=1)]
+        times = self.times[piece] + u * (self.times[piece + 1] - self.times[piece])
+        times[~outside.any(axis=1)] = np.inf
+        first = int(times.argmin())
+        return max(float(times[first]), 0.0), int(joint[first])
 
-    def range(self, order: int) -> Range:
-        """Return bounds of velocities (order 1), accelerations (2) or jerks (3); of curves a little wide."""
+    def range(self, order: int) -> tuple[Array, Array]:
+        """Return width and largest magnitude (n,) of velocities (order 1), accelerations (2) or jerks (3).
+
+        They include the standstill before and behind, and are a little wide for curves.
+        """
         low, high = _bounds(self._derivative(order))
-        return Range(np.minimum(low.min(axis=0), 0.0), np.maximum(high.max(axis=0), 0.0))
+        lowest, highest = np.minimum(low.min(axis=0), 0.0), np.maximum(high.max(axis=0), 0.0)
+        return highest - lowest, np.maximum(highest, -lowest)
 
     def largest_jump(self, order: int, *, from_rest: bool = True) -> Array:
         """Return how far velocities (order 1) or accelerations (2) jump at most (n,).
@@ -137,37 +122,23 @@ class Reference:
         return pieces
 
 
-class Windows(NamedTuple):
-    """Widths of the two averages (s)."""
-
-    first_s: float
-    second_s: float
-
-    @property
-    def width_s(self) -> float:
-        """How long after the end of the reference the robot rests there."""
-        return self.first_s + self.second_s
-
-
 def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = True) -> Windows:
-    """Return the widths with which a reference keeps the limits of acceleration and jerk.
+    """Return the widths (s) of both averages that keep the limits of acceleration and jerk.
 
     The reference keeps those of velocity. `from_rest` says whether the robot stands still at its start; else
     that is no part of the averages: the robot joins later than they are wide.
     """
     most_a, most_j = KEPT * limits.acceleration, KEPT * limits.jerk
-    speeds, accelerations = reference.range(1), reference.range(2)
+    (speeds, _), (accelerations, largest), (_, jerks) = (reference.range(order) for order in (1, 2, 3))
     jumps = reference.largest_jump(1, from_rest=from_rest) > SMOOTH * limits.velocity
-    too_fast = jumps | (accelerations.magnitude > most_a)
+    too_fast = jumps | (largest > most_a)
     if too_fast.any():
-        first_s = _width(speeds.width / most_a, too_fast)
-        largest = speeds.width / first_s
-        largest[~jumps] = largest[~jumps].clip(max=accelerations.magnitude[~jumps])
-        return Windows(first_s, _width(2.0 * largest / most_j, largest > 0.0))
-    too_sudden = (reference.largest_jump(2, from_rest=from_rest) > SMOOTH * limits.acceleration) | (
-        reference.range(3).magnitude > most_j
-    )
-    return Windows(0.0, _width(accelerations.width / most_j, too_sudden))
+        first_s = _width(speeds / most_a, too_fast)
+        most = speeds / first_s
+        most[~jumps] = most[~jumps].clip(max=largest[~jumps])
+        return first_s, _width(2.0 * most / most_j, most > 0.0)
+    sudden = reference.largest_jump(2, from_rest=from_rest) > SMOOTH * limits.acceleration
+    return 0.0, _width(accelerations / most_j, sudden | (jerks > most_j))
 
 
 class JointTrajectory:
@@ -179,20 +150,24 @@ class JointTrajectory:
     """
 
     def __init__(
-        self, reference: Reference, windows: Windows, join: RuckigCourse | None = None, join_s: float = 0.0
+        self,
+        reference: Reference,
+        windows: Windows,
+        join: RuckigCourse | None = None,
+        join_s: float = 0.0,
     ) -> None:
         """`join` leads from where the robot is onto the average at `join_s`; None if it is there already."""
         self.reference = reference
         self.end = reference.end
         """The last point (rad)."""
-        self.end_s = reference.end_s + windows.width_s
+        self.end_s = reference.end_s + sum(windows)
         """When the robot rests there."""
         self.join_s = join_s
         self._join = join
         self._widths = tuple(width for width in windows if width)
         # A standstill before and behind, as long as the average looks back.
         times, pieces = reference.times, reference.pieces
-        self._knots = np.array([times[0] - windows.width_s - 1.0, *times, self.end_s + 1.0])
+        self._knots = np.array([times[0] - sum(windows) - 1.0, *times, self.end_s + 1.0])
         still = np.zeros((2, 1, *pieces.shape[1:]))
         still[:, 0, 0] = reference.start, reference.end
         self._pieces = np.concatenate([still[0], pieces, still[1]])
@@ -244,7 +219,7 @@ def joint_trajectory(
         return smoothed
     straight = courses.find(state, (reference.end, still, still), limits)
     if straight is None or straight.end_s < reference.end_s:
-        join_s = max(windows.width_s, FIRST_JOIN_S)
+        join_s = max(sum(windows), FIRST_JOIN_S)
         while join_s < smoothed.end_s:
             course = courses.find(state, smoothed.state(join_s), limits, join_s)
             if course is not None:
@@ -345,20 +320,6 @@ def _bounds(pieces: Array) -> tuple[Array, Array]:
     chebyshev = np.einsum("ik,pkj->pij", _CHEBYSHEV[:rows, :rows], pieces)
     middle, reach = chebyshev[:, 0], np.abs(chebyshev[:, 1:]).sum(axis=1)
     return middle - reach, middle + reach
-
-
-def _first_outside(piece: Array, lowest: float, highest: float) -> float:
-    """Return the first u from 0 to 1 at which a polynomial leaves bounds; 1 if it does not."""
-    places = [0.0, 1.0]
-    for bound in (lowest, highest):
-        shifted = piece[::-1].copy()
-        shifted[-1] -= bound
-        places += [float(root.real) for root in np.roots(shifted) if abs(root.imag) < 1e-6]
-    inside = sorted(u for u in places if 0.0 <= u <= 1.0)
-    for low, high in pairwise(inside):
-        if not lowest <= np.polyval(piece[::-1], 0.5 * (low + high)) <= highest:
-            return low
-    return 1.0
 
 
 def _width(widths_s: Array, needed: NDArray[np.bool_]) -> float:
