@@ -9,7 +9,7 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.plan_kernel import BlendedPath
 from iiwa_sim.motion.speed_profile import Slices
 from iiwa_sim.motion.time_scaling import TimeScaling
-from iiwa_sim.motion.trajectory import AT_START, FREE_S, Trajectory, alone, planned, planned_on
+from iiwa_sim.motion.trajectory import AT_START, Trajectory, alone, planned, planned_on
 
 HORIZON_S = 1.0
 """A trajectory is planned on into moves that wait once less than this lies ahead."""
@@ -25,17 +25,11 @@ SHORTEST_S = 0.08
 SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 8
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
 out."""
-SLICES = 7
-"""A plan of few segments takes about so many slices."""
+SLICES, SLICES_AHEAD = 7, 12
+"""About the slices of a plan with few segments, and of one that extends a trajectory, with one more each move."""
 LEAST_MARGIN_S = 0.01
-SEGMENT_S, SEGMENTS_OF_MOVE, SEGMENTS_IN_SLICE = 0.01, 10, 20.0
-"""About the length of a segment, how many a short move has, and how many of a plan a slice computes."""
-LONG_S = 1.5
-"""A longer move has no more segments than one of this length."""
 LONGEST_S = 0.2
 """A change of a trajectory begins no later than this after now."""
-TRIES = ((1.0, 1.0), (1.0, 2.0), (0.6, 1.0))
-"""Part of the first blend, and of the time that planning is given, one after the other."""
 LEAST_PACE = 0.02
 ROUNDING = 1e-9
 ABOUT = 0.95
@@ -137,14 +131,11 @@ class LookAhead:
                 return found
         return first
 
-    def _needed_s(self, trajectory: Trajectory, moves: Sequence[Move]) -> float:
-        """The time (s), about, that it takes to extend a trajectory into `moves`; less if it ends before."""
-        now_s, rest_s = self._time.time_s, trajectory.end_s
-        segments: float = trajectory.segments_behind(max(now_s, rest_s - 2.0 * FREE_S))
-        segments += sum(SEGMENTS_OF_MOVE + min(move.length_s, LONG_S) / SEGMENT_S for move in moves)
-        slices = SLICES + segments / SEGMENTS_IN_SLICE
-        needed_s = (slices / self._slices + 1.0) * self._time.tick_s
-        return max(self._margin_s, min(needed_s, 0.5 * (rest_s - now_s), LONGEST_S))
+    def _needed_s(self, trajectory: Trajectory, moves: int) -> float:
+        """The time (s), about, that extending a trajectory into so many moves takes; less if it ends before."""
+        needed_s = ((SLICES_AHEAD + moves) / self._slices + 1.0) * self._time.tick_s
+        left_s = trajectory.end_s - self._time.time_s
+        return max(self._margin_s, min(needed_s, 0.5 * left_s, LONGEST_S))
 
     def _blends(self, moves: Sequence[Move], pace: float, enough_s: float) -> Slices[list[Blend]]:
         """Blends between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
@@ -168,12 +159,11 @@ class LookAhead:
         pace = min(max(pace, LEAST_PACE), 1.0)
         blends = yield from self._blends([trajectory.moves[-1], *moves], pace, BATCH_S)
         moves = moves[: len(blends)]
-        tries = [(len(moves), *each) for each in TRIES] + [(1, 1.0, 1.0)] * (len(moves) > 1)
-        for count, share, patience in tries if moves else ():
-            first = blends[0]._replace(before=share * blends[0].before, after=share * blends[0].after)
+        tries = [(len(moves), 1.0), (len(moves), 2.0), (1, 1.0)]
+        for count, patience in tries if moves else ():
             now_s = self._time.time_s
-            then_s = now_s + patience * self._needed_s(trajectory, moves[:count])
-            on = yield from planned_on(trajectory, now_s, then_s, moves[:count], [first, *blends[1:count]])
+            then_s = now_s + patience * self._needed_s(trajectory, count)
+            on = yield from planned_on(trajectory, now_s, then_s, moves[:count], blends[:count])
             if on is None or (yield from _slower(on.end_s - trajectory.end_s, moves[:count])):
                 continue
             if on.front_s > self._time.time_s:  # else it is too late to replace the present one

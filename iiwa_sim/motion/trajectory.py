@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from math import log2, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -176,13 +176,6 @@ class Trajectory:
     def moves_from(self, time_s: float) -> Sequence[Move]:
         """Return the move under way at a time (s) and those behind it."""
         return self.moves[self._index_at(time_s) :]
-
-    def segments_behind(self, time_s: float) -> int:
-        """Return about how many segments of a plan lie behind a time (s)."""
-        if self._profile is None:
-            left_s = max(self.end_s - time_s, SEGMENT_S)
-            return int(min(left_s / SEGMENT_S, 100.0 + 50.0 * log2(1.0 + left_s)))
-        return (len(self.times) - int(self.times.searchsorted(time_s))) // 2
 
     def _index_at(self, time_s: float) -> int:
         if len(self.moves) == 1 or time_s >= self.end_s:
