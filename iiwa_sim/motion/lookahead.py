@@ -26,11 +26,10 @@ SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 8
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
 out."""
 SLICES, SLICES_AHEAD = 7, 12
-"""About the slices of a plan with few segments, and of one that extends a trajectory, with one more each move."""
+"""About the slices of a plan with few segments, and of one that extends a trajectory: one more each move."""
 LEAST_MARGIN_S = 0.01
 LONGEST_S = 0.2
 """A change of a trajectory begins no later than this after now."""
-LEAST_PACE = 0.02
 ROUNDING = 1e-9
 ABOUT = 0.95
 """Accuracy of `alone_s` for moves whose joints do not go straight."""
@@ -124,7 +123,7 @@ class LookAhead:
         """The trajectory from rest along the first of `moves`, and those behind it if it is short."""
         first = yield from alone(moves[0])
         if TINY_S < first.end_s < SHORT_S:
-            blends = yield from self._blends(moves, 1.0, ENOUGH_S)
+            blends = yield from self._blends(moves, ENOUGH_S)
             moves = moves[: len(blends) + 1]
             found = (yield from planned(BlendedPath(moves, blends), AT_START)) if blends else None
             if found is not None and not (yield from _slower(found.end_s, moves)):
@@ -132,13 +131,13 @@ class LookAhead:
         return first
 
     def _needed_s(self, trajectory: Trajectory, moves: int) -> float:
-        """The time (s), about, that extending a trajectory into so many moves takes; less if it ends before."""
+        """The time (s), about, that it takes to extend a trajectory into so many moves; less near its end."""
         needed_s = ((SLICES_AHEAD + moves) / self._slices + 1.0) * self._time.tick_s
         left_s = trajectory.end_s - self._time.time_s
         return max(self._margin_s, min(needed_s, 0.5 * left_s, LONGEST_S))
 
-    def _blends(self, moves: Sequence[Move], pace: float, enough_s: float) -> Slices[list[Blend]]:
-        """Blends between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
+    def _blends(self, moves: Sequence[Move], enough_s: float) -> Slices[list[Blend]]:
+        """Blends between moves, until one has to be a stop, or they take long enough at full speed."""
         blends: list[Blend] = []
         ahead_s = 0.0
         for one, other in pairwise(moves):
@@ -146,7 +145,7 @@ class LookAhead:
             if found is None or (blends and ahead_s > enough_s):
                 break
             blends.append(found)
-            ahead_s += other.length_s / pace
+            ahead_s += other.length_s
             if len(blends) % 2 == 0:
                 yield
         return blends
@@ -154,10 +153,7 @@ class LookAhead:
     def _on(self, trajectory: Trajectory, moves: Sequence[Move]) -> Slices[Trajectory | None]:
         """The trajectory extended into as many of `moves` as possible; None if that fails."""
         number = moves[0].number
-        now_s = self._time.time_s
-        pace = (trajectory.path.end_x - trajectory.x(now_s)) / max(trajectory.end_s - now_s, 1e-3)
-        pace = min(max(pace, LEAST_PACE), 1.0)
-        blends = yield from self._blends([trajectory.moves[-1], *moves], pace, BATCH_S)
+        blends = yield from self._blends([trajectory.moves[-1], *moves], BATCH_S)
         moves = moves[: len(blends)]
         tries = [(len(moves), 1.0), (len(moves), 2.0), (1, 1.0)]
         for count, patience in tries if moves else ():
@@ -179,10 +175,12 @@ def alone_s(move: Move) -> float:
 
 def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
     """Return whether moves that take `gained_s` together would take less with stops between them."""
-    if gained_s <= sum(map(alone_s, moves)):
-        return False
-    for move in moves:
-        gained_s -= (yield from alone(move)).end_s
-        if gained_s <= 0.0:
-            return False
+    for bound in (True, False):  # first a cheap one
+        left_s = gained_s
+        for count, move in enumerate(moves, start=1):
+            left_s -= alone_s(move) if bound else (yield from alone(move)).end_s
+            if left_s <= 0.0:
+                return False
+            if count % 8 == 0:
+                yield
     return True
