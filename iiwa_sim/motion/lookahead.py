@@ -25,8 +25,10 @@ SHORTEST_S = 0.08
 SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 8
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
 out."""
-SLICES, SLICES_AHEAD = 7, 12
-"""About the slices of a plan with few segments, and of one that extends a trajectory: one more each move."""
+SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 0.5, 5.0
+"""About the slices of a plan with few segments, and of one that extends a trajectory; then more for each move
+and for each second of it, up to `LONG_S`."""
+LONG_S = 1.5
 LEAST_MARGIN_S = 0.01
 LONGEST_S = 0.2
 """A change of a trajectory begins no later than this after now."""
@@ -130,9 +132,10 @@ class LookAhead:
                 return found
         return first
 
-    def _needed_s(self, trajectory: Trajectory, moves: int) -> float:
-        """The time (s), about, that it takes to extend a trajectory into so many moves; less near its end."""
-        needed_s = ((SLICES_AHEAD + moves) / self._slices + 1.0) * self._time.tick_s
+    def _needed_s(self, trajectory: Trajectory, moves: Sequence[Move]) -> float:
+        """The time (s), about, that it takes to extend a trajectory into moves; less near its end."""
+        slices = SLICES_AHEAD + sum(SLICES_OF_MOVE + SLICES_PER_S * min(m.length_s, LONG_S) for m in moves)
+        needed_s = (slices / self._slices + 1.0) * self._time.tick_s
         left_s = trajectory.end_s - self._time.time_s
         return max(self._margin_s, min(needed_s, 0.5 * left_s, LONGEST_S))
 
@@ -158,7 +161,7 @@ class LookAhead:
         tries = [(len(moves), 1.0), (len(moves), 2.0), (1, 1.0)]
         for count, patience in tries if moves else ():
             now_s = self._time.time_s
-            then_s = now_s + patience * self._needed_s(trajectory, count)
+            then_s = now_s + patience * self._needed_s(trajectory, moves[:count])
             on = yield from planned_on(trajectory, now_s, then_s, moves[:count], blends[:count])
             if on is None or (yield from _slower(on.end_s - trajectory.end_s, moves[:count])):
                 continue
