@@ -25,7 +25,7 @@ SHORTEST_S = 0.08
 SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 8
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
 out."""
-SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 0.5, 5.0
+SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 1.0, 5.0
 """About the slices of a plan with few segments, and of one that extends a trajectory; then more for each move
 and for each second of it, up to `LONG_S`."""
 LONG_S = 1.5
