@@ -381,7 +381,6 @@ class Arm:
         self._own = body(kg, (0.0, 0.0, 0.0), (xx, yy, zz, 0.0, 0.0, 0.0))
         self.moments = seen_from(self._own, self.inside)
         self.note_imposed()
-        self.weigh_imposed()
         world.wake_up()
 
     def let_go(self, why: str = LOSES) -> None:
@@ -448,13 +447,14 @@ class Arm:
         return float(BASE * self.world.law.scale / min(both)) if both else 0.0
 
     def note_imposed(self) -> None:
-        """Note which dofs are imposed: those of the arm, the gripper, and the held part."""
+        """Note and weigh the dofs that are imposed: those of the arm, the gripper, and the held part."""
         n, world, first = len(self.joints), self.world, self._dof
         self._held_dof = world.part_dof + 6 * self.held if self.leads else -1
         held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
         self.dofs = np.array([*range(first, first + n + 6), *held])
         self.with_jaws = np.array([*range(first, self._jaw_dofs.stop), *held])
         self._v_was, self._felt_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
+        self.weigh_imposed()
 
     def _comply(self, compliance: int) -> None:
         """Impose the apparent inertia of a compliant robot, or make all heavy again."""

@@ -307,7 +307,6 @@ class World:
             details.set_gone(built.model, data, self.bodies[number], self.geoms[number])
         for arm in arms:
             arm.note_imposed()
-            arm.weigh_imposed()
             arm.put(arm.joints, arm.tcp)
             arm.rest()
         for number in {arm.lost for arm in arms if arm.lost >= 0}:

@@ -89,6 +89,18 @@ def test_it_comes_to_rest_in_all_cases(case: Case) -> None:
     check(case)
 
 
+def test_it_puts_down_what_it_holds() -> None:
+    scene = Scene(part("block", (500, 0, 330)), table())
+    scene.picks(500, 0, 330, 60)
+    scene.controller.move(lin_stiff_move(down(500, 0, 328), 0.3, 2000.0, (0.0,) * 6))
+    scene.robot.runs_until_stopped()
+    assert scene.part("block").state == "held"
+    scene.controller.io.set_output(CLOSE, False)
+    scene.step(500)
+    assert scene.part("block").state == "lies"
+    assert scene.controller.tool_frame().z_mm == pytest.approx(328.0, abs=0.01)
+
+
 def test_a_hold_is_calm_also_where_the_arm_is_stretched() -> None:
     """A part in the jaws is pressed on a wall under the TCP."""
     head = STRONG.replace("[0, 30, 0, -60, 0, 90, 0]", "[0, 80, 0, -10, 0, 5, 0]")
