@@ -72,13 +72,9 @@ class JointBounds:
 
     def ranges(self, joints: Joints) -> tuple[list[float], list[float]]:
         """Return the least and the greatest motion (rad) of each joint in the next tick."""
-        least, greatest = [], []
-        q: cython.double
-        for k in range(self._joint_count):
-            q = joints[k]
-            least.append(-self._farthest(q - self._low[k], k))
-            greatest.append(self._farthest(self._high[k] - q, k))
-        return least, greatest
+        count = self._joint_count
+        least = [-self._farthest(joints[k] - self._low[k], k) for k in range(count)]
+        return least, [self._farthest(self._high[k] - joints[k], k) for k in range(count)]
 
     @cython.ccall
     @cython.exceptval(-1)
