@@ -117,7 +117,7 @@ class Servo:
         Raises `ArithmeticError` where no course is found even from rest.
         """
         self._since_s += self._executor.time.advance_s
-        if not self.moving:
+        if self.pursued is not None and not self.moving:
             self.pursued = None
         move = self.pursued
         if move is not None and self._s < 1.0:
