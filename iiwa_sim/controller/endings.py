@@ -100,7 +100,8 @@ class Endings:
         self._end([move for move in self.pending if move.number >= first], code, reason)
 
     def _end(self, moves: Sequence[PendingMove], code: int, reason: str) -> None:
-        self.pending = deque(move for move in self.pending if move not in moves)
+        ended = {move.number for move in moves}
+        self.pending = deque(move for move in self.pending if move.number not in ended)
         for move in moves:
             for told in (move.when_ended, *self.listeners):
                 if told is not None:

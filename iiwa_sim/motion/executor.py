@@ -60,7 +60,7 @@ class Executor:
     @property
     def waiting(self) -> int:
         """Number of moves that have not begun."""
-        return len(self.moves) - bool(self.under_way)
+        return len(self._waiting) + max(len(self._begun) - 1, 0)
 
     @property
     def behind(self) -> int:
@@ -78,9 +78,13 @@ class Executor:
     @property
     def moves(self) -> list[Move]:
         """The move that runs, unless it is being stopped, and those behind it, in their order."""
+        return [*self._begun, *self._waiting]
+
+    @property
+    def _begun(self) -> Sequence[Move]:
         if self._queued is None or self.time.stopping:
-            return list(self._waiting)
-        return [*self._queued.moves_from(self.time.time_s), *self._waiting]
+            return ()
+        return self._queued.moves_from(self.time.time_s)
 
     @property
     def goal(self) -> Joints:
@@ -109,7 +113,8 @@ class Executor:
 
     def is_pending(self, number: int) -> bool:
         """Return True if a move runs, and is not being stopped, or waits."""
-        moves = self.moves
+        begun = self._begun
+        moves = begun if begun and number <= begun[-1].number else self._waiting
         k = bisect_left(moves, number, key=_number)
         return k < len(moves) and moves[k].number == number
 
