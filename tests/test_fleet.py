@@ -45,6 +45,7 @@ WRONG = {
     "": "robot = (missing): expected this key",
     "[robot]": "robot = {}: expected at least one, as [robot.NAME]",
     "rate = 500\n[robot.one]": "rate = 500: expected no key of this name",
+    "[robot.'a/b']": "robot.a/b: expected a name of letters, digits, - _ .",
     "[robot.one]\nprot = 1": "robot.one.prot: no such option, did you mean port?",
     "[robot.one]\nlog_level = 'debug'": "robot.one.log_level: expected on the command line",
     "[robot.one]\nport = 65536": "robot.one.port = 65536: expected a whole number from 0 to 65535",

@@ -1,6 +1,7 @@
 """Environment variables, fleet files and keyword arguments for the options in `model.py`."""
 
 import difflib
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -159,6 +160,8 @@ def robots_of(given: Given) -> dict[str, Settings]:
     robots: dict[str, Settings] = {}
     for index, (name, table) in enumerate(tables.items()):
         place = f"{fleet}: robot.{name}"
+        if fleet and not re.fullmatch(r"[A-Za-z0-9_.-]{1,100}", name):  # it is part of file names and the log
+            raise SettingError(harmless(f"{place}: expected a name of letters, digits, - _ ."))
         own = from_names(table, Place("key", " = ", f"{place}."), fleet and fleet.parent)
         try:
             robots[name] = _numbered(Settings(**merged(given, own)), index, name, own)
