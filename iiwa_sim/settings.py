@@ -136,6 +136,10 @@ class Reader:
 def _in_words(kind: inspect.Type, key: str, expected: str) -> tuple[str, str]:
     """Return the key that an error of msgspec at `key` concerns, and what was expected."""
     path = _path(key)
+    name = ".".join(each for each in path if not each.isdigit())
+    for got, at, wanted in (("object", [*path, "0"], f"[[{name}]]"), ("array", path, f"[{name}]")):
+        if f"got `{got}`" in expected and any(isinstance(t, inspect.StructType) for t in _types(kind, at)):
+            return key, f"{'an array' if got == 'object' else 'one table'}: write {wanted}"
     if words := [each.extra["expected"] for each in _types(kind, path) if getattr(each, "extra", None)]:
         return key, " or ".join(words)
     if "unknown field" in expected or "missing required field" in expected:

@@ -264,6 +264,8 @@ THIRD = '[[robot]]\nname = "third"\n'
         (f"{THIRD}speed = 1", "robot[2].speed = 1: expected no key of this name"),
         (f"{THIRD}contact_radius_mm = -1", "robot[2].contact_radius_mm = -1: expected a number"),
         (f"{THIRD}z_mm = -1500", "robot[2].start_deg = 'home': expected a pose with the TCP outside"),
+        ("[part]", "part = {}: expected an array: write [[part]]"),
+        (f"{THIRD}[[robot.tool]]", "robot[2].tool = [{}]: expected one table: write [robot.tool]"),
         ("[tool]\nmass_kg = 1.0", "tool = {'mass_kg': 1.0}: expected none beside [[robot]]"),
     ],
 )
