@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -46,6 +47,10 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     if suffix not in PICTURES:
         raise SettingError(f"-o/--output: {own.output} does not end in {' or '.join(PICTURES)}")
     is_recorded = own.commands.suffix.lower().partition(":")[0] == ".mcap"
+    with suppress(OSError):
+        if own.commands.is_file():  # a pipe is read only once
+            with own.commands.open("rb") as file:
+                is_recorded |= file.read(8) == b"\x89MCAP0\r\n"
     if is_recorded and given:
         raise SettingError("--cell, --robot, --rate: expected none with a recording, which names its own")
     need_library("mcap", "record")

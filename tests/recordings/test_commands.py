@@ -45,11 +45,12 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[in
 
 
 def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By what draws a file of commands, too."""
+    """By what draws a file of commands, too, and from a file of any name."""
+    (named := tmp_path / "run.txt").hardlink_to(run)
     drawn: list[Motion] = []
     stand_in = SimpleNamespace(picture=lambda motion, _, kind: drawn.append(motion) or kind.encode())
     monkeypatch.setitem(sys.modules, "iiwa_sim.plot.draw", stand_in)
-    assert main(["plot", str(run), "-o", str(tmp_path / "run.png")]) == 0
+    assert main(["plot", str(named), "-o", str(tmp_path / "run.png")]) == 0
     assert (tmp_path / "run.png").read_bytes() == b"png"
     (motion,) = drawn
     states = contents(run, "/state")
