@@ -171,8 +171,8 @@ class _Handler(BaseHTTPRequestHandler):
         robots, name = self.server.robots, path.pop()
         robot = path.pop() if path else next(iter(robots)) if len(robots) == 1 else ""
         if path or robot not in robots:
-            reason = f"there is no robot {robot!r}: expected /ROBOT/{name}, with one of {', '.join(robots)}"
-            raise NoCall(HTTPStatus.NOT_FOUND, reason)
+            path_of = f"/ROBOT/{name}, with one of {', '.join(robots)}" if any(robots) else f"/{name}"
+            raise NoCall(HTTPStatus.NOT_FOUND, f"there is no robot {robot!r}: expected {path_of}")
         if (call := CALLS.get(name)) is None:
             raise NoCall(HTTPStatus.NOT_FOUND, f"there is no call {name!r}: GET / lists all calls")
         if self.command == "GET" and not call.reads:
