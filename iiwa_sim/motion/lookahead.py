@@ -22,7 +22,7 @@ MOST_AT_FIRST, ENOUGH_S = 12, 0.3
 """Moves are planned together from rest until they are so many, or take this long."""
 SHORTEST_S = 0.08
 """A trajectory that takes less is not planned on: the moves behind it are planned from rest while it runs."""
-SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 8
+SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 3
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
 out."""
 SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 1.0, 5.0

@@ -28,7 +28,7 @@ SHORTEST_SEGMENT_S = 1e-4
 """With a shorter segment hardly more is left than what is kept: it is too late to plan."""
 SEGMENT_S = 0.01
 EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.015, 1.6
-"""Segments of one move alone that takes no longer are even: the robot sets out in the tick that plans it."""
+"""Segments of one move alone that takes no longer are even, which takes less to compute."""
 LEAST_SEGMENTS, LEAST_LEFT = 24, 16
 """Least number of segments from rest, and behind segments that are kept."""
 PACE, FASTEST, BESIDE = 0.98, 1.18, 5
@@ -88,7 +88,7 @@ def nominal(
     x_run[0], speeds[0], times[0] = *earlier, -window_s
     x_run[1:] = samples
     run(samples, derivatives, limits, speed, speeds[1:], times[1:])
-    if many:
+    if len(samples) > 0.5 * MANY_SAMPLES:
         yield
     half_s, end_s = 0.5 * window_s, float(times[-1]) + window_s
     if end_s < EVEN_UP_TO_S and len(path.moves) == 1 and not len(first_s):

@@ -119,8 +119,8 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, 
         assert changed.controller.motions.is_pending(number)
         changed.step()
     assert changed.joints == stopped.joints, "on its path, which a stop does not leave"
-    changed.step()
-    assert changed.joints[-1] != changed.joints[-2], "begins in the tick after it has come to rest"
+    changed.step(2)
+    assert changed.joints[-1] != stopped.joints[-1], "begins within two ticks after it has come to rest"
     changed.runs_until_stopped()
     assert not changed.controller.motions.is_pending(number)
     if REQUESTS[other][0] is Mode.DIRECT:
