@@ -34,7 +34,9 @@ def test_messages_come_in_any_packets_and_who_sends_no_more_gets_its_replies(sim
 
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     told = refused("--robot", "kr_6_r900_sixx")
-    expected = "expected 7 joints for protocol iiwa; for 6 there is: krc4 (--protocol krc4)\n"
+    expected = (
+        "7 joints for protocol iiwa; for 6 there is: --protocol krc4, or protocol = 'krc4' in a [[robot]]\n"
+    )
     assert told.endswith(expected)
     with pytest.raises(RobotFault, match="for protocol iiwa"):
         Simulator("kr_6_r900_sixx", protocol=["krc4", "iiwa"])

@@ -208,7 +208,7 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
 
 WRONG = {
     "clok='fast'": "fixture iiwa: clok: no such option, did you mean clock?",
-    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for protocol iiwa; for 6 there is: krc4 *",
+    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for protocol iiwa; for 6 there is: --prot*",
     "clock='fats'": "fixture iiwa: clock='fats': expected real, a multiple *",
 }
 

@@ -51,7 +51,7 @@ def check_axes(protocol: str, description: RobotDescription) -> None:
     """Raise `RobotFault` if a robot has the wrong number of axes for a protocol."""
     others, count = fitting_protocols(description), len(description.joints)
     if protocol not in others:
-        hint = f"{', '.join(others)} (--protocol {others[0]})" if others else "none"
+        hint = f"--protocol {others[0]}, or protocol = {others[0]!r} in a [[robot]]" if others else "none"
         few, many = AXES[protocol][0], AXES[protocol][-1]
         wanted = f"{few}" if few == many else f"{few} to {many}"
         raise RobotFault(
