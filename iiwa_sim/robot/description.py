@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from math import radians, sqrt
 from operator import attrgetter, ge, mul
@@ -269,5 +270,7 @@ def _folder(name_or_folder: str | Path) -> Path:
             return folder
     except OSError as fault:  # a name that is too long, or a parent folder without permission
         why = f" ({fault.strerror})"
+    if near := get_close_matches(folder.name, built_in_robots(), 1):
+        why += f", did you mean {near[0]!r}?"
     given = str(name_or_folder) or "''"
-    raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(built_in_robots())}{why}")
+    raise RobotFault(f"robot {given}", "", "", f"a folder, or one of {', '.join(built_in_robots())}{why}")

@@ -199,8 +199,9 @@ def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str,
 
 
 def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(RobotFault, match=r"^robot: folder = .*/r2d2: expected a folder, or one of kr_6"):
-        cell_from(tmp_path, 'robot = "r2d2"')
+    says = r"^robot .*/lbr_iiwa_7_r80: expected a folder, or one of kr_6.*, did you mean 'lbr_iiwa_7_r800'\?"
+    with pytest.raises(RobotFault, match=says):
+        cell_from(tmp_path, 'robot = "lbr_iiwa_7_r80"')
 
 
 @pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000])

@@ -130,9 +130,7 @@ def test_a_fault_is_one_line_that_says_where_and_what(
 
 @pytest.mark.parametrize("folder", ["", "/no/such/arm", "x" * 300, "/tmp" + "/x" * 5000, "no\0such"])
 def test_a_folder_that_cannot_be(folder: str) -> None:
-    with pytest.raises(
-        RobotFault, match=r"^robot: folder = .*: expected a folder, or one of .*iiwa_7"
-    ) as fault:
+    with pytest.raises(RobotFault, match=r"^robot .*: expected a folder, or one of .*iiwa_7") as fault:
         use(folder)
     assert str(fault.value).isprintable()
     assert len(str(fault.value)) < 300
