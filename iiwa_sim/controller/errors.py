@@ -32,6 +32,9 @@ class Refused(Exception):
         self.code = code
         self.reason = reason
 
+    def __str__(self) -> str:
+        return f"{self.code} {self.reason}"
+
 
 class ErrorRecord(msgspec.Struct, frozen=True):
     """An error: a refusal, or a fault the robot met with on its own."""
