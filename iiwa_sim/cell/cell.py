@@ -124,12 +124,12 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
         arms.append(ArmSetup(cell.description, cell.start, *shape, gripper, cell.base, cell.name))
     scene = None if handled.scene is None else handled.scene.spec
     world = World(arms, cells[0].surfaces, handled.parts, scene, tick_s)
-    for one, two in world.overlaps(CLOSE_M):
-        kinds = {world.kinds[one], world.kinds[two]}
-        kind = "robot" if kinds == {"robot"} else "part"
-        if kind == "robot" or kinds <= {"part", "surface"}:
-            expected = f"{kind}s that are at most {1e3 * CLOSE_M:g} mm in anything at the start"
-            raise CellFault(str(cells[0].path), kind, f"{one} in {two}", expected)
+    for depth_m, *names in reversed(world.overlaps(CLOSE_M)):
+        kinds = {each: world.kinds[each] for each in names}
+        if set(kinds.values()) == {"robot"} or set(kinds.values()) <= {"part", "surface"}:
+            one, two = sorted(n if kind == "robot" else f"{kind} {n!r}" for n, kind in kinds.items())
+            expected = f"{one} at most {1e3 * CLOSE_M:g} mm inside {two} at the start"
+            raise CellFault(str(cells[0].path), "", "", f"{expected}, not {1e3 * depth_m:.4g} mm")
     return world
 
 

@@ -101,11 +101,11 @@ class World:
         """Return the distance (m) of two geoms."""
         return float(mj.mj_geomDistance(self.model, self.data, one, two, 1.0, None))
 
-    def overlaps(self, deeper_m: float) -> list[list[str]]:
-        """Return the names, as `touchable` has them, of each two that are deeper in each other."""
-        contact = self.data.contact
-        pairs = contact.geom[contact.dist < -deeper_m].tolist()
-        return [[self.touchable[geom] for geom in pair] for pair in pairs]
+    def overlaps(self, deeper_m: float) -> list[tuple[float, str, str]]:
+        """Return the depth (m) and names of `touchable` of each two that are deeper in each other, sorted."""
+        contact, names = self.data.contact, self.touchable
+        found = zip((-contact.dist).tolist(), contact.geom.tolist(), strict=True)
+        return sorted((depth, names[one], names[two]) for depth, (one, two) in found if depth > deeper_m)
 
     # A tick
 

@@ -150,7 +150,7 @@ GRIPPER = "[gripper]\nstroke_mm = 80\nspeed_mm_per_s = 100\ngrip_force_n = 40\nc
 PART = '[[part]]\nname = "cube"\nshape = "box"\nsize_mm = [40, 40, 40]\nmass_kg = 0.2\n'
 SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
 FAULTS = [
-    # what stands there, then key and value that the line names
+    # what stands there, then key and value that the line names, or no key and what is expected
     ("robot = ", "", ""),
     ('strat_deg = "home"', "strat_deg", "'home'"),
     ("start_deg = [0, 30]", "start_deg", r"\[0\.0, 30\.0\]"),
@@ -160,7 +160,7 @@ FAULTS = [
     (GRIPPER + "[io]\noutputs = 4", "gripper.close_output", "16"),
     (GRIPPER + PART.replace('"box"', '"cone"'), r"part\[0\].shape", "'cone'"),
     (GRIPPER + PART + PART, r"part\[1\].name", "'cube'"),
-    (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, "part", ".*cube.*"),
+    (GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE, "", "part 'cube' .* surface 'table' .* 10 m"),
     (SPHERE.replace("ball", "table") + TABLE, r"sphere\[0\].name", "'table'"),
     (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'"),
     (TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL, "start_deg", "'home'"),
@@ -175,8 +175,8 @@ def test_a_fault_is_one_line_that_says_where_and_what(
 ) -> None:
     with pytest.raises(CellFault) as fault:
         cell_from(tmp_path, text).controller(0.002)
-    place = f"{key} = {value}: " if key else ""
-    pattern = f"{re.escape(str(tmp_path / 'cell.toml'))}: {place}expected ."
+    place = f"{key} = {value}: expected " if key else f"expected {value}"
+    pattern = f"{re.escape(str(tmp_path / 'cell.toml'))}: {place}."
     assert re.match(pattern, str(fault.value)), str(fault.value)
     assert str(fault.value).isprintable()
     assert len(str(fault.value)) < len(str(tmp_path)) + 600
@@ -279,7 +279,7 @@ def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str,
 
 def test_robots_that_collide_at_the_start_are_named(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(TWO.replace("x_mm = 1000", "x_mm = 50"))
-    says = r"robot = iiwa_link_\d of robot 'left' in iiwa_link_\d of robot 'right': expected robots that are"
+    says = r"expected iiwa_\w+ of robot 'left' at most 1 mm inside iiwa_\w+ of robot 'right' at .*, not \d+"
     with pytest.raises(CellFault, match=says):
         shared_world(load_cells(tmp_path / "cell.toml"), 0.002)
 
