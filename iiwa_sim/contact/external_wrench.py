@@ -259,6 +259,8 @@ class ExternalWrench:
         self.contact.restore(contact)
         self._links.restore(links)
         self.wrenches, self.torques, self._pushes = dict(wrenches), dict(torques), None
+        if self._motion is not None:  # it rests
+            self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
     # Readings
 

@@ -10,6 +10,7 @@ from hashlib import sha256
 import pytest
 
 from iiwa_sim.cell.bodies import BoxSettings
+from iiwa_sim.controller.carrying import ToolLoad
 from tests.asked import lin_move_at
 from tests.backdoor.bench import backdoor_of
 from tests.world.scenes import CLOSE, Scene, down, part, table
@@ -85,6 +86,19 @@ def test_a_restored_state_goes_on_with_the_same_bits(
     scene.rests()
     states.restore_state("here")
     assert goes(scene) == first
+
+
+def test_a_robot_that_has_just_stopped_is_restored_with_the_weight_of_its_load_alone() -> None:
+    scene = Scene(part("it", (550, 200, 330)), table())
+    scene.controller.set_tool_load(ToolLoad(0.5, (0.0, 0.0, 0.05)))
+    scene.goes(down(550, 0, 400))
+    backdoor = backdoor_of(scene.controller)
+    backdoor.save_state("here")
+    scene.step(10)
+    at_rest = scene.force
+    backdoor.restore_state("here")
+    scene.step()
+    assert scene.force == at_rest
 
 
 def test_surfaces_come_and_go_with_a_state() -> None:
