@@ -344,7 +344,7 @@ class Gaps:
     @cython.cfunc
     @cython.exceptval(-1e9)
     def _turn(self, joints: Any) -> cython.double:
-        """Move the joints to positions (rad); return the least bound (m)."""
+        """Move the joints to positions (rad); return the least bound (m), less a tenth of its distance."""
         least: cython.double = 1e9
         for k in range(self._looked.shape[0]):
             q: cython.double = joints[k]
@@ -352,7 +352,7 @@ class Gaps:
         for row in range(self._free.shape[0]):
             for k in range(self._looked.shape[0]):
                 self._free[row] -= self._turns[k] * self._levers[row, k]
-            least = min(least, self._free[row])
+            least = min(least, self._free[row] - 0.1 * self._known[row])
         return least
 
     def go_to(self, joints: Any) -> list[int]:
