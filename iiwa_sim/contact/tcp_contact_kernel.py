@@ -332,7 +332,8 @@ class Gaps:
             q = joints[k]
             left -= self._rates[k] * fabs(q - self._looked[k])
         if left <= 0.0 and self._fastest != 0.0:
-            if self._turn(joints) > 0.0:
+            # Pairs of an arm alone are measured as fast as bounds are found anew.
+            if self._free.shape[0] > self._touching.shape[0] and self._turn(joints) > 0.0:
                 self.begin(tick, tick_s)
                 return True
             self._fastest, self.next = 0.0, 0
