@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import select
 import signal
 import socket
 from collections.abc import Callable, Iterator
@@ -204,7 +205,8 @@ def test_the_status_port_tells_of_each_robot_and_stops_all(cell: Simulator) -> N
     assert cell.status_port is not None
     with Drivers(cell) as drivers, socket.create_connection(("127.0.0.1", cell.status_port)) as reader:
         lines = reader.makefile("rb")
-        cell.advance(0.1)
+        while not select.select([reader], [], [], 0.01)[0]:  # it may not have been accepted yet
+            cell.advance(0.1)
         for name in ("left", "right", "left", "right"):
             line = json.loads(lines.readline())
             assert (line["robot"], "robot" in schema["properties"]) == (name, True)
