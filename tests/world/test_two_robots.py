@@ -170,6 +170,7 @@ def test_arms_press_on_each_other_with_5e4_n_per_m() -> None:
     assert names == {"jaw 1", "jaw 2", "jaw 1 of robot 'r1'", "jaw 2 of robot 'r1'"}
 
 
+@pytest.mark.slow
 def test_links_touch_links() -> None:
     shared = Shared(bases=("", "x_mm = 700\nalpha = 3.141592653589793"))
     for robot in shared.robots:
