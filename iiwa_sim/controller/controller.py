@@ -179,6 +179,8 @@ class Controller:
             self.endings.lost(0, EXECUTION, reason)
             self.fail(EXECUTION, reason)
             raise
+        if motions.tracking:
+            self.trajectories.after_tick()
         if pending and pending[0].number != motions.under_way:
             self.endings.after_tick()
         if self.handling is not None:

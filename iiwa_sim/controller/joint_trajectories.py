@@ -4,7 +4,7 @@ Meanings, defaults and errors are those of ros2_controllers' joint_trajectory_co
 this robot, too: https://control.ros.org, joint_trajectory_controller.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,6 +31,8 @@ ROUNDING = 1e-6
 START_RAD = 0.087
 """A trajectory that begins farther from the robot on any joint is refused: as far as a direct move goes."""
 PREEMPTED, CANCELLED = "preempted by a newer trajectory", "cancelled"
+PATH_TOLERANCE, GOAL_TOLERANCE = "path tolerance", "goal tolerance"
+"""The beginning of the reason for the end of a trajectory from which the robot is too far."""
 
 
 class TrajectoryRequest(NamedTuple):
@@ -44,6 +46,11 @@ class TrajectoryRequest(NamedTuple):
     """How far in the future the trajectory begins; below 0 points that are over are left out."""
     may_end_fast: bool = False
     """True if the last point may have a velocity: for a stream of trajectories that replace each other."""
+    path_tolerance: Mapping[str, float] = {}
+    """Largest distance (rad) of a joint from the trajectory, by name; 0 or less for any."""
+    goal_tolerance: Mapping[str, float] = {}
+    goal_time_s: float = 0.0
+    """Time after the end of the trajectory from which `goal_tolerance` is compared; 0 or less for never."""
 
 
 class Progress(NamedTuple):
@@ -58,7 +65,7 @@ class Progress(NamedTuple):
 
 
 class JointTrajectories:
-    """Accepts joint trajectories, and tells where the one that is followed is."""
+    """Accepts joint trajectories, and ends the one that is followed beyond its tolerances."""
 
     def __init__(self, controller: "Controller") -> None:
         self._controller = controller
@@ -66,6 +73,7 @@ class JointTrajectories:
         self._names, fastest = d.joints, (1.0 + ROUNDING) * np.array(d.velocity)
         lowest, highest = np.array(d.position_min) - ROUNDING_RAD, np.array(d.position_max) + ROUNDING_RAD
         self._bounds = (lowest, highest), (-fastest, fastest)  # of positions, and of velocities
+        self._request = TrajectoryRequest((), ())  # the newest one
 
     def follow(self, request: TrajectoryRequest, when_ended: WhenEnded | None = None) -> int:
         """Accept a trajectory in place of what runs; return its number.
@@ -91,13 +99,36 @@ class JointTrajectories:
         replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
         number = controller.begin(Mode.TRAJECTORY, lambda n: motions.track(n, trajectory), replaced)
         controller.endings.pending.append(PendingMove(number, when_ended))
+        self._request = request
         return number
 
     def cancel(self, number: int) -> None:
         """Stop on the trajectory of this number, or forget it if it waits."""
         if self._controller.motions.is_pending(number):
-            with self._controller.endings.because(STOP_TRIGGERED, CANCELLED):
-                self._controller.motions.end_trajectory()
+            self._end(CANCELLED)
+
+    def after_tick(self) -> None:
+        """Stop a robot that is too far from the trajectory that it follows."""
+        motions, request = self._controller.motions, self._request
+        if (followed := motions.tracked) is None:
+            return
+        time_s = motions.tracked_s
+        late_s = time_s - followed.reference.end_s
+        kind, tolerances = PATH_TOLERANCE, request.path_tolerance
+        if late_s >= 0.0:
+            kind, tolerances = GOAL_TOLERANCE, request.goal_tolerance
+            if request.goal_time_s <= 0.0 or late_s <= request.goal_time_s:
+                return
+        wanted = followed.reference.at(time_s)[0] if tolerances else ()
+        for name, place, here in zip(self._names, wanted, motions.joints, strict=False):
+            off, most = abs(place - here), tolerances.get(name, 0.0)
+            if off > most > 0.0:
+                self._end(f"{kind}: {name} is {off:.7g} rad off after {time_s:.3f} s, more than {most:g} rad")
+                return
+
+    def _end(self, reason: str) -> None:
+        with self._controller.endings.because(STOP_TRIGGERED, reason):
+            self._controller.motions.end_trajectory()
 
     @property
     def progress(self) -> Progress | None:

@@ -12,7 +12,14 @@ from msgspec.structs import astuple
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import EXECUTION, SUCCESS, Refused
-from iiwa_sim.controller.joint_trajectories import CANCELLED, Progress, TrajectoryRequest, order_of
+from iiwa_sim.controller.joint_trajectories import (
+    CANCELLED,
+    GOAL_TOLERANCE,
+    PATH_TOLERANCE,
+    Progress,
+    TrajectoryRequest,
+    order_of,
+)
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.motion.joint_trajectory import Knot
@@ -32,6 +39,8 @@ TOOL = "tool"
 FEEDBACK_HZ = 20
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
+ERROR_CODES = {PATH_TOLERANCE: -4, GOAL_TOLERANCE: -5}
+"""Codes of control_msgs/FollowJointTrajectory_Result; -1 for other ends of an aborted goal."""
 
 
 class JointInterface:
@@ -86,16 +95,23 @@ class JointInterface:
 
         def end(ending: Ending) -> None:
             self._hear = None
-            aborted = ending.code != SUCCESS and ending.reason != CANCELLED
-            status = ABORTED if aborted else CANCELED if ending.code != SUCCESS else SUCCEEDED
-            ended(status, {"error_code": -int(aborted), "error_string": ending.reason})
+            status, code = SUCCEEDED, 0
+            if ending.reason == CANCELLED:
+                status = CANCELED
+            elif ending.code != SUCCESS:
+                status, code = ABORTED, ERROR_CODES.get(ending.reason.partition(":")[0], -1)
+            ended(status, {"error_code": code, "error_string": ending.reason})
 
         with self._graph.recording():
             goal = checked(args, ACTION_TYPE)
             multi, components = goal.multi_dof_trajectory, goal.component_path_tolerance
             if multi.joint_names or multi.points or components or goal.component_goal_tolerance:
                 raise Refused(EXECUTION, "multi_dof_trajectory and component tolerances: expected none")
-            request = _trajectory(goal.trajectory, self._graph.now_ns())
+            request = _trajectory(goal.trajectory, self._graph.now_ns())._replace(
+                path_tolerance={each.name: each.position for each in goal.path_tolerance},
+                goal_tolerance={each.name: each.position for each in goal.goal_tolerance},
+                goal_time_s=_seconds(goal.goal_time_tolerance),
+            )
             self._goal = self._controller.trajectories.follow(request, end)
         self._hear = hear
         return self._goal

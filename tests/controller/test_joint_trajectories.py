@@ -1,7 +1,8 @@
-"""Joint trajectories: followed within limits through their points, refused with a reason."""
+"""Joint trajectories: followed within limits and tolerances, refused with a reason."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from math import inf, nan
 from typing import Any
@@ -280,6 +281,33 @@ def test_time_runs_at_the_override() -> None:
     following.runs()
     assert_within_limits(following.robot)
     assert following.controller.joints == tuple(points[-1].positions)
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "reason"),
+    [
+        ({"path_tolerance": {"A3": 1e-3}}, r"path tolerance: A3 is 0\.001\d* rad off after 0\.\d+ s"),
+        ({"path_tolerance": {"A3": 0.2, "A1": 0.0, "A2": -1.0}}, ""),
+        (
+            {"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 0.005},
+            "goal tolerance: A1 .* more than 0.0001",
+        ),
+        ({"goal_tolerance": {"A1": 1e-4}, "goal_time_s": 1.0}, ""),
+        ({"goal_tolerance": {"A1": 1e-4}}, ""),
+    ],
+)
+def test_a_robot_that_is_beyond_a_tolerance_stops(tolerances: dict[str, Any], reason: str) -> None:
+    """To and fro in straight lines, which the robot follows with a delay."""
+    following = Following()
+    places = [(following.home + 0.3 * (k % 2)).tolist() for k in range(4)]
+    number = following.sends([Knot(0.5 * k, places[k]) for k in (1, 2, 3)], **tolerances)
+    following.robot.may_stop()
+    following.runs()
+    assert_within_limits(following.robot)
+    ending = following.ends[number]
+    assert ending.code == (STOP_TRIGGERED if reason else SUCCESS)
+    assert re.match(reason or "$", ending.reason), ending.reason
+    assert (following.controller.joints == tuple(places[-1])) is not bool(reason)
 
 
 def test_other_motions_and_trajectories_stop_each_other() -> None:

@@ -87,6 +87,29 @@ def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> 
     assert (last["id"], last["status"]) == ("two", 4)
 
 
+@pytest.mark.parametrize(
+    ("args", "status", "code"),
+    [
+        ({"path_tolerance": [{"name": "A3", "position": 1e-4}]}, 6, -4),
+        (
+            {
+                "goal_tolerance": [{"name": "A3", "position": 1e-9}],
+                "goal_time_tolerance": {"nanosec": 1_000_000},
+            },
+            6,
+            -5,
+        ),
+        ({"path_tolerance": [{"name": "A3", "position": -1.0, "velocity": 1e-9}]}, 4, 0),
+    ],
+)
+def test_tolerances_have_the_codes_of_joint_trajectory_controller(
+    client: Client, args: dict[str, Any], status: int, code: int
+) -> None:
+    client.goal("one", [(0.5, AWAY), (1.0, HERE)], args=args)
+    (result,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (result["status"], result["values"]["error_code"], result["result"]) == (status, code, True)
+
+
 def test_points_and_ends_are_taken_as_joint_trajectory_controller_takes_them(
     client: Client, robot: RosRobot
 ) -> None:
