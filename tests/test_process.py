@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Sequence
 
 import pytest
 
@@ -68,11 +69,20 @@ def test_a_port_in_use() -> None:
 def test_nobody_reads_what_it_prints() -> None:
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(
-        [*IIWA_SIM, "--port", "0"], stdout=write, stderr=subprocess.PIPE, text=True, check=False
-    )
-    os.close(write)
-    assert (done.returncode, done.stderr) == (2, "iiwa-sim: nobody reads stdout\n")
+    assert _printed_to(write, "--port", "0") == (2, "iiwa-sim: nobody reads stdout\n")
+
+
+@pytest.mark.parametrize("words", [("--port", "0"), ("--version",)])
+def test_the_disk_is_full_for_what_it_prints(words: Sequence[str]) -> None:
+    full = os.open("/dev/full", os.O_WRONLY)
+    assert _printed_to(full, *words) == (2, "iiwa-sim: the disk of stdout is full\n")
+
+
+def _printed_to(stdout: int, *words: str) -> tuple[int, str]:
+    """Return exit code and stderr of a program with this stdout, which is closed."""
+    done = subprocess.run([*IIWA_SIM, *words], stdout=stdout, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(stdout)
+    return done.returncode, done.stderr
 
 
 def test_the_log_as_json() -> None:

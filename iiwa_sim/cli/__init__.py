@@ -2,9 +2,10 @@
 
 Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds; 1 where a
 check fails; 2, with one line on stderr, for options, a cell, a robot, an address or a file that cannot be
-used, for rejected commands of a picture, and if nobody reads stdout.
+used, for rejected commands of a picture, and if stdout takes nothing.
 """
 
+import errno
 import gc
 import os
 import signal
@@ -24,6 +25,7 @@ COMMANDS = {
     "ros2-env": "make an environment with rclpy for --ros2, from wheels",
 }
 """The first arguments that select a command, and what each does."""
+STDOUT_FAULTS = {errno.EPIPE: "nobody reads stdout", errno.ENOSPC: "the disk of stdout is full"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,22 +43,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 signal.signal(number, lambda *_: os._exit(0))
             gc.disable()  # objects made during the start are long-lived; enabled when the robots listen
     try:
-        if not command:
-            from iiwa_sim.cli.serve import run
-
-            return run(words)
-        from iiwa_sim.cli import commands
-        from iiwa_sim.cli.parsing import Parser
-
-        function = getattr(commands, command.replace("-", "_"))
-        closing = textwrap.dedent(f"    {function.__doc__}")
-        return int(function(Parser(command, COMMANDS[command], closing), words))
+        code = _run(command, words)
+        print(end="", flush=True)  # a fault of stdout shows here
+        return code
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
-    except BrokenPipeError:
+    except OSError as fault:
+        if fault.errno not in STDOUT_FAULTS or fault.filename is not None:
+            raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or the flush at exit fails again
-        print("iiwa-sim: nobody reads stdout", file=sys.stderr)
+        print(f"iiwa-sim: {STDOUT_FAULTS[fault.errno]}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # raised in a command
         return 128 + signal.SIGINT
+
+
+def _run(command: str, words: Sequence[str]) -> int:
+    if not command:
+        from iiwa_sim.cli.serve import run
+
+        return run(words)
+    from iiwa_sim.cli import commands
+    from iiwa_sim.cli.parsing import Parser
+
+    function = getattr(commands, command.replace("-", "_"))
+    closing = textwrap.dedent(f"    {function.__doc__}")
+    return int(function(Parser(command, COMMANDS[command], closing), words))
