@@ -172,6 +172,7 @@ def robots_of(given: Given) -> dict[str, Settings]:
     spaces = [robot.ros_namespace.strip("/") for robot in robots.values() if robot.ros2]
     if len(set(spaces)) < len(spaces):
         raise SettingError("--ros-namespace: expected a different one for each robot on ROS 2")
+    _check_ports(robots)
     files = [file for robot in robots.values() for key in model.WRITTEN if (file := getattr(robot, key))]
     if len(set(files)) < len(files):
         raise SettingError("--transcript, --record: expected a file of its own for each robot")
@@ -194,6 +195,21 @@ def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
     return found
+
+
+def _check_ports(robots: Mapping[str, Settings]) -> None:
+    """Raise SettingError if two options name the same port of the same host."""
+    taken: dict[tuple[str, int], str] = {}
+    for name, robot in robots.items():
+        own, hosts = f" of {name}" if name else "", {"backdoor_port": robot.backdoor_host}
+        ports = {} if robots_in(robot) else robot.ports
+        asked = [(f"--port for {each}{own}", robot.host, port) for each, port in ports.items()]
+        flags = ((model.flag_of(key) + own, key) for key in model.PORTS)
+        asked += [(flag, hosts.get(key, robot.host), getattr(robot, key)) for flag, key in flags]
+        for option, host, port in (*asked, ("--view-port", robot.view_host, robot.view_port)):
+            other = taken.setdefault((host, port), option) if port else option
+            if other != option:
+                raise SettingError(f"{option}: expected another port than {port}, that of {other}")
 
 
 def _numbered(robot: Settings, index: int, name: str, own: Given) -> Settings:

@@ -70,6 +70,9 @@ WRONG = {
     "--servo-timeout 0": "--servo-timeout 0: expected a number from 0.001 to 86400 s",
     "--status-rate 20": "--status-rate: expected --status-port with it",
     "--port 1,2": "--port: expected 1, one for each protocol",
+    "--status-port 5 --view-port 5": "--view-port: expected another port than 5, that of --status-port",
+    "--count 2 --status-port 30001": "--port for iiwa of robot-1: expected another port than 30001, that of "
+    "--status-port of robot-0",
     "--prot 1": "--prot: no such option, did you mean --port?",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
     "a.toml --robot lbr_iiwa_7_r800": "--robot: expected no CELL.toml with it",
