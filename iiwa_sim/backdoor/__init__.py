@@ -1,1 +1,1 @@
-"""The interface of a test bench: it manipulates robot, cell, time and wire, by methods or lines of text."""
+"""The interface of a test bench: methods, also over HTTP, for robot, cell, time and wire."""

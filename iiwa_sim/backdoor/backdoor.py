@@ -249,7 +249,7 @@ class Backdoor:
             raise Refused(EXECUTION, "all robots have to be at rest, with nothing waiting")
 
     def dialogue(self, since: int = 0) -> RecentLines:
-        """Return the lines said in all protocols from number `since` on, the newest 200.
+        """Return the lines said in all protocols from number `since` on, of the newest 300 exchanges.
 
         They are kept from the start where the backdoor has a port, otherwise from the first call on.
         """
