@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import hypot
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
 from tests.asked import lin_force_move, lin_move_at, ptp_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, HOLDS, TABLE_MM, G, Scene, down, part, table
 
@@ -109,20 +112,29 @@ def test_weight_and_inertia_of_what_is_held_are_felt() -> None:
     assert scene.force[2] == pytest.approx(0.5 * G, abs=1e-6)
     assert np.abs(np.array(scene.force[:2])).max() < 1e-6
     world, h = scene.world, scene.controller.tick_s
-    scene.controller.move(ptp_move(down(450, 250, 500), 1.0, 0.0))
-    forces, places, turns = [], [], []
+    scene.controller.move(ptp_move(Frame(450.0, 250.0, 500.0, 2.6, 0.3, 2.4), 1.0, 0.0))
+    felt, middles, bodies, tcps = [], [], [], []
     while scene.controller.moving:
         scene.step()
-        forces.append(scene.force[:3])
-        places.append(world.pose(0).translation)
-        turns.append(np.array(scene.controller.tcp().rotation).reshape(3, 3))
-    p = np.array(places)
-    acceleration = (p[2:] - 2.0 * p[1:-1] + p[:-2]) / h**2
-    up = np.array((0.0, 0.0, G))
-    expected = np.array([-0.5 * turn.T @ (a + up) for turn, a in zip(turns[1:-1], acceleration, strict=True)])
-    greatest = np.abs(expected).max()
-    assert greatest > 1.05 * 0.5 * G
-    assert np.abs(np.array(forces)[1:-1] - expected).max() < 0.01 * greatest
+        felt.append(scene.force)
+        middles.append(np.array(world.pose(0).translation))
+        bodies.append(np.array(world.pose(0).rotation).reshape(3, 3))
+        tcps.append(scene.controller.tcp())
+    inertia = 0.5 / 12.0 * np.diag([0.04**2 + 0.06**2, 0.04**2 + 0.06**2, 2.0 * 0.04**2])
+    spins = [pin.log3(b @ a.T) / h for a, b in pairwise(bodies)]
+    expected = []
+    for k in range(1, len(felt) - 1):
+        force = 0.5 * ((middles[k + 1] - 2.0 * middles[k] + middles[k - 1]) / h**2 + (0.0, 0.0, G))
+        seen, spin = bodies[k] @ inertia @ bodies[k].T, 0.5 * (spins[k - 1] + spins[k])
+        moment = seen @ (spins[k] - spins[k - 1]) / h + np.cross(spin, seen @ spin)
+        moment += np.cross(middles[k] - tcps[k].translation, force)
+        turn = np.array(tcps[k].rotation).reshape(3, 3)
+        expected.append(-np.concatenate([force @ turn, moment @ turn]))
+    off = np.abs(np.array(felt[1:-1]) - expected)
+    greatest = np.abs(expected)
+    assert greatest[:, :3].max() > 1.1 * 0.5 * G
+    assert off[:, :3].max() < 1e-6 * greatest[:, :3].max()
+    assert off[:, 3:].max() < 1e-3 * greatest[:, 3:].max()
 
 
 def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
