@@ -3,11 +3,14 @@ pushed."""
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from itertools import product
+from math import cos, hypot, radians, sin
 
 import numpy as np
 import pytest
 
+from iiwa_sim.motion.impedance import STIFF
+from iiwa_sim.world.gripper import CLOSES
 from tests.asked import lin_move_at
 from tests.world.scenes import CLOSE, TABLE_MM, G, Scene, down, part, table
 
@@ -110,6 +113,24 @@ def test_a_conveyor_carries_a_box_at_its_speed() -> None:
     scene.step(500)
     assert scene.place_mm("it")[1] - start[1] == pytest.approx(200.0, abs=0.01)
     assert scene.handling.under_way
+
+
+def test_jaws_at_2500_mm_per_s_throw_no_cube_faster_than_10_m_per_s() -> None:
+    """No move is so fast: the arm turns in its first joint alone."""
+    cubes = product((515, 537, 559, 581), (-33, -11, 11, 33))
+    scene = Scene(*(part(f"{x} {y}", (x, y, 310), "[20, 20, 20]", 0.02) for x, y in cubes), table())
+    scene.rests()
+    scene.drives(closed=True)
+    scene.goes(down(490, -250, 420), straight=False)
+    scene.goes(down(490, -250, 312))
+    world, arm, joints = scene.world, scene.arm, scene.controller.joints
+    fastest = 0.0
+    for _ in range(100):
+        joints = (joints[0] + 2.5 * 0.002 / hypot(0.49, 0.25), *joints[1:])
+        arm.go(joints, arm.model.tcp(arm.setup.tool_in_flange).pose(joints), None, CLOSES, STIFF)
+        world.step()
+        fastest = max(fastest, float(np.linalg.norm(scene.speeds[:, :3], axis=1).max()))
+    assert 2.5 < fastest < 10.0
 
 
 @pytest.mark.parametrize("speed", [pytest.param(0.05, marks=pytest.mark.slow), 0.25])
