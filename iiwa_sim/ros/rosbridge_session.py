@@ -93,8 +93,8 @@ class RosbridgeSession:
         self._outbox.reply(_encoded(message if asked.id is None else {**message, "id": asked.id}))
 
     def _notice(self, kind: str | None) -> None:
-        """Notice the name of a type: the client may speak ROS 2."""
-        self._speaks_ros2 |= kind is not None and kind.count("/") == 2
+        """Notice the name of a type: only ROS 2 says package/msg/Type."""
+        self._speaks_ros2 |= kind is not None and short_name(kind) != kind
 
     def _in_ros2(self, named: Topic | Served) -> bool:
         """True if the client gets and sends its messages in the form of ROS 2."""

@@ -76,6 +76,12 @@ def test_what_tools_ask_when_they_connect(client: Client) -> None:
     assert client.calls("/rosapi/topic_type", {"topic": "joint_states"})["values"] == {
         "type": "sensor_msgs/JointState"
     }
+    for _ in range(2):  # a name with two slashes is no type of ROS 2
+        answer = client.calls("/rosapi/service_type", {"service": "/robot/get_digital_ios"})
+        assert answer["values"] == {"type": "robot_movement_interface/GetDigitalIOs"}
+    assert client.calls("/rosapi/topics_for_type", {"type": "sensor_msgs/msg/JointState"})["values"] == {
+        "topics": ["/joint_states", "/robot_joint_states", "/robot_joint_commands"]
+    }
 
 
 @pytest.mark.parametrize(
