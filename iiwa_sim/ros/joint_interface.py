@@ -53,7 +53,7 @@ class JointInterface:
         self._names = controller.description.joints
         links = arm_model(controller.description).links
         self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
-        self._hear: Callable[[Message], None] | None = None  # told the feedback of the newest goal
+        self._hear: Callable[[Message], None] | None = None  # takes the feedback of the newest goal
         self._goal = 0  # its number
         for topic, kind, rate_hz, content in (
             (CLOCK, "rosgraph_msgs/msg/Clock", 100, lambda: {"clock": time_of(graph.simulated_ns())}),
@@ -78,7 +78,7 @@ class JointInterface:
 
         serve("/stop", "Trigger", controller.stop)
         serve("/reset_error", "Trigger", controller.errors.reset)
-        serve("/emergency_stop", "SetBool", self._emergency_stop)
+        serve("/emergency_stop", "SetBool", controller.emergency_stop)
         for number in range(1, len(controller.io.output_names) + 1):
             serve(f"/set_output_{number}", "SetBool", partial(controller.io.set_output, number))
 
@@ -137,10 +137,6 @@ class JointInterface:
             raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
         target = tuple(wanted.position[place] for place in order)
         self._controller.move(MoveRequest(Kind.DIRECT, target, speeds=[1.0] * len(order)))
-
-    def _emergency_stop(self, pressed: bool) -> None:
-        robot = self._controller
-        robot.emergency_stop(pressed)
 
     # States
 

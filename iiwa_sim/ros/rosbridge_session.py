@@ -178,7 +178,7 @@ class RosbridgeSession:
     # Goals
 
     def _send_goal(self, asked: _Asked) -> None:
-        """Follow a trajectory; everything that is told of it, also a refusal, is an `action_result`."""
+        """Follow a trajectory; its end, or the reason for its rejection, is an `action_result`."""
         self._speaks_ros2 = True
         identifier, feed = str(asked.id), f"feedback {asked.id}"
 
