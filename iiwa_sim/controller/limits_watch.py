@@ -87,11 +87,13 @@ class Protection:
     def tolerates(self) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
         most_n, most_nm = self.harmless()
-        x, y, z, a, b, c = self._load.acting
-        torque = hypot(a, b, c)
+        force = torque = 0.0
+        for x, y, z, a, b, c in self._load.wrenches.values():
+            force += hypot(x, y, z)
+            torque += hypot(a, b, c)
         for torques in self._load.torques.values():
             torque += max(map(abs, torques))
-        return not self.allowed and hypot(x, y, z) < most_n and torque < most_nm
+        return not self.allowed and force < most_n and torque < most_nm
 
     def reason_to_stop(
         self, joints: Joints, tcp: Vector, speed_m_per_s: float, is_in_error: bool
