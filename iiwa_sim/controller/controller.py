@@ -150,7 +150,7 @@ class Controller:
         motions, protection, pending = self.motions, self.protection, self.endings.pending
         if protection.looks_always or self._touching or motions.coming is None:
             return 0
-        most_n, most_nm = protection.harmless()
+        most_n, most_nm = protection.harmless
         if pending and pending[0].thresholds is not None:
             least_n = min(filter(None, pending[0].thresholds), default=inf)
             most_n = min(most_n, least_n - max(map(abs, pending[0].offset[:3])))
@@ -482,6 +482,7 @@ class Controller:
         self.motions.executor.set_override(override)
         self.joints_before = joints
         self.load.place(joints, tool_in_flange)
+        self.protection.find_harmless()
         if self.handling is not None:
             self.handling.tcp_is(joints, self.load.tcp(joints))
 

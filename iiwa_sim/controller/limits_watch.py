@@ -55,19 +55,18 @@ class Protection:
 
     def __init__(self, load: ExternalWrench, description: RobotDescription, safety: Safety) -> None:
         self._load, self._joints, self._torque_limits = load, description.joints, description.torque
-        self._levers_m: object = None
-        self._harmless = (0.0, 0.0)
         self.allowed: dict[str, float] = {}  # excess over each limit that a reset has left
         self.safety = safety
         self._watches_tcp = safety[2:] != NOTHING_MORE[2:]
         self.looks_always = self._watches_tcp
         """True if ticks without any push are checked, too."""
+        self.find_harmless()
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         """Stop, in error, when force (N) or torque (Nm) from outside at the TCP is greater; 0 for any."""
         self.safety = self.safety._replace(force_n=force_n or inf, torque_nm=torque_nm or inf)
         self.allowed = {key: each for key, each in self.allowed.items() if key not in AT_TCP}
-        self._levers_m = None
+        self.find_harmless()
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -75,18 +74,16 @@ class Protection:
         force_n, torque_nm = (0.0 if limit == inf else limit for limit in self.safety[:2])
         return force_n, torque_nm
 
-    def harmless(self) -> tuple[float, float]:
-        """Return a force (N) and a torque (Nm) at the TCP that surely stop no robot, even together."""
-        levers_m, limits, safety = self._load.levers_m, self._torque_limits, self.safety
-        if levers_m is not self._levers_m:
-            most_n = 0.84 / max(map(truediv, levers_m, limits))
-            self._harmless = min(most_n, safety.force_n), min(0.15 * min(limits), safety.torque_nm)
-            self._levers_m = levers_m
-        return self._harmless
+    def find_harmless(self) -> None:
+        """Find the harmless load for the present TCP and thresholds."""
+        limits, safety = self._torque_limits, self.safety
+        most_n = 0.84 / max(map(truediv, self._load.levers_m, limits))
+        self.harmless = min(most_n, safety.force_n), min(0.15 * min(limits), safety.torque_nm)
+        """A force (N) and a torque (Nm) at the TCP that surely stop no robot, even together."""
 
     def tolerates(self) -> bool:
         """Return True if the load is surely within all limits: so in most ticks of a robot in contact."""
-        most_n, most_nm = self.harmless()
+        most_n, most_nm = self.harmless
         force = torque = 0.0
         for x, y, z, a, b, c in self._load.wrenches.values():
             force += hypot(x, y, z)
