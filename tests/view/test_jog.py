@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import time
+from collections.abc import Callable
+from contextlib import suppress
 from math import radians
 
 import pytest
@@ -13,7 +13,8 @@ from iiwa_sim.simulator import Simulator
 from tests.talking import wait_until
 from tests.view.viewer import Viewer
 
-HOLD_S = 0.05
+PERIOD_S = 0.05
+"""Period of messages of a browser while a button is held."""
 
 
 def button(viewer: Viewer, sign: str) -> str:
@@ -28,14 +29,15 @@ def tap(viewer: Viewer, sign: str) -> None:
     viewer.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": True})
 
 
-def hold_until(viewer: Viewer, sign: str, is_there: object) -> None:
-    """Hold a button as a browser does, until something has happened."""
+def hold_until(viewer: Viewer, sign: str, is_there: Callable[[], bool]) -> None:
+    """Hold a button as a browser does, until something has happened; read what the page shows meanwhile."""
     uuid = button(viewer, sign)
 
     def holds() -> bool:
         viewer.send(type="GuiButtonHoldMessage", uuid=uuid, frequency=20.0)
-        time.sleep(HOLD_S)
-        return bool(is_there())  # type: ignore[operator]
+        with suppress(TimeoutError):
+            viewer.more(PERIOD_S)
+        return is_there()
 
     wait_until(holds)
 
@@ -103,12 +105,7 @@ def test_it_refuses_while_another_client_moves_the_robot(simulator: Simulator, v
         viewer.clicks("Enable")
         enable = viewer.labelled("Enable")
         since = len(viewer.seen)
-
-        def is_refused() -> bool:
-            with contextlib.suppress(TimeoutError):
-                viewer.more(0.01)
-            return any("another client moves the robot" in str(each) for each in viewer.seen[since:])
-
-        hold_until(viewer, "+", is_refused)
+        reason = "another client moves the robot"
+        hold_until(viewer, "+", lambda: any(reason in str(each) for each in viewer.seen[since:]))
         viewer.until(lambda each: each.get("uuid") == enable and each.get("updates") == {"value": False})
         assert robot.get_status() == "moving"

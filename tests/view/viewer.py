@@ -93,10 +93,6 @@ class Viewer:
     def clicks(self, label: str, value: object = True) -> None:
         self.send(type="GuiUpdateMessage", uuid=self.labelled(label), updates={"value": value})
 
-    def holds(self, label: str) -> None:
-        """Send what a browser sends 20 times a second while a button is held."""
-        self.send(type="GuiButtonHoldMessage", uuid=self.labelled(label), frequency=20.0)
-
     def types(self, label: str, text: str) -> None:
         """Write a line into a form, and Enter."""
         uuid = self.labelled(label)
