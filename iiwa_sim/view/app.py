@@ -66,9 +66,12 @@ def run_page(
     Browsers have to send the token, if there is one. Raises OSError if nobody answers at an address, and
     RobotFault for a robot that cannot be drawn.
     """
-    places, panels = places[:MOST_ROBOTS], list[Panel]()
-    names, cells = [each.name for each in places], list(dict.fromkeys(each.backdoor for each in places))
-    row, period_s = ceil(sqrt(len(cells))), max(FRAME_S, len(places) / MOST_STATES_HZ)
+    places = places[:MOST_ROBOTS]
+    panels: list[Panel] = []
+    names = [each.name for each in places]
+    cells = list(dict.fromkeys(each.backdoor for each in places))
+    row = ceil(sqrt(len(cells)))
+    period_s = max(FRAME_S, len(places) / MOST_STATES_HZ)
     with open_page(listening, token) as (server, ready):
         choice: Any = server.gui.add_dropdown("Robot", names, visible=len(places) > 1)
 

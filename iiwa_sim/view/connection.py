@@ -40,7 +40,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     """Pose of its base there: mm, rad."""
 
 
-def tell(client: Any, text: str) -> None:
+def notify(client: Any, text: str) -> None:
     """Show a client a text for some seconds."""
     client.add_notification("Robot", text, color="red", auto_close_seconds=NOTE_S)
 
@@ -96,11 +96,8 @@ class Station:
             try:
                 if began_s >= looks_s:
                     looks_s = began_s + LOOKS_S
-                    self.cell, self.clock, self.moves = (
-                        backdoor.cell(),
-                        backdoor.get_clock(),
-                        backdoor.moves(),
-                    )
+                    self.cell = backdoor.cell()
+                    self.clock, self.moves = backdoor.get_clock(), backdoor.moves()
                     said = msgspec.convert(backdoor.dialogue(said_next), RecentLines)
                     said_next = said.next
                     self.said.extendleft(said.lines)

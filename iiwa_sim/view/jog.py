@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from math import pi, radians
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.view.connection import Station, tell
+from iiwa_sim.view.connection import Station, notify
 
 if TYPE_CHECKING:
     import viser
@@ -41,7 +41,7 @@ class Jog:
         self._user: Any = None
         """Client that has ticked Enable."""
         self._release: threading.Event | None = None  # of the button that is held
-        self._heard_s = 0.0
+        self._last_message_s = 0.0
         self._thread = ThreadPoolExecutor(1, "iiwa-sim-jog")
         hint = "the robot stops, and the switch falls, when the browser is silent for 0.25 s"
         self._enable: Any = gui.add_checkbox("Enable", False, hint=hint)
@@ -86,7 +86,7 @@ class Jog:
     def _button(self, gui: viser.GuiApi, sign: int) -> Any:
         async def held(event: Any) -> None:
             if event.client is self._user:
-                self._heard_s = time.monotonic()
+                self._last_message_s = time.monotonic()
                 if self._release is None:
                     self._release = threading.Event()
                     self._thread.submit(self._serve, sign, self._release)
@@ -95,7 +95,7 @@ class Jog:
             if event.client is self._user:
                 self._let_go()
             else:
-                tell(event.client, "tick Enable first, which one viewer at a time has")
+                notify(event.client, "tick Enable first; one viewer at a time can have it")
 
         button = gui.add_button("+" if sign > 0 else "-", hint="tap: one step; hold: jog")
         button.on_hold(held, callback_hz=HOLD_HZ)
@@ -129,7 +129,7 @@ class Jog:
             else:
                 try:
                     while not release.wait(PERIOD_S):
-                        if time.monotonic() - self._heard_s > SILENCE_S:
+                        if time.monotonic() - self._last_message_s > SILENCE_S:
                             self._disable()
                         else:
                             self._move(sign)
@@ -139,7 +139,7 @@ class Jog:
                 time.sleep(PERIOD_S)
         except Exception as fault:  # noqa: BLE001 - of the robot, or of the connection
             self._disable()
-            tell(user, str(fault))
+            notify(user, str(fault))
 
     def _move(self, sign: int, is_step: bool = False) -> None:
         """Make a step, or send the next target of the joints, or the next piece of the line."""

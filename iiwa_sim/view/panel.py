@@ -13,7 +13,7 @@ from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import DialogueLine
 from iiwa_sim.recordings.schemas import Spoken
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.view.connection import NOTE_S, Station, tell
+from iiwa_sim.view.connection import NOTE_S, Station, notify
 from iiwa_sim.view.jog import Jog
 from iiwa_sim.view.push import Push
 from iiwa_sim.view.scene import LEAST_N, Scene
@@ -58,7 +58,7 @@ def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
         try:
             action(event)
         except Exception as fault:  # noqa: BLE001 - of the robot, the backdoor, or at a browser's message
-            tell(event.client, str(fault) or type(fault).__name__)
+            notify(event.client, str(fault) or type(fault).__name__)
 
     return call
 

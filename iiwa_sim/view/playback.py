@@ -47,7 +47,7 @@ class Playback:
         self._slider: Any = gui.add_slider(
             "Time (s)", timeline.start_s, self._end_s, SLIDER_STEP_S, initial_value=timeline.start_s
         )
-        self._slider.on_update(acting(lambda _: setattr(self, "_time_s", float(self._slider.value))))
+        self._slider.on_update(acting(self._seek))
         self._button: Any = gui.add_button("Play")
         self._button.on_click(acting(self._turn))
         self._speed: Any = gui.add_dropdown("Speed", SPEEDS, initial_value="1x")
@@ -73,7 +73,8 @@ class Playback:
             self._slider.value = round(self._time_s, 2)
         self._shown_at_s = now_s
         self._button.label = "Pause" if self._is_playing else "Play"
-        ((state,), (cell,)) = (timeline.last(topic, self._time_s) for topic in (STATE, CELL))
+        (state,) = timeline.last(STATE, self._time_s)
+        (cell,) = timeline.last(CELL, self._time_s)
         self._scene.show(state, cell)
         self._readout.show(state)
         if now_s >= self._next_s:
@@ -81,6 +82,9 @@ class Playback:
             self._dialogue.content = dialogue(reversed(timeline.last(DIALOGUE, self._time_s, MOST_SAID)))
             events = timeline.last(EVENTS, self._time_s, MOST_EVENTS)
             self._events.content = listed(f"{each.time_s:.3f} {each}" for each in reversed(events))
+
+    def _seek(self, _: Any) -> None:
+        self._time_s = float(self._slider.value)
 
     def _turn(self, _: Any) -> None:
         """Play or pause; at the end, play from the beginning."""

@@ -47,9 +47,9 @@ class Push:
         if event.phase == "end":
             self.leave(event.client)
             return
-        way = np.subtract(event.end_position, event.start_position)  # from where the viewer holds the arm
+        shift = np.subtract(event.end_position, event.start_position)  # of the point that the viewer drags
         tcp = self._station.state.tool_frame.to_transform().translation
-        self._target = np.add(tcp, rotate(transpose(self._scene.place.rotation), way.tolist()))
+        self._target = np.add(tcp, rotate(transpose(self._scene.place.rotation), shift.tolist()))
         self._client = event.client
 
     def _push(self) -> None:

@@ -102,8 +102,8 @@ class Scene:
         force_n = float(np.linalg.norm(force))
         self._force.visible = force_n >= LEAST_N
         if self._force.visible:
-            way = min(M_PER_N, LONGEST_ARROW_M / force_n) * force
-            self._force.points = np.round([[(0.0, 0.0, 0.0), way]], 3)
+            arrow = min(M_PER_N, LONGEST_ARROW_M / force_n) * force
+            self._force.points = np.round([[(0.0, 0.0, 0.0), arrow]], 3)
         for number, mark in enumerate(self._contacts):
             mark.visible = number < len(state.link_touches)
             if mark.visible:
