@@ -119,7 +119,7 @@ class Dialogue:
             self._keep((session, mark, text), self._tell(session, mark, text, protocol=protocol))
 
     def remember(self) -> None:
-        """Keep the dialogue from now on; the fixture `iiwa` has begun to already."""
+        """Keep the dialogue from now on; robots of the fixture do from the start."""
         if self._entries is None:
             self._entries = deque(maxlen=MOST)
 
@@ -147,11 +147,11 @@ class Dialogue:
         return [each.command for each in self.exchanges()]
 
     def assert_said(self, what: str, times: int | None = None) -> None:
-        """Raise an AssertionError that tells what was said, if a command was not.
+        """Raise an AssertionError with the commands that clients sent, unless one of them is `what`.
 
-        `what` is its name, or a whole line; letter case and blanks do not count. With `times` exactly so
-        often, 0 for never; without it at least once. Raises ValueError for what was never said and is no
-        command either, and RuntimeError as `exchanges`.
+        `what` is the name of a command or a whole line; letter case and blanks do not count. With `times` it
+        is expected exactly so often, 0 for never; without it at least once. Raises ValueError if `what` is no
+        command and no line that was sent, and RuntimeError as `exchanges`.
         """
         wanted = _normal(what)
         found = sum(wanted in (_normal(each.command), _normal(each.line)) for each in self.exchanges())
@@ -161,7 +161,7 @@ class Dialogue:
             often = "at least once" if times is None else f"{times} times"
             counted = Counter(self.commands()).most_common(SHOWN)
             told = ", ".join(f"{name} ({count} times)" for name, count in counted) or "nothing"
-            raise AssertionError(f"expected '{what}' {often}, was said {found} times; said were {told}")
+            raise AssertionError(f"expected '{what}' {often}, was said {found} times; commands: {told}")
 
     def since(self, number: int) -> RecentLines:
         """Return the newest lines from entry `number` on, with the number to ask for next."""

@@ -49,7 +49,7 @@ def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
 @pytest.mark.parametrize(
     ("what", "times", "message"),
     [
-        ("stop", None, "expected 'stop' at least once, was said 0 times; said were get status .3 times."),
+        ("stop", None, "expected 'stop' at least once, was said 0 times; commands: get status .3 times."),
         ("hello", 2, "expected 'hello' 2 times, was said 1 times"),
         ("get status", 0, "expected 'get status' 0 times, was said 3 times"),
     ],

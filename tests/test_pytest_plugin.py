@@ -279,7 +279,7 @@ def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) 
         """
     )
     result.assert_outcomes(passed=3, failed=1)
-    result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said 0 times; said were hello*"])
+    result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said 0 times; commands: hello*"])
 
 
 def test_a_test_has_as_many_robots_as_it_calls_for(project: Project, pytester: pytest.Pytester) -> None:
