@@ -32,10 +32,10 @@ class RobotEvents:
             case str():
                 self._tell("touch", event)
 
-    def part(self, told: str, slips: bool) -> None:
-        """Tell that a part is gripped or let go, or is gone; `slips` for one that is lost by itself."""
+    def part(self, text: str, slips: bool) -> None:
+        """Tell that a part is gripped, released or gone; `slips` is True if the gripper lost it."""
         kind, level = ("part slips", logging.WARNING) if slips else ("part", logging.INFO)
-        self._tell(kind, told, level=level)
+        self._tell(kind, text, level=level)
 
     def _tell(self, kind: str, text: str, move: int = 0, code: int = 0, level: int = logging.WARNING) -> None:
         with log.named(self._name):

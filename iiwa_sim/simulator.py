@@ -69,11 +69,11 @@ class LoopThread(threading.Thread):
                     return
 
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
-        """Run a coroutine in the loop and wait for its result; what it raises is raised here.
+        """Run a coroutine in the loop, and return its result or raise its error.
 
-        If the wait is interrupted, the coroutine is cancelled. Raises TimeoutError, which names what blocks
-        the thread, after `limit_s`. Raises RuntimeError in this thread itself, where it would wait for ever,
-        in a forked process, and if the loop is closed or closes meanwhile.
+        If the wait is interrupted, the coroutine is cancelled. Raises TimeoutError after `limit_s`, with the
+        line that blocks the thread. Raises RuntimeError in this thread itself, which would wait for ever, in
+        a forked process, and if the loop is closed or closes meanwhile.
         """
         if os.getpid() != self._process:
             raise RuntimeError("the loop runs in the process that this one was forked from")
@@ -123,7 +123,7 @@ class SimulatedRobot:
         self.stepped = controller = cell.controller(
             clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self.events.tell
         )
-        """The controller, for who steps it."""
+        """The controller, for the clock, which steps it."""
         if controller.handling is not None:
             controller.handling.arm.tell = self.events.part
         self.log = SessionLog()
@@ -361,10 +361,10 @@ class Simulator(OnlyRobot):
                 self._thread = None
 
     def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
-        """The result of `function`, called between two ticks in the robot's thread; raises what it raises.
+        """Call `function` between two ticks in the robot's thread, and return its result or raise its error.
 
-        Raises TimeoutError, naming what blocks the thread, if that takes more than `limit_s`. If the thread
-        has ended, or there is none, the function is called at once.
+        Raises TimeoutError after `limit_s`, with the line that blocks the thread. If the thread has ended, or
+        there is none, the function is called at once.
         """
 
         def called() -> T:
@@ -422,7 +422,7 @@ class Simulator(OnlyRobot):
             The recording: it ends with its context, by `close`, or with the simulator.
 
         Raises:
-            RecordingFault: The file cannot be written, or mcap is not installed.
+            Unusable: The file cannot be written (RecordingFault), or mcap is not installed.
             ValueError: The rate is out of range.
         """
         need_library("mcap", "record")
@@ -481,7 +481,7 @@ class Simulator(OnlyRobot):
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
-        """The result of a coroutine, or what it raises. Raises RuntimeError if there is no thread."""
+        """Return the result of a coroutine, or raise its error. Raises RuntimeError if there is no thread."""
         if self._thread is None:
             raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
         return self._thread.wait_for(coroutine)

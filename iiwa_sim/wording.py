@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 
 class Unusable(Exception):
-    """Something a user gave cannot be used: a file, a robot, an address, a stdout.
+    """Something a user gave cannot be used: a file, a robot, an address.
 
     The message is one line for the screen; the command `iiwa-sim` ends with it and exit code 2.
     """
@@ -19,15 +19,14 @@ def need_library(name: str, extra: str) -> None:
 
 
 def harmless(text: str) -> str:
-    """Text with every character escaped that does not print, so that it cannot break a line or control a
-    terminal."""
+    """Escape characters that do not print: they would break a line, or control a terminal."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def shortened(text: str, longest: int) -> str:
-    """Text of at most `longest` characters: the middle of a longer one is left out."""
+    """Leave out the middle of a text that has more than `longest` characters."""
     if len(text) <= longest:
         return text
     kept = longest - len("...")

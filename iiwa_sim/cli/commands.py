@@ -68,7 +68,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
         cell, *others = cells_of(settings.robot, settings.cell)
         if others:
             raise SettingError(f"--cell {settings.cell}: expected a cell with one robot")
-        logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message tells what is refused
+        logging.getLogger("iiwa_sim").addHandler(logging.NullHandler())  # the message has rejected commands
         motion = run(own.commands, cell, settings.rate_hz)
     try:
         title = f"{harmless(own.commands.name)} on {harmless(motion.description.name)}"
@@ -199,8 +199,12 @@ def health(parser: Parser, words: Sequence[str]) -> int:
             for protocol, port in ports.items():
                 what = f"{name} {robot} {protocol} on port {port}"
                 address = reached_at(settings.host), port, HEALTH_S
-                with Iiwa(*address) if protocol == IIWA else Krc4(*address) as client:
-                    client.hello() if isinstance(client, Iiwa) else client.fin()
+                if protocol == IIWA:
+                    with Iiwa(*address) as iiwa:
+                        iiwa.hello()
+                else:
+                    with Krc4(*address) as krc4:
+                        krc4.fin()
     except (OSError, ReplyError) as fault:
         print(f"iiwa-sim: {' '.join(what.split())}: {fault}", file=sys.stderr)
         return 1

@@ -1,4 +1,4 @@
-"""The command `iiwa-sim` without a command's name: runs until a signal, or a bye that is to end it."""
+"""`iiwa-sim` without a command: it runs until a signal, or a bye with --bye-shuts-down."""
 
 import asyncio
 import contextlib
@@ -35,6 +35,7 @@ logger = logging.getLogger(__name__)
 
 
 def run(words: Sequence[str]) -> int:
+    """Run the robots, or print the version; return the exit code."""
     given = from_command_line(words)
     if "--version" in words:
         from importlib import metadata
