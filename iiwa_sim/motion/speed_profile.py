@@ -92,8 +92,8 @@ def nominal(
         yield
     half_s, end_s = 0.5 * window_s, float(times[-1]) + window_s
     if end_s < EVEN_UP_TO_S and len(path.moves) == 1 and not len(first_s):
-        lengths_s = np.full(max(4 * round(0.25 * end_s / EVEN_SEGMENT_S), LEAST_SEGMENTS), 1.0)
-        lengths_s *= end_s / len(lengths_s)
+        count = max(4 * round(0.25 * end_s / EVEN_SEGMENT_S), LEAST_SEGMENTS)
+        lengths_s = np.full(count, end_s / count)
     else:
         begins, ends = (np.interp(span, samples, times[1:]) + half_s for span in blend_spans(path))
         events = _switches(times[1:], speeds[1:]) + half_s

@@ -84,20 +84,20 @@ _HERMITE = np.array(
     ]
 )
 """Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
-_PLACES = np.array(
+_AT_HALVES = np.zeros((10, 7))
+"""Factors of the coefficients of x (4) and of the squared rate b (3) in x, its slope, half of its second
+derivative, b and a quarter of its slope, each at the beginning and in the middle of a segment."""
+_AT_HALVES[:6, :4] = np.array(
     [
         [8.0, 32.0, 8.0, 0.0],
         [1.0, 23.0, 23.0, 1.0],
         [-24.0, 0.0, 24.0, 0.0],
         [-6.0, -30.0, 30.0, 6.0],
-        [48.0, -96.0, 48.0, 0.0],
-        [24.0, -24.0, -24.0, 24.0],
+        [24.0, -48.0, 24.0, 0.0],
+        [12.0, -12.0, -12.0, 12.0],
     ]
 ) / 48.0  # fmt: skip
-"""Factors of the coefficients of a cubic B-spline in its value, slope and second derivative, each at the
-beginning and in the middle of a segment."""
-_RATES = np.array([[4.0, 4.0, 0.0], [1.0, 6.0, 1.0], [-8.0, 8.0, 0.0], [-4.0, 0.0, 4.0]]) / 8.0
-"""Factors of the coefficients of a quadratic B-spline in its value and slope, at the same places."""
+_AT_HALVES[6:, 4:] = np.array([[4.0, 4.0, 0.0], [1.0, 6.0, 1.0], [-2.0, 2.0, 0.0], [-1.0, 0.0, 1.0]]) / 8.0
 _OFF_MIDDLE = np.array([0.18343464249564978, 0.525532409916329, 0.7966664774136267, 0.9602898564975362])
 _WEIGHTS = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
 _WEIGHTS = 0.25 * np.concatenate([_WEIGHTS, _WEIGHTS])
@@ -135,7 +135,7 @@ class Trajectory:
         """Up to this time (s) its motion is that of the trajectory it was planned from."""
         self._quintics = quintics
         self._controls, self._profile = controls, profile
-        self._lengths = np.diff(times)
+        self._lengths = times[1:] - times[:-1]
         self._at: tuple[float, Joints] = 0.0, ()  # asked for last
 
     def sample(self, times: Array) -> Array:
@@ -192,7 +192,7 @@ class Trajectory:
         """x (m,) at times (m,), not before 0."""
         p, _, u = self._parts(times)
         x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))))
-        within: Array = np.clip(x, self.path.first_x, self.path.end_x)
+        within: Array = x.clip(self.path.first_x, self.path.end_x)
         return within
 
     def _rates(self, times: Array) -> tuple[Array, Array]:
@@ -350,21 +350,20 @@ def _timed(path: BlendedPath, x: Array, profile: Array, front: Front) -> Slices[
     """Return the trajectory behind a front of x, a cubic B-spline (N + 3,), and its profile (N + 2,)."""
     if len(x) > MANY_SEGMENTS:
         yield
-    rates = np.array([profile[:-2], profile[1:-1], profile[2:]]) / UNIT_S**2
+    b = profile / UNIT_S**2
+    windows = np.array([x[:-3], x[1:-2], x[2:-1], x[3:], b[:-2], b[1:-1], b[2:]])
     # The time over half a segment is the integral of 1 / sqrt(b).
-    roots = _SQUARES @ rates
+    roots = _SQUARES @ windows[4:]
     np.sqrt(roots, out=roots)
     lengths = (_WEIGHTS @ np.divide(1.0, roots, out=roots)).ravel(order="F")
     times = front.times[-1] + np.concatenate([[0.0], lengths.cumsum()])
     if len(x) > 4 * MANY_SEGMENTS:
         yield
-    windows = np.array([x[:-3], x[1:-2], x[2:-1], x[3:]])
     # x, dx/dt and half of d2x/dt2 at the ends of halves.
-    place, first, second = _halved(_PLACES @ windows)
-    b, slope = _halved(_RATES @ rates)
+    halves = (_AT_HALVES @ windows).reshape(5, 2, -1).swapaxes(1, 2).reshape(5, -1)
+    place, first, second, b, slope = halves
     states = np.empty((3, len(times)))
-    states[0, :-1], states[1, :-1] = place, first * np.sqrt(np.maximum(b, 0.0))
-    states[2, :-1] = 0.5 * (second * b + 0.5 * first * slope)
+    states[0, :-1], states[1, :-1], states[2, :-1] = place, first * np.sqrt(b), second * b + first * slope
     states[:, -1] = path.end_x, 0.0, 0.0
     scales = np.array([np.ones_like(lengths), lengths, lengths * lengths])
     quintics = _HERMITE @ np.concatenate([states[:, :-1] * scales, states[:, 1:] * scales])
@@ -373,11 +372,6 @@ def _timed(path: BlendedPath, x: Array, profile: Array, front: Front) -> Slices[
     found = Trajectory(path, all_times, quintics, x, profile)
     found.front_s = float(front.times[-1])
     return found
-
-
-def _halved(values: Array) -> Array:
-    """Return values (k, 2 N) in order from those at N beginnings and N middles (2 k, N)."""
-    return values.reshape(-1, 2, values.shape[1]).swapaxes(1, 2).reshape(len(values) // 2, -1)
 
 
 def _rest_to_rest(path: BlendedPath) -> Trajectory:
