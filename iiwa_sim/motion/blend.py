@@ -79,8 +79,6 @@ class Zone:
     def __init__(self, radius: float, centre: Sequence[float] | Array, tcp: Tcp | None) -> None:
         """The radius is a distance of the TCP (m), or of the farthest joint (rad) without a TCP."""
         self.radius = radius
-        self.of_tcp = tcp is not None
-        """True if the distance is that of the TCP."""
         self._centre = np.array(centre)
         self._tcp = tcp
 
