@@ -3,6 +3,7 @@
 A line session gives one reply for each line, in their order.
 """
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -26,7 +27,7 @@ AT_ONCE = 512
 """Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
 
 
-class Session:
+class Session(ABC):
     """One connection to the robot: takes bytes, split anywhere, and returns replies on request."""
 
     waiting: Any
@@ -49,13 +50,13 @@ class Session:
         self._moves: set[int] = set()  # that have not ended
         self.dialogue.event(name, "connected", protocol)
 
+    @abstractmethod
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
-        raise NotImplementedError
 
+    @abstractmethod
     def end(self) -> None:
         """Notice that the client sends no more."""
-        raise NotImplementedError
 
     def answer(self, most: int = AT_ONCE) -> bytes:
         """Return the replies to the next waiting commands, at most `most`.
@@ -68,9 +69,9 @@ class Session:
             replies.append(self._answer())
         return b"".join(replies)
 
+    @abstractmethod
     def _answer(self) -> bytes:
         """Return the reply to the next command."""
-        raise NotImplementedError
 
     def move(self, request: MoveRequest) -> None:
         """Make a move of this connection. Raises `Refused`."""
