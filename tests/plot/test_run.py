@@ -16,7 +16,7 @@ JOINT = "joint move : 0 0.5 0.2 -1 0 1.5 0 1 1 1 1 1 1 1"
 
 def moved(folder: Path, text: str, rate_hz: int = 500) -> Motion:
     path = folder / "moves.txt"
-    path.write_text(text)
+    path.write_text(f"\ufeff{text}", encoding="utf-8")  # as some editors write it
     return run(path, robot_alone(), rate_hz)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from iiwa_sim.protocols.krc4_xml import MAX_MESSAGE_BYTES, Element, XmlStream
@@ -45,6 +45,7 @@ def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
     return wire + draw(st.sampled_from([b"", b" ", b"\r\n", b"\n\t", b"\0"])), {**attributes, **children}
 
 
+@example([(b"<Cmd/>\0\xef\xbb\xbf", {}), (b"\xef\xbb\xbf<Cmd I0='1'/>", {"I0": "1"})], [])
 @given(st.lists(messages(), max_size=4), st.lists(st.integers(1, 40), max_size=20))
 def test_messages_come_whole_however_they_are_cut(
     sent: list[tuple[bytes, dict[str, str]]], lengths: list[int]
