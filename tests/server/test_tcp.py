@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import socket
+import time
 from contextlib import suppress
 
 import pytest
 
 from iiwa_sim.server import tcp
+from iiwa_sim.server.budget import PIECE_S, Budget
 from iiwa_sim.server.listening import ListenFault, host_and_port, open_listener
 from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.simulator import Simulator
@@ -33,6 +35,21 @@ async def test_a_client_in_a_hurry_does_not_keep_others_waiting(simulator: Simul
         await hurried.reply()
     await hurried.leaves()
     await other.leaves()
+
+
+async def test_connections_work_in_turns_of_short_pieces_with_ticks_before_each() -> None:
+    done: list[str] = []
+    budget = Budget(first=lambda: done.append("ticks"))
+
+    def has_more(name: str, pieces: int, until_s: float) -> bool:
+        assert until_s <= time.monotonic() + PIECE_S
+        done.append(name)
+        return done.count(name) < pieces
+
+    assert budget.ask(lambda until_s: has_more("a", 3, until_s))
+    assert budget.ask(lambda until_s: has_more("b", 2, until_s))
+    await until(lambda: len(done) == 10)
+    assert done == ["ticks", "a", "ticks", "b", "ticks", "a", "ticks", "b", "ticks", "a"]
 
 
 @pytest.mark.requirement("FRA101")
