@@ -83,7 +83,7 @@ class Krc4(Client):
             root = ElementTree.fromstring(reply)
             found = dict(root.attrib) | {child.tag: child.text or "" for child in root}
             answer = [int(found[key]) for key in REGISTERS[:10]]
-            told = [float(found[key]) for key in REGISTERS[10:]]
+            numbers = [float(found[key]) for key in REGISTERS[10:]]
             if answer[0] != self._id or abs(answer[1]) != command:
                 raise ValueError(reply)
         except (ElementTree.ParseError, KeyError, ValueError):
@@ -92,7 +92,7 @@ class Krc4(Client):
         if answer[1] < 0:
             text = " ".join(map(str, (name, *integers, *reals)))
             raise Krc4Error(f"the robot rejected {text} with error {answer[2]}", answer[2])
-        return answer, told
+        return answer, numbers
 
     def _is_stopped(self) -> bool:
         return self.fin()

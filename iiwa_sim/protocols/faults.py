@@ -30,7 +30,7 @@ UNTIL_CLEARED = 0
 """Stands for any number of replies."""
 Seconds = Annotated[float, msgspec.Meta(ge=0.0, le=3600.0)]
 
-_LONGEST_TOLD = 80  # characters of a reply shown in the log
+_LONGEST_SHOWN = 80  # characters of a reply shown in the log
 _PRINTABLE = range(33, 127)
 # The bytes that frame a reply, which a garbled reply keeps.
 _FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)\Z", re.DOTALL)
@@ -259,5 +259,5 @@ def _text_of(step: Step, reply: bytes) -> str:
     if isinstance(step, End):
         return step.value
     if isinstance(step, bytes):
-        return "the reply" if step == reply else f"'{shortened(readable(step), _LONGEST_TOLD)}'"
+        return "the reply" if step == reply else f"'{shortened(readable(step), _LONGEST_SHOWN)}'"
     return f"{step:g} s of silence"

@@ -91,8 +91,7 @@ def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
 
 
 def _checks(kind: Kind) -> Handler:
-    """A command that tells whether a move to a frame would be accepted. It takes as long as planning the
-    move."""
+    """A command that checks a move to a frame without making it. It takes as long as planning the move."""
 
     def handler(session: LineSession, request: Request) -> bytes:
         session.ends_batch = True

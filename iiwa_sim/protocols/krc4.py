@@ -135,11 +135,11 @@ class Krc4Session(Session):
             if not isinstance(fault, Refused):
                 self.log.exception(self.name, shown, fault)
                 fault = Refused(EXECUTION, f"internal error at '{shown}', see the log")
-            told = harmless(fault.reason)
-            self.log.refused(self.name, shown, fault.code, told)
-            self.controller.errors.record(fault.code, told)
+            reason = harmless(fault.reason)
+            self.log.refused(self.name, shown, fault.code, reason)
+            self.controller.errors.record(fault.code, reason)
             answer = reply_of((message.id, -abs(message.command), fault.code), ())
-            self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {told}", tag)
+            self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {reason}", tag)
             return to_xml(answer)
         if self.dialogue.is_heard:
             self.dialogue.exchange(self.name, text, written(answer), command=tag)

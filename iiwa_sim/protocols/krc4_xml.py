@@ -73,9 +73,7 @@ class XmlStream:
         parser.EndElementHandler = self._ends
         self._name, self._values, self._fault = "", dict[str, str](), ""
         self._open: list[str] = []  # the elements that have not ended; empty names for unexpected ones
-        self._parsed = self._end = (
-            0  # bytes that have been parsed, and those of the message, once it has ended
-        )
+        self._parsed = self._end = 0  # bytes parsed, and those of the message once it has ended
 
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
@@ -198,9 +196,9 @@ def is_short(line: str) -> bool:
 
 def written(element: Element, wire: bytes = b"") -> str:
     """Return the line for a message, short if it can be; else for the bytes that it came as."""
-    told = [f"{name}={value.strip(XML_BLANKS)}" for name, value in element.values.items()]
-    line = " ".join((element.name, *(each for each in told if not _ZERO.fullmatch(each))))
-    if element.fault or " " in "".join(told) or not _SHORT.fullmatch(line):
+    values = [f"{name}={value.strip(XML_BLANKS)}" for name, value in element.values.items()]
+    line = " ".join((element.name, *(each for each in values if not _ZERO.fullmatch(each))))
+    if element.fault or " " in "".join(values) or not _SHORT.fullmatch(line):
         return word_for_word(wire)
     return line
 

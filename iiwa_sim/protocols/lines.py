@@ -1,4 +1,4 @@
-r"""Bytes in, lines out, whichever way the bytes are cut into packets.
+r"""Bytes in, lines out, however the bytes are cut into packets.
 
 - A line ends with `\n`, `\r`, `\r\n` or `\n\r`. Ends are paired greedily from the left: `\r\n\r\n` are two
   ends, and so are `\n\r\n` (`\n\r`, then `\n`) and `\n\n`. A `\r` at the end of a packet ends its line at

@@ -36,7 +36,7 @@ class Session(ABC):
     def __init__(
         self, controller: Controller, log: SessionLog, name: str, dialogue: Dialogue | None, protocol: str
     ) -> None:
-        """`name` identifies this connection in log and dialogue, which is told every line if given."""
+        """`name` identifies this connection in the log, and in `dialogue`, which gets every line."""
         self.controller = controller
         self.log = log
         self.name = name
@@ -95,7 +95,7 @@ class Session(ABC):
 class LineSession(Session):
     """One connection whose lines are the commands of a table, for one robot.
 
-    A refused line is answered as the table has it, and the reason told to the log and the robot.
+    A refused line is answered as the table has it. The log and the robot get the reason.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class LineSession(Session):
         self._splitter = LineSplitter()
         self._line, self._times = b"", 0  # the last one, and how many times in a row it came
         self._command = self._reason = ""  # of the last line, for the dialogue
-        self._told: set[str] = set()  # the commands with a remark in the log
+        self._remarked: set[str] = set()  # the commands with a remark in the log
 
     def receive(self, data: bytes) -> None:
         if not self.closing:
@@ -165,8 +165,8 @@ class LineSession(Session):
                 self.log.exception(self.name, shown(line), fault)
                 fault = Refused(EXECUTION, f"internal error at '{shown(line)}', see the log")
             return self._refuse(line, Refusal(request.with_hint(fault.reason), code=fault.code))
-        if (request.beyond or request.in_degrees) and name not in self._told:
-            self._told.add(name)
+        if (request.beyond or request.in_degrees) and name not in self._remarked:
+            self._remarked.add(name)
             ignored = f"ignores {request.beyond} more than {request.command.takes()}"
             self.log.odd(self.name, name, request.in_degrees or ignored)
         return reply

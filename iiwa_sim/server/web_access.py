@@ -1,4 +1,4 @@
-"""Which web pages may use a port that browsers can reach.
+"""Admission of web pages to ports that browsers can reach.
 
 A browser lets any page open a WebSocket to any machine and names that page in the header Origin; other
 clients send no Origin. A page can also make the name of its own site resolve to one of our addresses (DNS

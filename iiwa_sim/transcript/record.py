@@ -37,30 +37,30 @@ class Lines:
         self._clients = 0
         self._last_said = ""
 
-    def line(self, told: DialogueLine) -> str:
+    def line(self, entry: DialogueLine) -> str:
         """One of them, without its end."""
-        times = f"[{told.time_s:.3f} {(told.instant_ns - self._began_ns) * 1e-9:.6f}]"
-        if told.mark is Direction.EVENT:
-            return self._event(told, times)
-        name = self._name(told.session)
-        if told.mark is Direction.ON_WIRE:
-            return f"# {times} {name}: on the wire: {told.text}"
-        if told.mark is Direction.FROM_CLIENT:
-            mark, self._last_said = ">", told.text  # its reply comes next
+        times = f"[{entry.time_s:.3f} {(entry.instant_ns - self._began_ns) * 1e-9:.6f}]"
+        if entry.mark is Direction.EVENT:
+            return self._event(entry, times)
+        name = self._name(entry.session)
+        if entry.mark is Direction.ON_WIRE:
+            return f"# {times} {name}: on the wire: {entry.text}"
+        if entry.mark is Direction.FROM_CLIENT:
+            mark, self._last_said = ">", entry.text  # its reply comes next
         else:
-            mark = "<~" if _REALS.fullmatch(told.text) else "<"
+            mark = "<~" if _REALS.fullmatch(entry.text) else "<"
         hidden = "# " if self._last_said in UNSPEAKABLE else ""
-        return f"{hidden}{times} {name}{mark} " + told.text.replace("{", "\\x7b")
+        return f"{hidden}{times} {name}{mark} " + entry.text.replace("{", "\\x7b")
 
-    def _event(self, told: DialogueLine, times: str) -> str:
-        if told.text == "connected":
-            manner = "" if told.protocol == self._protocols[0] else f" in {told.protocol}"
-            return f"{times} {self._name(told.session)} connects{manner}"
-        if told.text == "disconnected":
-            name = self._name(told.session)
-            del self._names[told.session]
+    def _event(self, entry: DialogueLine, times: str) -> str:
+        if entry.text == "connected":
+            manner = "" if entry.protocol == self._protocols[0] else f" in {entry.protocol}"
+            return f"{times} {self._name(entry.session)} connects{manner}"
+        if entry.text == "disconnected":
+            name = self._name(entry.session)
+            del self._names[entry.session]
             return f"{times} {name} leaves"
-        return f"# {times} {told.session}: {told.text}"
+        return f"# {times} {entry.session}: {entry.text}"
 
     def _name(self, session: str) -> str:
         if session not in self._names:
@@ -91,8 +91,8 @@ def recorded(
     header = f"# {title}\n# [simulated real] time in s\n{named}"
     out.put(header.encode("ascii", "backslashreplace"))
 
-    def hear(said: DialogueLine) -> None:
-        out.put(f"{lines.line(said)}\n".encode("ascii", "backslashreplace"))
+    def hear(entry: DialogueLine) -> None:
+        out.put(f"{lines.line(entry)}\n".encode("ascii", "backslashreplace"))
 
     dialogue.listeners.append(hear)
     try:

@@ -92,10 +92,10 @@ def understood(text: str, root: str) -> Message:
 
 def is_moving(protocol: str, reply: str) -> bool:
     """Return True if the reply to a text of ASK_STATUS says that the robot moves. Raises ValueError."""
-    told = _values(protocol, reply).get("I2" if protocol == KRC4 else "value 1")
-    if told not in (moving := {"0": True, "moving": True, "1": False, "stopped": False}):
+    status = _values(protocol, reply).get("I2" if protocol == KRC4 else "value 1")
+    if status not in (moving := {"0": True, "moving": True, "1": False, "stopped": False}):
         raise ValueError(f"expected 'moving' or 'stopped', 0 or 1, got '{reply}'")
-    return moving[told]
+    return moving[status]
 
 
 def filled(protocol: str, text: str, heard: Mapping[str, str]) -> str:
