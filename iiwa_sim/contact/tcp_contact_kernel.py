@@ -190,7 +190,8 @@ class TcpContact:
     def put(self, surface: Surface) -> None:
         """Add a surface, or replace the one of its name, without any memory of the TCP."""
         self._contacts[surface.name] = Contact(surface, self.radius_m)
-        self.empty = False
+        if self.empty:  # without surfaces the TCP may have gone on unnoticed
+            self.empty = self.is_known = False
         self.changes += 1
 
     def move(self, name: str, pose: Transform) -> None:

@@ -65,3 +65,15 @@ def test_a_robot_that_has_slid_and_stands_keeps_its_friction() -> None:
     normal = STIFFNESS * 0.001
     assert np.linalg.norm(kept[:3]) == pytest.approx(normal * np.hypot(1.0, 0.3), rel=1e-6)
     assert np.linalg.norm(kept[3:]) == pytest.approx(RADIUS * 0.3 * normal, rel=1e-6)
+
+
+def test_a_surface_put_under_a_robot_that_has_moved_pushes_by_its_depth() -> None:
+    controller = Controller(load_robot(), TICK_S, contact=World([], RADIUS))
+    start = controller.tool_frame()
+    controller.move(lin_move(start._replace(z_mm=start.z_mm - 100.0), 0.5, 0.0))
+    while controller.moving:
+        controller.step()
+    height = controller.tcp().translation[2]
+    controller.load.contact.put(surface(PLANE, at(0.0, 0.0, height - RADIUS + 0.001), damping=1.0))
+    controller.step()
+    assert np.linalg.norm(controller.cartesian_force()) == pytest.approx(STIFFNESS * 0.001)
