@@ -67,7 +67,7 @@ class Scenario:
         self.robot.load.wrench = (0.0, sideways_n, down_n, 0.0, 0.0, 0.0)  # the TCP's z axis points down
 
     def follow(self) -> None:
-        """Follow points told without velocities."""
+        """Follow points without velocities."""
         places = [*(self.joints(0.15) for _ in range(POINTS - 1)), self.home]
         points = [Knot(POINT_S * k, place) for k, place in enumerate(places, start=1)]
         self.robot.trajectories.follow(TrajectoryRequest(self.description.joints, points))

@@ -81,8 +81,8 @@ def png(rgb: bytes, width: int, height: int) -> bytes:
     """
 
     def chunk(kind: bytes, content: bytes) -> bytes:
-        told = kind + content
-        return struct.pack(">I", len(content)) + told + struct.pack(">I", zlib.crc32(told))
+        named = kind + content
+        return struct.pack(">I", len(content)) + named + struct.pack(">I", zlib.crc32(named))
 
     rows = b"".join(b"\0" + rgb[3 * width * row : 3 * width * (row + 1)] for row in range(height))
     header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))

@@ -62,9 +62,9 @@ def _messages() -> str:
             (*row, "reply") for row in each.get("outputs", {}).items()
         ]
         if "joints" in each:
-            way = "request" if each["joints"] == "input" else "reply"
-            rows.append(("R0 ...", "joint positions of all axes, deg", way))
-        table = [f"| `{register}` | {way} | {meaning} |" for register, meaning, way in rows]
+            direction = "request" if each["joints"] == "input" else "reply"
+            rows.append(("R0 ...", "joint positions of all axes, deg", direction))
+        table = [f"| `{register}` | {direction} | {meaning} |" for register, meaning, direction in rows]
         text += f"\n## {tag}\n\n{each['summary']} In `I1` it is {each['id']}.\n\n"
         text += "\n".join(["| | in the | |", "|---|---|---|", *table, ""]) if table else ""
     return text
