@@ -18,12 +18,12 @@ BASE = 2
 point is stable for the lightest body, and eight are not too slow."""
 OF_PART, STANDS, OF_ARM, OF_SCENE = 0, 1, 2, 3
 """Kinds of geoms: of a part, fixed to the world, of an arm, or of a scene's body that moves."""
-_STANDS = cython.declare(cython.int, 1)
-_OF_SCENE = cython.declare(cython.int, 3)
-_BASE = cython.declare(cython.double, 2.0)
+_STANDS = cython.declare(cython.int, STANDS)
+_OF_SCENE = cython.declare(cython.int, OF_SCENE)
+_BASE = cython.declare(cython.double, BASE)
 ROOM_M = 1e-3
 """Contacts are computed where an arm is closer than this to something."""
-_ROOM = cython.declare(cython.double, 1e-3)
+_ROOM = cython.declare(cython.double, ROOM_M)
 # Nearer than this (m) bounding spheres will not do.
 _NEAR = cython.declare(cython.double, 0.02)
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
