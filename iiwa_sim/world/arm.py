@@ -36,7 +36,7 @@ LOSES = "part {!r} falls out of the jaws: made to through the backdoor"
 LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4
-"""A jaw has met a part that presses on it by more; a pad touches a part that is no farther."""
+"""A jaw has met a part that presses on it with more; a pad touches a part at most so far from it."""
 JAW_STANDS_M_S = 5e-4
 """Slower jaws stand, as long as what they press on does."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
@@ -45,18 +45,18 @@ JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
 """The same of each joint of a robot that gives way in its joints, and of its TCP in rotation."""
 
 NOWHERE = (0.0, 0.0)
-_Told = tuple[Joints, Transform, Transform | None, int, int]
+_Step = tuple[Joints, Transform, Transform | None, int, int]
 
 
-def ways_m(bounds: Sequence[float]) -> tuple[float, float, float]:
-    """How far (m) a tick brings links, what moves with the gripper, and both, by the `bounds` of an arm."""
+def travel_m(bounds: Sequence[float]) -> tuple[float, float, float]:
+    """Return how far (m) a tick moves links, the gripper with its load, and the faster of both."""
     links_m, tcp_m, turned, reach_m = bounds[3:7]
     tool_m = tcp_m + reach_m * turned
     return links_m, tool_m, max(links_m, tool_m)
 
 
 class Arm:
-    """One robot of a world: `go` tells where a tick brings it, then `World.step` finds what acts on it."""
+    """One robot of a world: `go` sets where the next tick brings it, `World.step` finds what acts on it."""
 
     def __init__(self, world: World, number: int, setup: ArmSetup) -> None:
         self.world, self._number, self.setup = world, number, setup
@@ -78,7 +78,7 @@ class Arm:
         self.tcp = self.tcp_before = self.tcp_older = self.in_world(
             self.model.tcp(setup.tool_in_flange).pose(setup.joints)
         )
-        self._next: _Told = self.joints, self.tcp, None, STAYS, STIFF
+        self._next: _Step = self.joints, self.tcp, None, STAYS, STIFF
         levers = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
         self.bounds: Vector = np.concatenate([np.zeros(19), levers, setup.joints])
         """How far (m) links and gripper are from what they may meet, and all from other arms, at least; then
@@ -175,7 +175,7 @@ class Arm:
     def leave_out(
         self, ahead: list[Joints], tick: int, load: ExternalWrench, most: tuple[float, float]
     ) -> int:
-        """Make the ticks behind this one in which it only moves as is known; return how many."""
+        """Make the ticks after this one in which the arm meets nothing; return how many."""
         world, known, (most_n, most_nm) = self.world, load.foreseen, most
         if known is None:
             return 0
@@ -202,13 +202,13 @@ class Arm:
         gripper, h = self.gripper, self.world.tick_s
         if gripper is None or gripper.blocked or self.held >= 0:
             return 0
-        way_m, least_m, most_m = abs(self._jaw_wants) * h, max(least_m, 0.0), min(most_m, gripper.stroke_m)
+        moved_m, least_m, most_m = abs(self._jaw_wants) * h, max(least_m, 0.0), min(most_m, gripper.stroke_m)
         for made in range(ticks):
             opening_m = gripper.opening_m + 2.0 * h * self._jaw_wants
-            if not least_m < opening_m < most_m or self.bounds[1] - way_m < ROOM_M:
+            if not least_m < opening_m < most_m or self.bounds[1] - moved_m < ROOM_M:
                 return made
             gripper.opening_m = opening_m
-            self.bounds[1] -= way_m
+            self.bounds[1] -= moved_m
         return ticks
 
     def skip(self) -> None:
@@ -227,7 +227,7 @@ class Arm:
         moved = (x + self.slip[0] * h, y, z + self.slip[1] * h)
         self.inside = self.inside._replace(translation=moved)
         self.moments = seen_from(self._own, self.inside)
-        # What it touches rubs on it as fast as the gripper goes: it slides as friction lets it.
+        # Bodies that it touches rub on it at the speed of the gripper: it slides as friction lets it.
         self.place_in(before, self.before, self.tcp_before)
 
     def place_in(self, q: Vector, joints: Joints, tcp: Transform) -> None:
@@ -428,7 +428,7 @@ class Arm:
         if self.slip == NOWHERE and force + grows <= limit:
             return
         # With such a mass a tick takes the force away. That of the next tick, which grows on as it does, is
-        # to be the limit; friction is along the way on which the part would go on without it.
+        # to be the limit; friction is along the direction in which the part would slide without it.
         gain = h / (self._stiffness() * h * h or world.parts[self.held].mass_kg)
         more = gain * (1.0 + grows / force) if force else gain
         on_x, on_z = sx + more * x, sz + more * z

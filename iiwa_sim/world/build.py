@@ -202,7 +202,7 @@ def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> tuple[Any, ...]
 
 
 def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, Any]) -> Any:
-    """Add a capsule whose ends are told in a frame; `back` brings that to the body."""
+    """Add a capsule whose pose is in another frame; `back` is that frame in the body."""
     at, size = compose(back, capsule.pose), [capsule.radius_m, max(0.5 * capsule.length_m, 1e-6), 0.0]
     place = {"pos": list(at.translation), "quat": wxyz(at.rotation)}
     return body.add_geom(type=mj.mjtGeom.mjGEOM_CAPSULE, size=size, **place, **rigid)

@@ -161,8 +161,8 @@ def leave_out(
     most_nm: cython.double,
     bounds: cython.double[::1],
 ) -> int:
-    """Return how many ticks behind that of number `tick` need not be made: nothing is near the arm in these
-    and the next one, and what is carried does no more to the TCP than `most_n` and `most_nm`.
+    """Return how many ticks after number `tick` need not be computed: nothing is near the arm in these and
+    the next one, and its load acts on the TCP with at most `most_n` and `most_nm`.
 
     Joint positions `ahead` are those of now and of coming ticks, of which so many are `made`; `carried` are
     mass (kg), first (kg m) and second moments (kg m2). Bounds of distances are lowered, as by `advance`.

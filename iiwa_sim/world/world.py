@@ -17,7 +17,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.arm import NOWHERE, Arm, ways_m
+from iiwa_sim.world.arm import NOWHERE, Arm, travel_m
 from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, wxyz
 from iiwa_sim.world.details import Vector, find_forces
 from iiwa_sim.world.distances import Distances
@@ -37,8 +37,8 @@ SPINS_RAD_S = 2.0
 class World:
     """Bodies of a cell: a scene, surfaces, parts, and arms with their grippers.
 
-    In each tick every arm is told where it goes (`Arm.go`), then the world makes a `step`, then each arm has
-    what acts on it (`wrench`, `push`, `torques`, `contacts`).
+    For each tick, `Arm.go` sets where each arm goes, then `step` makes the tick. Each arm then has what acts
+    on it: `wrench`, `push`, `torques` and `contacts`.
 
     A scene is an `MjSpec`; numbers of its bodies, geoms, joints, actuators and sensors are those of `model`,
     in which they come first. Sensors are read in each tick. What is changed in `model` or `data` from outside
@@ -110,7 +110,7 @@ class World:
     # A tick
 
     def step(self) -> None:
-        """Make a tick, of which all arms have been told."""
+        """Make a tick, after `Arm.go` of each arm."""
         arms, away = self.arms, self._distances is not None
         for arm in arms:
             arm.begin()
@@ -130,7 +130,7 @@ class World:
         self._compute()
 
     def is_away(self) -> bool:
-        """Measure where bounds do not tell; returns True if the arms meet nothing in this tick."""
+        """Measure distances where bounds are too low; return True if the arms meet nothing in this tick."""
         far, arms, rooms = self._distances, self.arms, [arm.bounds[:7].tolist() for arm in self.arms]
         if far is None:
             self.catch_up(now=False)
@@ -138,15 +138,15 @@ class World:
             for number, room in enumerate(rooms):
                 room[:3], room[6] = (0.0, 0.0, 0.0 if len(arms) > 1 else np.inf), far.reach_m[number]
         for number, room in enumerate(rooms):
-            for k, way_m in enumerate(ways_m(room)[:2]):
-                if room[k] < ROOM_M + 2.0 * way_m:
+            for k, moved_m in enumerate(travel_m(room)[:2]):
+                if room[k] < ROOM_M + 2.0 * moved_m:
                     self.catch_up(now=False)
-                    room[k] = far.least(self.model, self.data, 2 * number + k) - way_m
+                    room[k] = far.least(self.model, self.data, 2 * number + k) - moved_m
         if any(room[2] < ROOM_M for room in rooms):
             self.catch_up(now=False)
             half_m = 0.5 * far.least(self.model, self.data, 2 * len(arms))
             for room in rooms:
-                room[2] = half_m - ways_m(room)[2]
+                room[2] = half_m - travel_m(room)[2]
         for arm, room in zip(arms, rooms, strict=True):
             arm.bounds[:7] = room
         return all(min(room[:3]) >= ROOM_M for room in rooms)
@@ -245,7 +245,7 @@ class World:
     # Changes from outside
 
     def set_surfaces(self, surfaces: Sequence[Surface]) -> None:
-        """Have these surfaces from now on; those that only moved push what is in their way."""
+        """Replace the surfaces; those that only moved push the parts that they meet."""
         before, self.surfaces = self.surfaces, tuple(surfaces)
         was, now = ([each._replace(pose=IDENTITY) for each in of] for of in (before, self.surfaces))
         if was != now:
