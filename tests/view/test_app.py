@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from contextlib import nullcontext
+from math import tan
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
+from iiwa_sim.view.app import PANEL_PX, VIEWS, look_at
 from tests.cell.cells import EXAMPLES, GRIPPER
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
@@ -38,6 +43,7 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator, viewer:
     )
     viewer.appears("/trail")
     viewer.shows("moving", "mm/s")
+    viewer.shows("<td>A1</td><td>-170</td>", "<meter", "<td>170</td>")
     viewer.clicks("Emergency stop")
     viewer.shows("3030 emergency stop")
     viewer.shows("PRESSED")
@@ -48,6 +54,22 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator, viewer:
     wait_until(lambda: simulator.state().robot_status[1] == 0)
     viewer.clicks("Safety", "Reset error")
     wait_until(lambda: simulator.state().error.code == 0)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_the_camera_has_arm_and_surroundings_beside_the_panel(view: str) -> None:
+    camera = SimpleNamespace(image_width=900, fov=1.0, aspect=9 / 7)
+    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.2], [0.9, -0.4, 0.1], [0.6, 0.5, 0.4]])
+    look_at(SimpleNamespace(camera=camera, atomic=nullcontext), points, view)
+    forward = camera.look_at - camera.position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    seen = points - camera.position
+    half = seen @ forward * tan(0.5 * camera.fov)
+    x, y = seen @ right / (half * camera.aspect), seen @ np.cross(right, forward) / half
+    assert -1.0 < x.min() < x.max() < 1.0 - 2.0 * PANEL_PX / camera.image_width
+    assert -1.0 < y.min() < y.max() < 1.0
 
 
 def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:

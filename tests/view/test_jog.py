@@ -9,6 +9,7 @@ from math import radians
 import pytest
 
 from iiwa_sim.client import Iiwa
+from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.simulator import Simulator
 from tests.talking import wait_until
 from tests.view.viewer import Viewer
@@ -73,6 +74,28 @@ def test_a_line_is_jogged_straight(simulator: Simulator, viewer: Viewer) -> None
     hold_until(viewer, "-", lambda: simulator.state().tool_frame[2] < before[2] - 30.0)
     wait_until(lambda: simulator.state().status == "stopped")
     assert simulator.state().tool_frame[:2] == pytest.approx(before[:2], abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("axis", "turn"), [("Rx", Frame(0, 0, 0, 0, 0, radians(5))), ("Rz", Frame(0, 0, 0, radians(5), 0, 0))]
+)
+def test_a_step_turns_the_tcp_about_an_axis(
+    simulator: Simulator, viewer: Viewer, axis: str, turn: Frame
+) -> None:
+    def tcp() -> Transform:
+        return simulator.state().tool_frame.to_transform()
+
+    simulator.backdoor.place((0.0, 0.5, 0.0, -1.5, 0.0, 1.0, 0.0))
+    goal = compose(tcp(), turn.to_transform())
+    viewer.clicks("Enable")
+    viewer.clicks("Frame", "Tool")
+    viewer.shows("X  (tap: 1 mm)")
+    viewer.clicks("Axis", axis)
+    viewer.clicks("Step", "5")
+    viewer.shows(f"{axis}  (tap: 5 deg)")
+    tap(viewer, "+")
+    wait_until(lambda: tcp().rotation == pytest.approx(goal.rotation, abs=1e-4))
+    assert tcp().translation == pytest.approx(goal.translation, abs=1e-4)
 
 
 def test_a_silent_browser_stops_the_robot_and_clears_the_switch(simulator: Simulator, viewer: Viewer) -> None:
