@@ -102,7 +102,7 @@ class Backdoor:
 
     def get_clock(self) -> str:
         """Return the pace of time, followed by `paused` if it is paused."""
-        return self._clock.told
+        return self._clock.label
 
     # Pushes and surfaces
 

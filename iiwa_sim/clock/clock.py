@@ -1,4 +1,4 @@
-"""The clock: makes ticks at a pace, inside the asyncio loop, or as many as it is told to make at once."""
+"""The clock makes ticks inside the asyncio loop: at a pace, or many at once on request."""
 
 import asyncio
 import logging
@@ -17,26 +17,30 @@ from iiwa_sim.log import Throttle
 DEFAULT_RATE_HZ = 500
 
 CATCH_UP_WAKES = 10
-"""Wake-ups whose ticks are made up for at once; in real time there is a tick in each. A virtual machine that
-stalls for 100 ms must not answer with a burst of 50 ticks, which would keep clients waiting and show them a
-robot that jumps: what lies further back is dropped."""
+"""Most wake-ups whose ticks are made up for at once; the rest is dropped.
+
+A virtual machine may stall for 100 ms. A burst of 50 ticks would then keep clients waiting, and the robot
+would seem to jump.
+"""
 
 SHORTEST_SLEEP_NS = 1_000_000
-"""Shortest time between two wake-ups. Where ticks are closer, several are made in one."""
+"""Shortest time between two wake-ups; if ticks are closer, a wake-up makes several."""
 
 REST_SLEEP_NS = 20_000_000
-"""Time between two wake-ups in haste while the robot rests: a robot in a test costs next to nothing then."""
+"""Time between two wake-ups of a fast clock while the robot rests: a test then costs next to nothing."""
 
 SLICE_NS = 5_000_000
-"""Time for which ticks are made in haste before the loop, and other threads, get their turn."""
+"""Time for which a fast clock makes ticks before the loop and other threads get their turn."""
 
 HOLD_NS = 2_000_000
-"""In haste, time stands still for so long after a move was accepted. A driver that sends moves one behind
-the other so gets them queued, and blended, as it would in real time, where that takes it one tick. It goes on
-when that driver does nothing but ask the same question."""
+"""A fast clock holds time for so long after a move was accepted.
+
+In real time, a driver sends a sequence of moves within a tick, and the robot blends them. The hold gives the
+driver that time. It ends early for a driver that only repeats a question.
+"""
 
 LONGEST_HOLD_NS = 50_000_000
-"""Time does not stand still longer than this for a driver that never stops sending moves."""
+"""Longest hold, for a driver that never stops sending moves."""
 
 LONGEST_ADVANCE_S = 86400.0
 
@@ -52,8 +56,8 @@ class StillMoving(TimeoutError):
 
 
 @dataclass
-class _Errand:
-    """Ticks that are made at once, whatever the pace, for somebody who waits for them."""
+class _Advance:
+    """Ticks that are made at once, at any pace, for a caller that waits for them."""
 
     ticks: int
     until_stopped: bool
@@ -64,8 +68,8 @@ class _Errand:
     def go_on(
         self, robot: Stepped, step: Callable[[int], int], now_ns: Callable[[], int], end_ns: int
     ) -> bool:
-        """Make ticks of the robot by `step`, until that time; returns True if the errand is over."""
-        while not self.done.done():  # or whoever asked has been cancelled
+        """Make ticks of the robot by `step`, until `end_ns`; return True if the advance is over."""
+        while not self.done.done():  # or the caller has been cancelled
             if not self.until_stopped and robot.resting:
                 robot.skip(self.ticks - self.made)
                 self.made = self.ticks
@@ -82,15 +86,15 @@ class Clock:
     """Makes ticks of 1 / `rate_hz` simulated seconds, which the pace spreads over real time.
 
     - At a multiple of real time there are absolute deadlines: a late tick does not delay the following ones.
-      After a stall ticks are made up for up to a bound, and the rest is dropped, so simulated time then lags
+      After a stall the clock makes up for ticks up to a bound and drops the rest. Simulated time then lags
       behind for good.
     - `FAST` makes ticks as fast as it can while the robot is under way, in slices of 5 ms with the
-      loop's turn in between, and in real time while it rests: so whatever a driver waits for with a sleep has
-      happened when it wakes. For `HOLD_NS` after a move was accepted time stands still.
+      loop's turn in between, and in real time while it rests. A driver that sleeps until something has
+      happened needs no change. For `HOLD_NS` after a move was accepted time stands still.
     - `STEPPED`, or a clock that is paused, makes none by itself.
-    - While the robot is `resting` no timer is set, at any pace: so it costs nothing. The ticks that are due
-      are made up for all at once when somebody asks, none is dropped. Who is about to ask, or to begin
-      something, says so by `catch_up` before and `commanded` after it, or by `look`.
+    - While the robot is `resting` no timer is set, at any pace. Later the clock makes up for all ticks
+      that are due, and drops none. A caller that reads or commands the robot calls `catch_up` before and
+      `commanded` after it, or `look`.
 
     `advance` and `run_until_stopped` make ticks as fast as they can at any pace, in the order in which they
     are called. A fault in a tick is logged, and the clock goes on. All methods are called inside the loop.
@@ -114,7 +118,7 @@ class Clock:
         self._asked_ns = self._deadline_ns = 0  # what the timer is set to; of the next tick at the pace
         self._runs = False
         self.paused = self._idles = False  # idle: no timer is set, since the robot is resting
-        self._errands: deque[_Errand] = deque()
+        self._advances: deque[_Advance] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = self._accepted = 0  # what is accepted is no news
         self._faults = Throttle(1)
@@ -128,13 +132,13 @@ class Clock:
         self._sleep()
 
     def stop(self) -> None:
-        """Make no more ticks; who waits for some gets RuntimeError. Does nothing if the clock is stopped."""
+        """Make no more ticks; callers that wait for some get RuntimeError. A stopped clock stays so."""
         self._make_up_for_rest()
         if self._timer is not None:
             self._timer.cancel()
         self._asked_ns, self._runs, self._idles = 0, False, False
-        while self._errands:
-            done = self._errands.popleft().done
+        while self._advances:
+            done = self._advances.popleft().done
             if not done.done():
                 done.set_exception(RuntimeError("the clock was stopped"))
 
@@ -146,16 +150,16 @@ class Clock:
 
     @property
     def in_haste(self) -> bool:
-        """Return True if ticks do not follow real time: nobody sees that one of them takes longer."""
-        return bool(self._errands) or self.pace.ticks_in_haste or not self.pace.speed
+        """Return True if ticks do not follow real time, and may take longer."""
+        return bool(self._advances) or self.pace.ticks_in_haste or not self.pace.speed
 
     @property
-    def told(self) -> str:
-        """How time passes, with `paused` behind it where it is."""
+    def label(self) -> str:
+        """The name of the pace, followed by `paused` if the clock is paused."""
         return f"{self.pace.name} paused" if self.paused else self.pace.name
 
     def set_pace(self, pace: Pace) -> None:
-        """Let time pass otherwise from now on. A pause goes on."""
+        """Make ticks at another pace from now on. A pause goes on."""
         self._make_up_for_rest()
         self._take(pace)
         if self._runs:
@@ -164,7 +168,7 @@ class Clock:
         self._sleep()
 
     def pause(self) -> None:
-        """Make ticks only when told, until `resume`."""
+        """Make ticks only on request, until `resume`."""
         self._make_up_for_rest()
         self.paused, self._idles = True, False
 
@@ -176,7 +180,7 @@ class Clock:
             self._sleep()
 
     def commanded(self, awaited: bool = False) -> None:
-        """Commands may have been carried out; the newest move is `awaited` by who would send the next one."""
+        """Look for new moves after commands; `awaited` if the sender of the newest one waits for it."""
         if not self._runs or not (self.pace.ticks_in_haste or self._idles):
             return
         if self.pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
@@ -190,16 +194,16 @@ class Clock:
         self._sleep()
 
     def catch_up(self) -> None:
-        """Make the ticks that are due by now: for whoever is about to do something else."""
+        """Make the ticks that are due by now, before a caller reads or commands the robot."""
         if self._idles:
             self._make_up_for_rest()
         elif AT_ONCE < self._asked_ns <= self._now_ns() and not self._hastens:
-            self._wake()  # what is in haste is not due, and may be a move that `commanded` will hold
+            self._wake()  # ticks of a fast clock are never due: `commanded` may hold them
 
     def look(self) -> None:
         """Catch up, and make the next tick when it is due, whether the robot is resting or not.
 
-        For whoever has the robot in hand, and may begin what the clock is not told of.
+        A caller with the robot itself may begin a motion without `commanded`.
         """
         if self._idles:
             self._make_up_for_rest()
@@ -214,27 +218,27 @@ class Clock:
         await self._run(seconds, until_stopped=False)
 
     async def run_until_stopped(self, limit_s: float) -> float:
-        """Make ticks until the robot has stopped, none if it does not move; gives the seconds that passed.
+        """Make ticks until the robot has stopped, none if it does not move; return the seconds that passed.
 
-        Raises StillMoving where it has not after `limit_s` (0 to a day, simulated); otherwise as `advance`.
+        Raises StillMoving if it has not after `limit_s` (0 to a day, simulated); otherwise as `advance`.
         """
-        errand = await self._run(limit_s, until_stopped=True)
-        if not errand.done.result():
+        advance = await self._run(limit_s, until_stopped=True)
+        if not advance.done.result():
             raise StillMoving(f"the robot still moves after {limit_s:g} s of simulated time")
-        return errand.made * self.tick_s
+        return advance.made * self.tick_s
 
-    async def _run(self, seconds: float, *, until_stopped: bool) -> _Errand:
+    async def _run(self, seconds: float, *, until_stopped: bool) -> _Advance:
         if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
             raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
         if not self._runs:
             raise RuntimeError("the clock does not run")
         ticks = ceil(seconds * self.rate_hz - 1e-6)  # 0.07 * 100 is more than 7
-        errand = _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
+        advance = _Advance(ticks, until_stopped, asyncio.get_running_loop().create_future())
         self._make_up_for_rest()
-        self._errands.append(errand)
+        self._advances.append(advance)
         self._sleep()
-        await errand.done
-        return errand
+        await advance.done
+        return advance
 
     def _take(self, pace: Pace) -> None:
         self.pace = pace
@@ -257,7 +261,7 @@ class Clock:
         if not self._runs:
             return
         self._idles = False
-        if self._errands:
+        if self._advances:
             instant_ns = AT_ONCE
         elif self._hastens:
             instant_ns = AT_ONCE if self._held_since_ns is None else self._held_until_ns
@@ -280,9 +284,9 @@ class Clock:
     def _wake(self) -> None:
         self._asked_ns = 0
         now_ns = self._now_ns()
-        if self._errands:
-            if self._errands[0].go_on(self._robot, self._step, self._now_ns, now_ns + SLICE_NS):
-                self._errands.popleft()
+        if self._advances:
+            if self._advances[0].go_on(self._robot, self._step, self._now_ns, now_ns + SLICE_NS):
+                self._advances.popleft()
             self._count_anew()
         elif self._hastens:
             if self._held_since_ns is None or now_ns >= self._held_until_ns:
@@ -301,12 +305,12 @@ class Clock:
             step(self.rate_hz)
 
     def _make_up_for_rest(self) -> None:
-        """The ticks that no timer has made, since the robot was at rest."""
+        """Make the ticks for which no timer was set, since the robot was at rest."""
         if self._idles:
             self._make_due(self._now_ns())
 
     def _make_due(self, now_ns: int) -> None:
-        """The ticks that are due at the pace."""
+        """Make the ticks that are due at the pace."""
         if (due := (now_ns - self._deadline_ns) // self._period_ns + 1) <= 0:
             return
         self._deadline_ns += due * self._period_ns

@@ -1,4 +1,4 @@
-"""How simulated time passes: in real time, a multiple of it, as fast as it can, or only when told."""
+"""Paces of simulated time: real time, a multiple of it, as fast as possible, or only on request."""
 
 import re
 from typing import NamedTuple
@@ -18,7 +18,7 @@ class Pace(NamedTuple):
     speed: float
     """Simulated seconds in a real one; for `FAST` while the robot rests, 0 for `STEPPED`."""
     ticks_in_haste: bool = False
-    """Return True if ticks follow each other without a pause while the robot is under way."""
+    """True if ticks follow each other without a pause while the robot is under way."""
 
 
 REAL = Pace("real", 1.0)
@@ -27,11 +27,11 @@ STEPPED = Pace("stepped", 0.0)
 
 
 def pace(name: str) -> Pace:
-    """The pace with this name. Raises ValueError where there is none."""
+    """Return the pace with this name. Raises ValueError for any other."""
     for fixed in (REAL, FAST, STEPPED):
         if name == fixed.name:
             return fixed
-    match = _MULTIPLE.fullmatch(str(name))  # a 10 from a configuration is told what is expected, too
+    match = _MULTIPLE.fullmatch(str(name))  # a configuration may have the number 10
     if match is None or not MIN_SPEED <= (speed := float(match[1])) <= MAX_SPEED:
         raise ValueError(f"clock {name!r}: expected {EXPECTED}")
     return Pace(f"{speed:g}x", speed)

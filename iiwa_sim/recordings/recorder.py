@@ -51,7 +51,7 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
         prefix, robot, noise = f"{name}/" if name else "", source.cell.description, source.cell.noise
         described = {
             "robot": robot.name,
-            "clock": clock.told,
+            "clock": clock.label,
             "rate_hz": str(clock.rate_hz),
             "record_rate_hz": str(rate_hz),
             "seed": "none" if noise is None else str(noise.seed),
