@@ -112,8 +112,8 @@ def euler_from_rotation(rotation: Rotation) -> Vector:
     """Angles alpha, beta, gamma (rad) with `rotation` = Rz(alpha) Ry(beta) Rx(gamma).
 
     alpha and gamma lie in (-pi, pi], beta in [-pi/2, pi/2]. At beta = +-pi/2, where only the sum or
-    difference of the other two is defined, gamma is 0. Whatever alpha comes out near there, gamma is taken
-    from the rest of the rotation, so the three always give the rotation back.
+    difference of the other two is defined, gamma is 0. Near there alpha is inexact, but gamma is taken from
+    the rest of the rotation: the three always give the rotation back.
     """
     r00, r01, r02, r10, r11, r12, r20, _, _ = rotation
     cos_beta = hypot(r00, r10)

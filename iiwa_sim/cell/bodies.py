@@ -103,7 +103,7 @@ def pose_of(placed: Any) -> Transform:
 
 
 def metres(place_mm: Vector) -> Vector:
-    """Return a place told in mm (m)."""
+    """Return a place (m) that is given in mm."""
     x, y, z = place_mm
     return 1e-3 * x, 1e-3 * y, 1e-3 * z
 

@@ -112,7 +112,7 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
 
 
 class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Two jaws or a suction cup, and what switches and tells of them."""
+    """Two jaws or a suction cup, with their outputs and inputs."""
 
     kind: Annotated[Literal["jaws", "suction"], expecting("'jaws' or 'suction'")] = "jaws"
     stroke_mm: _Size | None = None

@@ -100,7 +100,7 @@ class ExternalWrench:
             contributions[name] = value
 
     def pushes(self) -> tuple[Wrench, Torques]:
-        """Return what a compliant robot gives way to, besides surfaces at the TCP.
+        """Return the forces that a compliant robot gives way to, besides surfaces at the TCP.
 
         At the TCP, along its axes: applied wrench, parts, and weight of an unknown payload. On the joints
         (Nm): applied torques, surfaces and parts on links, and links on links.
@@ -113,7 +113,7 @@ class ExternalWrench:
             self._pushes = tcp, _sum([row for row in rows if row is not None])
         return self._pushes
 
-    # What is set from outside
+    # Settings
 
     @property
     def wrench(self) -> Wrench:
@@ -149,7 +149,7 @@ class ExternalWrench:
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
-        """Take what parts do to the TCP, along its axes, and to the joints (Nm).
+        """Take the wrench of parts at the TCP, along its axes, and their torques on the joints (Nm).
 
         `push` is the part of the wrench that a compliant robot gives way to.
         """
@@ -250,7 +250,7 @@ class ExternalWrench:
         self._set(self.wrenches, "tool", wrench)
 
     def felt(self) -> Any:
-        """Return the memory of all contacts, with what they do."""
+        """Return the memory of all contacts, with their forces."""
         return self.contact.memory(), self._links.memory(), dict(self.wrenches), dict(self.torques)
 
     def feel_again(self, felt: Any) -> None:
@@ -271,7 +271,7 @@ class ExternalWrench:
         return contacts if self.bodies is None else (*contacts, *self.bodies.contacts)
 
     def kind_of(self, name: str) -> str:
-        """Return what has a name that a contact tells: a surface, a part, a body of the scene, or a robot."""
+        """Return the kind of a body in a contact, by its name: surface, part, body or robot."""
         kinds: dict[str, str] = {} if self.bodies is None else self.bodies.world.kinds
         return kinds.get(name, "surface")
 

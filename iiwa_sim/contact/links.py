@@ -122,13 +122,13 @@ class _Scene(NamedTuple):
 
 
 class Links:
-    """The links of one arm. `step` finds what acts on them, in ticks that `gaps` do not free from it."""
+    """The links of one arm. `step` finds the forces on them, in ticks that are not free by `gaps`."""
 
     def __init__(self, model: Model, tool: Sequence[Capsule] = ()) -> None:
         """Take an arm with the capsules of its tool, among no surfaces."""
         self._model = model
         self.gaps = Gaps([1.01 * limit for limit in model.description.velocity], model.tcp_of_flange)
-        """They tell when nothing can touch."""
+        """Lower bounds of the distances of all pairs."""
         self._tool = tuple(tool)
         self._jaws: tuple[Capsule, ...] = ()
         self._jaw_places: list[Any] = []  # in the last joint
@@ -216,7 +216,7 @@ class Links:
         self.gaps.begin(tick, tick_s)
 
     def _measure(self, due: Sequence[int], way: Array, tick_s: float) -> None:
-        """Measure the distances of pairs, all that touch among them, and find what acts."""
+        """Measure the distances of pairs, with all that touch, and find the forces."""
         scene, colliding = self._scene, None
         torques, deepest = np.zeros(len(way)), 0.0
         touching: dict[tuple[int, str], tuple[float, Array, Array, int]] = {}
@@ -253,7 +253,7 @@ class Links:
     def _press_all(
         self, touching: Mapping[tuple[int, str], tuple[float, Array, Array, int]], way: Array, tick_s: float
     ) -> None:
-        """Find what surfaces do to links, tool and jaws at their deepest points."""
+        """Find the forces of surfaces on links, tool and jaws at their deepest points."""
         scene, before, self._memory = self._scene, self._memory, {}
         sharing = max(1, len(self.forces.contacts))
         contacts, worn = [], np.zeros(6)
@@ -294,7 +294,7 @@ def _press(
     """Return the force on a body, and the one that a compliant robot gives way to.
 
     The latter is that of the end of the next tick, if the link has the least inertia it can have and its
-    average force continues. So a compliant robot does not oscillate at any tick rate.
+    average force continues. It keeps a compliant robot from oscillating at any tick rate.
     """
     stiffness, moves = share * surface.stiffness, bool(way.any())
     speed = float(way @ normal) / tick_s

@@ -11,7 +11,7 @@ AHEAD = 256
 class Noise:
     """Noise on the readings in a tick: it depends only on the seed and on the number of ticks since then.
 
-    So a robot at rest can skip ticks: the generator, Philox, gives any part of its stream by a counter.
+    A robot at rest can skip ticks: the generator, Philox, gives any part of its stream by a counter.
     """
 
     def __init__(

@@ -297,7 +297,7 @@ class TcpContact:
 
 @cython.cclass
 class Gaps:
-    """Lower bounds of distances in an arm that moves: they tell which to measure again, and when."""
+    """Lower bounds of distances in a moving arm. They decide which to measure again, and when."""
 
     def __init__(self, velocity: Any, arm: Tcp) -> None:
         """Take the greatest velocities (rad/s) of joints, and any frame fixed to the flange."""

@@ -23,8 +23,8 @@ class ToolLoad(NamedTuple):
     centre: Vector
     """The centre of mass, in the flange (m)."""
 
-    def told(self) -> tuple[float, float, float, float]:
-        """The load as commands have it: kg, and the centre in mm."""
+    def in_mm(self) -> tuple[float, float, float, float]:
+        """Return mass (kg) and centre (mm), as in commands."""
         x, y, z = self.centre
         return self.mass_kg, 1e3 * x, 1e3 * y, 1e3 * z
 

@@ -25,7 +25,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.handling import NO_HANDLING, Handling, HandlingSetup
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.joint_trajectories import JointTrajectories
-from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, body_touched, tell_touches
+from iiwa_sim.controller.limits_watch import NOTHING_MORE, Protection, Safety, body_touched, report_touches
 from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import Kind, MoveRequest, shifted
@@ -41,21 +41,21 @@ from iiwa_sim.wording import harmless
 from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
-"""The least override other than 0: less is no motion that anybody could see, and no number to divide by."""
+"""Least override other than 0: nobody would see a slower motion."""
 AUTOMATIC = 2
 """The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
-"""Moves that wait; one more is refused."""
+"""Most moves that may wait."""
 
 
 class Controller:
     """One robot, in one of the modes of `iiwa_sim.controller.modes`.
 
-    Normal moves are checked when they are accepted and run one after the other; a smart or direct move takes
-    the place of the one before. Commands either take effect at once and return, or raise `Refused` and change
-    nothing; what has to wait until the robot rests, since the mode changes, is planned from where that will
-    be. Frames are in the base, those of normal moves are of the TCP, of smart and direct moves of the flange.
-    The same commands at the same ticks give the same motion.
+    Normal moves are checked when they are accepted, and run one after the other; a smart or direct move
+    replaces the one before. A command takes effect at once and returns, or raises `Refused` and changes
+    nothing. A move that first has to stop the robot is planned from the place of rest. Frames are in the
+    base: of the TCP in normal moves, of the flange in smart and direct moves. The same commands at the same
+    ticks give the same motion.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Controller:
         self.tool_load = tool.load
         self.tick_s = tick_s
         self.tick = 0
-        """The number of ticks so far."""
+        """Number of ticks since the start."""
         self.mode = Mode.UNKNOWN
         """Mode of the last command: it changes with the command, also where the robot has to stop first."""
         self.accepted = 0
@@ -104,21 +104,21 @@ class Controller:
         self.base = IDENTITY if arm is None or arm.base is None else arm.base
         """The pose of the base in the world."""
         self.load = ExternalWrench(self.model, tcp, start, contact, noise, tool.capsules, self.base)
-        """The contacts and other forces from outside."""
+        """Contacts and other forces from outside."""
         self.handling = None if arm is None else Handling(handled, self.io, self.load, arm)
         """The gripper and the bodies of the cell; None without any."""
         self.planner = Planner(self.model)
         self.motions = self._motions_from(start)
         self.joints_before = start
         """Joint positions (rad) at the end of the tick before the last one."""
-        self.tell = on_event or (lambda _: None)
+        self.report = on_event or (lambda _: None)
         self.endings = Endings(lambda number: self.motions.is_pending(number))  # noqa: PLW0108 motions are replaced
         self.errors = RobotErrors()
         self.protection = Protection(self.load, description, safety)
         self.servo_heard = 0
-        """The tick in which a servo mode has heard of its newest command."""
+        """Tick of the newest command of a servo."""
         self._servo_timeout_s = inf if servo_timeout_s is None else servo_timeout_s
-        self._tells, self._touching = on_event is not None, set[str]()  # lines of contacts that last
+        self._reports, self._touching = on_event is not None, set[str]()  # lines of contacts that last
         self.trajectories = JointTrajectories(self)
 
     # Ticks
@@ -126,8 +126,8 @@ class Controller:
     def step(self, at_most: int = 1) -> int:
         """Make one tick: the robot moves, feels the forces where it is then, and compares them with limits.
 
-        Before it make others, up to `at_most` in all, in which the robot only goes on to joint positions that
-        are known, and meets nothing; the result is the same, bit for bit. Return how many it made.
+        Before it make others, up to `at_most` in all, in which the robot only goes on to known positions and
+        meets nothing. The result is the same, bit for bit. Return the number of ticks.
 
         A stop that a force asks for begins in the next tick. An internal error stops the robot, in error, and
         is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
@@ -146,7 +146,7 @@ class Controller:
         return left_out + 1
 
     def _leave_out(self, handling: Handling, ticks: int) -> int:
-        """Make at most so many ticks, but for what only they would know; return how many."""
+        """Make at most so many ticks in which the arm meets nothing; return how many."""
         motions, protection, pending = self.motions, self.protection, self.endings.pending
         if protection.looks_always or self._touching or motions.coming is None:
             return 0
@@ -201,8 +201,8 @@ class Controller:
         acts = load.wrenches or load.torques
         if protection.looks_always or (acts and not protection.tolerates()):
             self._protect()
-        if self._tells and (acts or self._touching):
-            self._touching = tell_touches(load, self._touching, self.tell)
+        if self._reports and (acts or self._touching):
+            self._touching = report_touches(load, self._touching, self.report)
 
     def _watch_forces(self, move: PendingMove) -> None:
         """End a force move that has met a force."""
@@ -210,7 +210,7 @@ class Controller:
         if contact is not None and move.number == self.motions.under_way:
             with self.endings.because(SUCCESS, str(contact)):
                 self.motions.cancel()
-            self.tell(contact)
+            self.report(contact)
 
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or is outside of the limits of its TCP."""
@@ -222,7 +222,7 @@ class Controller:
 
     @property
     def resting(self) -> bool:
-        """True if ticks change nothing but their number and the noise, until something is asked for.
+        """True if ticks change nothing but their number and the noise, until the next command.
 
         A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
         motion, in which the velocity becomes 0.
@@ -231,7 +231,7 @@ class Controller:
 
     @property
     def _stands(self) -> bool:
-        """True if the arm is `resting`, whatever its gripper and bodies do."""
+        """True if the arm is `resting`; gripper and bodies may move."""
         if self.joints_before != self.motions.joints or self.endings.pending:
             return False
         if self._servo_timeout_s < inf and self.mode in SERVO_MODES:
@@ -256,7 +256,7 @@ class Controller:
         """Stop the robot, and take no moves until the error is reset."""
         self.errors.fail(code, reason)
         self.stop(code, reason)
-        self.tell(ErrorRecord(code, reason))
+        self.report(ErrorRecord(code, reason))
 
     def emergency_stop(self, pressed: bool = True) -> None:
         """Stop as `stop` does, and take no moves until it is released, by False, and the error reset."""
@@ -344,7 +344,7 @@ class Controller:
     # Moves
 
     def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
-        """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
+        """Take a move; return its number. Raises `Refused`, and then nothing has changed.
 
         - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
           after a force is beyond its threshold, and then goes on with the next move.
@@ -373,13 +373,13 @@ class Controller:
             move = self._planned(request, self.end_of_queue)
             number = self.begin(Mode.NORMAL, lambda _: self.motions.executor.append(move))
         thresholds = request.thresholds
-        if thresholds or when_ended or self.endings.listeners or self._tells:  # somebody is told of its end
+        if thresholds or when_ended or self.endings.listeners or self._reports:  # its end is reported
             offset = self.cartesian_force()
             self.endings.pending.append(PendingMove(number, when_ended, thresholds, offset))
         return number
 
     def check(self, request: MoveRequest) -> None:
-        """Raise `Refused` where a PTP or LIN would be for its target; change nothing."""
+        """Raise `Refused` if a PTP or LIN would be rejected for its target; change nothing."""
         self.planner.plan(request, self.end_of_queue, self.model.tcp(self.tool_in_flange))
 
     def cancel_move(self) -> None:
@@ -394,8 +394,7 @@ class Controller:
     def clear_queue(self) -> None:
         """Forget the moves that wait; the one that runs ends at its target.
 
-        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
-        robot stops on its path.
+        A robot that blends into the next one, or is too fast to rest at the target, stops on its path.
         """
         with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
             self.motions.clear()
@@ -406,9 +405,9 @@ class Controller:
             raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
 
     def begin(self, mode: Mode, begin: Callable[[int], None], replaced: str = REPLACED) -> int:
-        """Begin an accepted request in place of what runs, or behind it; returns its number.
+        """Begin an accepted request in place of the running move, or behind it; return its number.
 
-        The mode changes, which may stop the robot. Moves that end by that are told that they are `replaced`.
+        The mode changes, which may stop the robot. Moves that it ends get the reason `replaced`.
         """
         if self.mode.stops_for(mode):
             self.stop(reason=REPLACED)
@@ -427,7 +426,7 @@ class Controller:
         return self.begin(Mode.IMPEDANCE, lambda _: motions.move_compliantly(move, impedance))
 
     def _head_for(self, request: MoveRequest, mode: Mode) -> int:
-        """Find the target of a servo from where that will set out, and head for it."""
+        """Find the target of a servo from its start, and head for it."""
         stops = self.mode.stops_for(mode)
         here = self.motions.rest_after_stop() if stops else self.motions.present
         moving = self.motions.moving and not stops
@@ -449,7 +448,7 @@ class Controller:
             lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
             code, reason = refused.code, f"{lost}: {refused.reason}"
             self.errors.record(code, reason)
-            self.tell(ErrorRecord(code, reason))
+            self.report(ErrorRecord(code, reason))
             self.endings.lost(number, code, reason)
             return None
 

@@ -1,4 +1,4 @@
-"""The controllers of the robots in one cell, stepped together, and who observes their ticks."""
+"""The controllers of the robots in one cell, stepped together, and observers of their ticks."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any

@@ -1,4 +1,4 @@
-"""The moves that run or wait, the forces that end them, and how each ended: at its target, or why not."""
+"""Moves that run or wait, the forces that end them, and the reason for the end of each."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -41,13 +41,13 @@ class Ending(NamedTuple):
     move: int
     """The number of the move."""
     code: int
-    """0 where it came to its target or a force ended it as asked for, else a result code, see `errors`."""
+    """0 for a move that came to its target or met its force, else a result code, see `errors`."""
     reason: str
-    """Nothing for a move that came to its target."""
+    """Empty for a move that came to its target."""
 
 
 RobotEvent = ErrorRecord | Contact | str
-"""An event between commands; a text tells of a link that begins to touch something."""
+"""An event between commands; a text is a link that begins to touch something."""
 WhenEnded = Callable[[Ending], None]
 """Called at the end of a move, once and never early."""
 
@@ -72,13 +72,13 @@ class PendingMove(NamedTuple):
 class Endings:
     """Reports the end of every move that has a listener, once and never early.
 
-    Where moves blend into each other one ends where the next begins.
+    A move that blends into the next one ends when that one begins.
     """
 
     def __init__(self, is_pending: Callable[[int], bool]) -> None:
-        """`is_pending` tells of a number whether its move runs or waits."""
+        """`is_pending` returns True if the move of a number runs or waits."""
         self.listeners: list[WhenEnded] = []
-        """Called at the end of every move that was accepted since they are here."""
+        """Called at the end of every move that is accepted from now on."""
         self._is_pending = is_pending
         self.pending: deque[PendingMove] = deque()
         """Moves with a guard or a listener, in the order in which they were accepted."""
@@ -103,6 +103,6 @@ class Endings:
         ended = {move.number for move in moves}
         self.pending = deque(move for move in self.pending if move.number not in ended)
         for move in moves:
-            for told in (move.when_ended, *self.listeners):
-                if told is not None:
-                    told(Ending(move.number, code, reason))
+            for listener in (move.when_ended, *self.listeners):
+                if listener is not None:
+                    listener(Ending(move.number, code, reason))

@@ -1,4 +1,4 @@
-"""Why a command is refused, or the robot stops by itself, and the error state that lasts until a reset.
+"""Reasons for refusals and stops, and the error state that lasts until a reset.
 
 Codes are robot_movement_interface's results. More of them, those of unreachable targets, are in
 `iiwa_sim.robot.nearest`.
@@ -14,7 +14,7 @@ TARGET_NOT_REACHABLE = 3020
 CROSSING_SINGULARITY = 3024
 EMERGENCY_STOP = 3030
 COMMUNICATION_FAILURE = 3040
-"""A line that makes no sense, or a client that is not heard of in time."""
+"""A line that cannot be read, or a client that sends nothing in time."""
 STOP_TRIGGERED = 3060
 """A stop that nobody asked for, and a move that was stopped, cancelled or replaced before its end."""
 
@@ -52,13 +52,13 @@ class RobotErrors:
 
     def __init__(self) -> None:
         self.standing: ErrorRecord | None = None
-        """The cause of the error state; None where the robot is in none."""
+        """The cause of the error state; None outside of it."""
         self.e_stopped = False
         """True if the emergency stop is pressed: no reset works before its release."""
         self.drives_powered = True
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self.next_refusal: ErrorRecord | None = None
-        """The refusal of the next move, whatever it asks for; None for none."""
+        """The refusal of the next move of any kind; None for none."""
         self.switched_off = False
         self._refusal: ErrorRecord | None = None
 

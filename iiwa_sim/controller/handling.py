@@ -114,7 +114,7 @@ class Handling:
         self.world, self.gripper, self.scene = arm.world, arm.gripper, setup.scene
         wired = {name: getattr(setup.wiring, f"{name}_input") for name in ("open", "closed", "holds")}
         self._sensors = {sensor: number for sensor, number in wired.items() if number != NOTHING}
-        self._wrong: dict[str, bool] = {}  # sensors that always tell this
+        self._wrong: dict[str, bool] = {}  # sensors with a fault, and their fixed state
         self._told: dict[int, bool] = {}  # states of inputs, by their numbers
         self._rested = False
         self._driven_by: tuple[bool, ...] | None = None  # outputs that drive jaws and scene
@@ -142,7 +142,7 @@ class Handling:
         return not (self.settled or world.conveyors.any() or any(arm.compliance for arm in world.arms))
 
     def go(self, motions: Motions) -> None:
-        """Tell the world where a tick has brought the robot, and where the next one will."""
+        """Pass the pose of the robot after this tick, and after the next one, to the world."""
         load, coming = self._load, motions.coming
         coming_tcp = None if coming is None else load.coming_tcp(coming)
         if self._changes != load.contact.changes:
@@ -159,7 +159,7 @@ class Handling:
 
     @property
     def _stays(self) -> bool:
-        """True if bodies do, and outputs."""
+        """True if bodies stay where they are, and outputs as they are."""
         world, gripper = self.world, self.gripper
         if gripper is None or self._driven != gripper.driven or self._driven_by is not self._io.outputs:
             return False
@@ -173,7 +173,7 @@ class Handling:
         return self.arm.leave_out_jaws(ticks, at[0] - PLACED_M, at[0] + PLACED_M)
 
     def feel(self) -> None:
-        """End a tick: take what bodies do to the robot, switch inputs."""
+        """End a tick: take the forces of bodies on the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm
         self._load.hand(arm.wrench, arm.push, arm.torques)
         # Only jaws that move, or a scene, make news.
@@ -198,7 +198,7 @@ class Handling:
         self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
 
     def kept(self) -> Callable[[], None]:
-        """Return what brings the present state back, of several robots that of the first one first."""
+        """Return a function that restores the present state; call that of the first robot first."""
         self._share_surfaces()
         gripper, world, arm = self.gripper, self.world, self.arm
         jaws = gripper and (gripper.opening_m, gripper.driven, gripper.blocked)
@@ -241,13 +241,13 @@ class Handling:
         return [part for number, part in enumerate(self.world.parts) if self.world.state(number) != GONE]
 
     def lose(self) -> None:
-        """Have the held part fall. Raises `Refused` where the gripper holds none."""
+        """Drop the held part. Raises `Refused` if the gripper holds none."""
         if self.arm.held < 0:
             raise Refused(EXECUTION, "the gripper holds no part")
         self.arm.let_go()
 
     def remove(self, name: str) -> None:
-        """Take a part away. Raises `Refused` where there is none of this name."""
+        """Take a part away. Raises `Refused` for an unknown name."""
         there = [each.name for each in self.bodies]
         if name not in there:
             names = ", ".join(map(repr, there)) or "none"
@@ -256,23 +256,23 @@ class Handling:
 
     @property
     def state(self) -> GripperState | None:
-        """The gripper as it is, whatever its sensors tell; None without one."""
+        """The true state of the gripper; None without one."""
         gripper = self.gripper
         return None if gripper is None else GripperState(1e3 * gripper.opening_m, gripper.state)
 
     def stick(self, stuck: bool) -> None:
-        """Have the jaws stay where they are, until they are told not to."""
+        """Stick the jaws where they are, or end that."""
         if self.gripper is None:
             raise Refused(EXECUTION, "the cell has no gripper")
         self.gripper.stuck = stuck
         if not stuck:
             self.gripper.driven = STAYS  # it looks at its outputs anew
 
-    def mistake(self, sensor: str, tells: bool) -> None:
-        """Have a sensor tell this, whatever is true. Raises `Refused` where there is no such sensor."""
+    def mistake(self, sensor: str, on: bool) -> None:
+        """Fix the input of a sensor to this state. Raises `Refused` for an unknown sensor."""
         if sensor not in self._sensors:
             raise Refused(EXECUTION, f"no sensor {sensor!r}: there are {', '.join(self._sensors) or 'none'}")
-        self._wrong[sensor] = tells
+        self._wrong[sensor] = on
         self._tell()
 
     def repair(self) -> None:
@@ -282,7 +282,7 @@ class Handling:
         self._tell()
 
     def _drive(self) -> None:
-        """Have outputs drive the jaws and what is wired to them in the scene."""
+        """Drive the jaws, and the wired actuators of the scene, by the outputs."""
         world, io, wiring = self.world, self._io, self._setup.wiring
         self._driven_by = io.outputs  # a change makes another tuple
         if self.gripper is not None:
@@ -294,7 +294,7 @@ class Handling:
             world.wake()
 
     def _place_jaws(self) -> None:
-        """Tell the arm where its jaws are."""
+        """Pass the place of the jaws to the contact of the links."""
         if self.gripper is None or not isinstance(self.gripper.kind, Jaws):
             return
         now = self.gripper.opening_m, self._load.tool_in_flange
@@ -304,7 +304,7 @@ class Handling:
             self._load.jaws_are(partial(capsules_of, self.gripper.kind, *now), moved_m)
 
     def _tell(self) -> None:
-        """Switch the inputs, where that is news: a test bench may have switched one otherwise."""
+        """Switch the inputs whose sensors have changed: others keep the state that a test gave them."""
         gripper, data = self.gripper, self.world.data
         now = {each.number: each.is_on(data) for each in self._setup.inputs}
         if gripper is not None:

@@ -27,7 +27,7 @@ LONGEST_S = 86400.0
 END_VELOCITY_RAD_S = 1.19e-7
 """Largest velocity of the last point: what joint_trajectory_controller takes for 0."""
 ROUNDING = 1e-6
-"""Part of a limit of velocity by which a curve may pass it: rounding of who computed it."""
+"""Part of a limit of velocity by which a curve may pass it, for rounding at its sender."""
 START_RAD = 0.087
 """A trajectory that begins farther from the robot on any joint is refused: as far as a direct move goes."""
 PREEMPTED, CANCELLED = "preempted by a newer trajectory", "cancelled"

@@ -28,7 +28,7 @@ AT_TCP = (
 SPEED = "the TCP runs at {:.1f} mm/s, its limit is {:g} mm/s"
 BOX = "the TCP is at {} {:.1f} mm, its box is {:g} to {:g} mm"
 NAMED = {"tip": "the sphere round the TCP"}
-"""Names of what is fixed to the flange, as the log has them, where that is not the own name."""
+"""Names in the log of bodies at the flange whose own name says too little."""
 
 
 class Safety(NamedTuple):
@@ -127,7 +127,7 @@ class Protection:
 
 
 def touch(load: ExternalWrench, link: str, other: str) -> str:
-    """Return the words for a link, or what is fixed to the flange, that touches something."""
+    """Return the words for a link, or a body at the flange, that touches something."""
     kind, toucher = load.kind_of(other), f"link {link}" if link in load.arm_links else NAMED.get(link, link)
     return harmless(f"{toucher} touches {other if kind == 'robot' else f'{kind} {other!r}'}")
 
@@ -140,11 +140,11 @@ def body_touched(load: ExternalWrench) -> str:
     return ""
 
 
-def tell_touches(load: ExternalWrench, before: set[str], tell: Callable[[str], None]) -> set[str]:
-    """Tell of links, tool and jaws that begin to touch something; return the lines of all that do."""
+def report_touches(load: ExternalWrench, before: set[str], report: Callable[[str], None]) -> set[str]:
+    """Report links, tool and jaws that begin to touch something; return the lines of all that touch."""
     touching = {touch(load, contact.link, contact.surface) for contact in load.link_contacts}
     if load.colliding is not None:
         touching.add("links {} and {} collide".format(*load.colliding))
     for line in sorted(touching - before):
-        tell(line)
+        report(line)
     return touching

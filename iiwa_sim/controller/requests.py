@@ -28,7 +28,7 @@ Thresholds = tuple[float | None, float | None, float | None]
 
 
 class Kind(Enum):
-    """How the robot gets to its target."""
+    """Kind of a move: the path of the robot to its target."""
 
     LIN = "LIN"
     """Straight at the TCP."""

@@ -98,7 +98,7 @@ def snapshot(controller: Controller) -> Snapshot:
         goal_joint_position=controller.motions.goal,
         goal_frame=controller.goal_frame(),
         override=controller.override,
-        tool_load=controller.tool_load.told(),
+        tool_load=controller.tool_load.in_mm(),
         gripper=None if handling is None else handling.state,
         parts=() if handling is None else handling.parts,
         bodies=() if handling is None else handling.scene_bodies,

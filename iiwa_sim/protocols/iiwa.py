@@ -153,7 +153,7 @@ COMMANDS: dict[str, Handler] = {
     "set tool load": _does(
         lambda robot, v: robot.set_tool_load(ToolLoad(v[0], (1e-3 * v[1], 1e-3 * v[2], 1e-3 * v[3])))
     ),
-    "get tool load": _gives(lambda robot: robot.tool_load.told()),
+    "get tool load": _gives(lambda robot: robot.tool_load.in_mm()),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
     "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
     "get inputs": _counts(lambda robot, _: robot.io.inputs),

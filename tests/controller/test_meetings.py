@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from iiwa_sim.controller.limits_watch import tell_touches
+from iiwa_sim.controller.limits_watch import report_touches
 from tests.world.scenes import GRIPPER, HEAD, TABLE_MM, Scene, down, part, table
 
 
@@ -16,6 +16,6 @@ def test_what_a_jaw_meets_is_told_by_name_and_kind() -> None:
     touching = set[str]()
     scene.goes(down(600, 100, top_mm - 1.0), 0.05)
     for _ in range(3):
-        touching = tell_touches(scene.controller.load, touching, told.append)
+        touching = report_touches(scene.controller.load, touching, told.append)
     assert "jaw 1 touches part 'block'" in told
     assert len(told) == len(set(told)), "each is told once"
