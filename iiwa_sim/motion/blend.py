@@ -1,10 +1,11 @@
 """Blends: the second of two moves sets out while the first one still goes to its target.
 
-With v from 0 to 1 the first move goes on to its target as s = 1 - before F(1 - v) while the second leaves it
-as s = after F(v); the displacement of the second is added to the joints of the first. F grows with the third
-power of v up to v = rho, then with the second, up to F(1) = 1. So a blend is a parabola along which one
-velocity changes evenly into the other, except for rho at either end, where the acceleration builds up. As
-F(v) + F(1 - v) <= 1, the sum of two straight moves stays in any ball around the target that holds their ends.
+In a blend v goes from 0 to 1. The first move goes on to its target as s = 1 - before F(1 - v), while the
+second leaves it as s = after F(v). The displacement of the second is added to the joints of the first. F
+grows with the third power of v up to v = rho, then with the second, up to F(1) = 1. A blend is a parabola
+along which one velocity changes evenly into the other. Only for rho at either end the acceleration builds up.
+The sum of two straight moves stays in any ball around the target that holds their ends, since
+F(v) + F(1 - v) <= 1.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ SHORTEST_RAD = 1e-6
 SHORTEST_S = 0.004
 """A sharp blend that takes less on one side is a stop: so much is all that could be gained."""
 SHORTEST_PART = 0.05
-"""A blend whose one side takes less than this part of the other's time is a stop: x would all but stand
+"""A blend whose one side takes less than this part of the other's time is a stop. x would all but stand
 still where the sides meet, and the speed profile would not keep limits."""
 LEAST_RHO = 0.1
 GENTLE_RHO = 0.42
@@ -43,8 +44,8 @@ GENTLE_RHO = 0.42
 LONGER = 0.5
 """Accelerations of a turn by less than a right angle build up longer by this times the cosine."""
 SHARP = 0.5
-"""Cosine of the turn from which on, up to a right angle, a blend is more and more the end of one move and
-the beginning of another, with as large a part of either as it takes to build up acceleration."""
+"""Cosine of the sharpest turn with at most `GENTLE_RHO`. From there to a right angle the largest rho grows to
+1: the blend becomes the end of one move and the beginning of another."""
 
 
 class Move(NamedTuple):
@@ -55,7 +56,7 @@ class Move(NamedTuple):
     limits: JointLimits
     """Limits of the joints, velocities lowered to the speed of this move."""
     length_s: float
-    """How long (s) its path takes at the velocity limits of the joints; 0 if it goes nowhere."""
+    """Time (s) that its path takes at the velocity limits of the joints; 0 if it goes nowhere."""
     zone: Zone | None
     """Region in which it may leave its path to blend into the next move; None to stop at its target."""
     again: Callable[[Joints], Move | None]
@@ -63,7 +64,7 @@ class Move(NamedTuple):
 
 
 class Blend(NamedTuple):
-    """How two moves are added at the target between them."""
+    """The sum of two moves around the target between them."""
 
     before: float
     """Part of the first move that is left when the second sets out."""
@@ -136,7 +137,7 @@ def joint_ball(part: float, start: Joints, target: Joints) -> Zone:
 
 
 class _Side:
-    """How a move sets out from a target, or comes to rest at it, as fast as its limits there allow."""
+    """One end of a move, from or to which it goes as fast as its limits there allow."""
 
     def __init__(self, move: Move, *, at_end: bool) -> None:
         self.slope = move.path.derivatives(np.array([1.0 if at_end else 0.0]))[1, 0]  # dq/ds (n,)

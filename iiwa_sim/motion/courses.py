@@ -60,8 +60,10 @@ class Courses:
     def find(
         self, start: State, end: State, limits: JointLimits, duration_s: float | None = None
     ) -> RuckigCourse | None:
-        """A course from one state to another, all joints together in `duration_s`, or each as soon as it can
-        for None; None where Ruckig finds none, or none that is good."""
+        """Return a course from one state to another; None if Ruckig finds none that is good.
+
+        The joints arrive together after `duration_s`. Without it each joint arrives as soon as it can.
+        """
         task = InputParameter(len(self._position_min))
         task.current_position, task.target_position = list(start[0]), list(end[0])
         task.current_velocity = [SPEED_KEPT * v for v in start[1]]

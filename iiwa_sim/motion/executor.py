@@ -25,10 +25,10 @@ _number = attrgetter("number")
 class Executor:
     """Joint positions (rad) over ticks, along one trajectory at a time.
 
-    A move starts in the tick after it is appended, or when the motion before it has ended, also within a
-    tick. Moves that wait when a move is cancelled are planned again from where the robot will come to rest,
-    one in each tick, as far as their start differs. If one of them is impossible from there, it is dropped
-    together with those behind it.
+    A move starts when the motion before it has ended, also within a tick. From rest it starts in the tick
+    after it is appended, or a few ticks later if its plan takes longer. After a cancel the waiting moves are
+    planned again from the place of rest, one in each tick, as far as their start differs. If one of them is
+    impossible from there, it is dropped with those behind it.
     """
 
     def __init__(self, joints: Joints, time: TimeScaling, lowest: Array, highest: Array) -> None:

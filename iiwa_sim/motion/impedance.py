@@ -1,4 +1,4 @@
-"""The impedance of one robot: how it gives way around the nominal motion or where it is held, and brakes."""
+"""Impedance of one robot around its nominal motion or in a hold, and braking after it."""
 
 from collections.abc import Callable
 from operator import sub
@@ -16,7 +16,7 @@ from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.wrench import Wrench
 
 STIFF, COMPLIANT_TCP, COMPLIANT_JOINTS = 0, 1, 2
-"""How a robot gives way: not at all, as a mass at the TCP, or in each joint."""
+"""Compliance of a robot: none, as a mass at the TCP, or in each joint."""
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
 STILL_S = 0.05
@@ -34,9 +34,9 @@ Pushes = Callable[[], tuple[Wrench, tuple[float, ...]]]
 class Impedance:
     """Joint positions (rad) over ticks, while the robot is compliant, or brakes because it was.
 
-    The TCP gives way around the nominal motion, as a stiffness move has asked for, or every joint around the
-    place where a hold began. Until it is started, and when it has been stopped and is at rest, the robot is
-    stiff: it is where the nominal motion is, and this has nothing to do.
+    In a stiffness move the TCP is compliant around the nominal motion. In a hold every joint is compliant
+    around the place where the hold began. Before a start, and at rest after a stop, the robot is stiff and
+    follows the nominal motion exactly.
     """
 
     def __init__(
@@ -54,15 +54,15 @@ class Impedance:
         self.active = False
         """True if the robot is compliant or brakes, so that it may be beside the nominal motion."""
         self.compliant = False
-        """True if the robot gives way to forces."""
+        """True if forces deflect the robot."""
         self.holding = False
-        """True if it does so around the start of a hold, and not around the nominal motion."""
+        """True if the robot is compliant around the start of a hold, not around the nominal motion."""
         self.impedance = NO_SPRINGS
-        """How the TCP gives way around the nominal motion."""
+        """Impedance of the TCP around the nominal motion."""
         self.tcp_contact: Reached | None = None
         """TCP after the last tick and its contact there; None if that is not known."""
         self.braking: RuckigCourse | None = None
-        """How the robot brakes from the velocity it had while it was compliant; None while it does not."""
+        """Course on which the robot brakes from its velocity as a compliant robot; None while it does not."""
         d = description
         bounds = JointBounds(
             tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
@@ -143,7 +143,7 @@ class Impedance:
             joints = self._tcp_springs.step(nominal, self.impedance)
             self.tcp_contact = self._tcp_springs.tcp_contact
         self._before, self.joints = before, joints
-        # In most ticks the first joint tells that the robot moves.
+        # In most ticks the first joint shows that the robot moves.
         most = self._still_rad
         if abs(joints[0] - before[0]) > most or max(map(abs, map(sub, joints, before))) > most:
             self._still_ticks = 0

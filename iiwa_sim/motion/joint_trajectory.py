@@ -1,14 +1,14 @@
 """Joint trajectories, given as points with times, and how the robot follows them within its limits.
 
-Between two points the curve is the one of ros2_controllers' joint_trajectory_controller: a quintic where both
-have velocities and accelerations, a cubic where both have velocities, else a straight line.
+The curve between two points is that of ros2_controllers' joint_trajectory_controller. It is a quintic if both
+have velocities and accelerations, a cubic if both have velocities, else a straight line.
 
 The robot follows an average of that curve over the time just behind, of two widths one after the other. An
 average never leaves the range of its values. Averaging over T seconds keeps positions and velocities within
-their limits, and bounds the next derivative by (range of this one) / T. The first average, T1 wide, is needed
-where velocities jump, as between straight lines, or change faster than the robot accelerates; the second, T2
-wide, where accelerations do. A curve that asks for nothing the robot cannot do is not averaged at all. Else
-the robot is (T1 + T2) / 2 behind it.
+their limits, and bounds the next derivative by (range of this one) / T. The first average, T1 wide, is for
+velocities that jump, as between straight lines, or change faster than the robot accelerates. The second, T2
+wide, is for accelerations that do so. A curve that asks for nothing the robot cannot do is not averaged at
+all. Else the robot is (T1 + T2) / 2 behind it.
 """
 
 from collections.abc import Sequence
@@ -125,8 +125,8 @@ class Reference:
 def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = True) -> Windows:
     """Return the widths (s) of both averages that keep the limits of acceleration and jerk.
 
-    The reference keeps those of velocity. `from_rest` says whether the robot stands still at its start; else
-    that is no part of the averages: the robot joins later than they are wide.
+    The reference keeps those of velocity. `from_rest` is True if the robot stands still at its start. Else
+    the start is no part of the averages: the robot joins later than they are wide.
     """
     most_a, most_j = KEPT * limits.acceleration, KEPT * limits.jerk
     (speeds, _), (accelerations, largest), (_, jerks) = (reference.range(order) for order in (1, 2, 3))
@@ -142,9 +142,9 @@ def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = T
 
 
 class JointTrajectory:
-    """How the robot follows a reference: along its average, on which it is from `join_s` on.
+    """Trajectory along the average of a reference, on which the robot is from `join_s` on.
 
-    Where the robot begins beside that, or with another velocity, it first joins it by the course of Ruckig
+    A robot that begins beside the average, or with another velocity, first joins it by the course of Ruckig
     that is there soonest. Positions, velocities, accelerations and jerks keep their limits at every time. At
     the end the robot holds the last point.
     """
@@ -207,7 +207,7 @@ class JointTrajectory:
 def joint_trajectory(
     reference: Reference, state: State, limits: JointLimits, courses: Courses
 ) -> JointTrajectory:
-    """Return how to follow a reference within limits from a state of motion.
+    """Return the trajectory along a reference, within limits, from a state of motion.
 
     Raises `ArithmeticError` where no course onto it is found.
     """
@@ -236,7 +236,7 @@ def averaged(knots: Array, pieces: Array, widths: Sequence[float], times: Array,
     """Return a derivative (m, n) of a curve at rising times (m,), averaged over widths one after the other.
 
     `pieces` are those of `Reference.pieces` between `knots`. An average of width w is the difference of the
-    curve's integral at t and t - w, over w: with two widths the second integral at four times. Integrals
+    curve's integral at t and t - w, over w. Two widths take the second integral at four times. Integrals
     begin just before the first of these, so that no digits are lost.
     """
     shifts, signs = np.zeros(1), np.ones(1)
@@ -335,5 +335,5 @@ _CHEBYSHEV = np.array(
         for k in range(ROWS)
     ]
 )
-"""Parts of each power of u in each Chebyshev coefficient: with 2 u - 1 = cos 2t, u is cos(t)^2, whose powers
-are binomial sums of cosines. Exact, as parts of 1,024."""
+"""Parts of each power of u in each Chebyshev coefficient, exact as parts of 1,024. With 2 u - 1 = cos 2t,
+u is cos(t)^2, whose powers are binomial sums of cosines."""

@@ -3,8 +3,9 @@
 The inverse kinematics gives joint positions at Chebyshev nodes, and polynomials are fitted to them. A line is
 halved until each piece is resolved. The redundancy changes evenly from start to target.
 
-A line that comes near a singular pose is sampled until no joint goes far between two samples. Where a joint
-would jump, the line may pass exactly through the singular pose: it continues on the branch without a jump.
+A line that comes near a singular pose is sampled until no joint goes far between two samples. A line
+on which a joint would jump may pass exactly through the singular pose. It continues on the branch without a
+jump.
 Rounding dominates the inverse next to such a place, so a polynomial bridges a gap around it.
 """
 
@@ -253,7 +254,7 @@ def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
 NODES, WEIGHTS = _nodes_and_weights(DEGREE)
 
 
-class _Stretch(NamedTuple):
+class _Section(NamedTuple):
     """A part of the line on one branch, from `s` on; a joint that is free keeps its position in `seed`."""
 
     s: float
@@ -262,13 +263,13 @@ class _Stretch(NamedTuple):
 
 
 class _Sampled:
-    """A line near singular poses, as stretches on one branch each."""
+    """A line near singular poses, as sections on one branch each."""
 
     def __init__(self, along: _LineJoints, status: int) -> None:
         """The line begins on the branch `status`. Raises `LineOutOfReach` and `SingularLine`."""
         self._along = along
         self._inverse = along.inverse
-        self._stretches = [_Stretch(0.0, status, along.start)]
+        self._sections = [_Section(0.0, status, along.start)]
         self._free_start = len(self._inverse.merging_statuses(along.start, FREE_AT_START)) > 1
         self._s, self._q = self._sampled()
 
@@ -276,8 +277,8 @@ class _Sampled:
         """Return the path. Raises `SingularLine`."""
         borders, pieces, start = [0.0], list[Array](), self._along.start
         beside: Array | None = None  # joints and derivatives (4, n) at the end of the pieces so far
-        for low, high, stretch in self._regions():
-            inner, fits = self._fitted(low, high, stretch)
+        for low, high, section in self._regions():
+            inner, fits = self._fitted(low, high, section)
             after = at_border(inner[0], inner[1], fits[0], low)
             if low > 0.0:
                 if beside is None:
@@ -313,9 +314,9 @@ class _Sampled:
                 raise SingularLine(s, int(np.abs(after[0] - before[0]).argmax()))
         return rows
 
-    def _regions(self) -> list[tuple[float, float, _Stretch]]:
-        """First s, last s and stretch of each part between gaps."""
-        own, ends = list(self._stretches), [*(stretch.s for stretch in self._stretches), 1.0]
+    def _regions(self) -> list[tuple[float, float, _Section]]:
+        """First s, last s and section of each part between gaps."""
+        own, ends = list(self._sections), [*(section.s for section in self._sections), 1.0]
         # A line that changes its branch next to one of its ends is as free there as at the end.
         if len(own) > 1 and ends[1] < END_GAP:
             self._free_start = True
@@ -324,16 +325,16 @@ class _Sampled:
             self._free_end = True
             del own[-1], ends[-1]
         regions = []
-        for k, stretch in enumerate(own):
+        for k, section in enumerate(own):
             gap = min(GAP, (ends[k + 1] - ends[k]) / 3.0)
             low = ends[k] + (gap if k > 0 else END_GAP * self._free_start)
             high = ends[k + 1] - (gap if k < len(own) - 1 else END_GAP * self._free_end)
-            regions.append((low, high, stretch))
+            regions.append((low, high, section))
         return regions
 
-    def _fitted(self, low: float, high: float, stretch: _Stretch) -> tuple[list[float], list[Array]]:
+    def _fitted(self, low: float, high: float, section: _Section) -> tuple[list[float], list[Array]]:
         """Borders in s and coefficients of the pieces of a part between gaps."""
-        _, status, seed = stretch
+        _, status, seed = section
         fitted = self._along.pieces(
             low, high, status, seed, self._near(low), SMALLEST_NEAR_SINGULAR, near=True
         )
@@ -378,21 +379,21 @@ class _Sampled:
         return q
 
     def _end(self, coming: Array) -> Joints:
-        """Joint positions at the end; a joint that is free there keeps the position that it comes with: next
-        to the end the last digits of the target decide on it."""
+        """Return joint positions at the end. A joint that is free there keeps its position: next to the end
+        the last digits of the target decide on it."""
         along, near = self._along, tuple(coming.tolist())
         pose, redundancy = along.line.flange(1.0), along.redundancy(1.0)
-        end = self._inverse.joints(pose, redundancy, self._stretches[-1].status, near)
+        end = self._inverse.joints(pose, redundancy, self._sections[-1].status, near)
         if end is None:
             raise LineOutOfReach(1.0)
         return continued(end, near)
 
     def _positions(self, s: Array) -> Array:
         """Joint positions (m, n) at rising values of s (m,)."""
-        starts = np.array([stretch.s for stretch in self._stretches])
-        statuses = np.array([stretch.status for stretch in self._stretches])
+        starts = np.array([section.s for section in self._sections])
+        statuses = np.array([section.status for section in self._sections])
         places = starts.searchsorted(s, side="right") - 1
-        return self._along.rows(s, statuses[places], self._stretches[-1].seed)
+        return self._along.rows(s, statuses[places], self._sections[-1].seed)
 
     def _cross(self, before: float, after: float, coming: Array, jumped: Array) -> None:
         """Change the branch between two samples, where the line passes a singular pose.
@@ -401,10 +402,10 @@ class _Sampled:
         """
         for status in self._inverse.statuses:
             reached = self._along.at(after, status, coming.tolist())
-            if reached is not None and before > self._stretches[-1].s:
+            if reached is not None and before > self._sections[-1].s:
                 going = continued(reached, tuple(coming.tolist()))
                 if _distance(going, coming.tolist()) <= LARGEST_STEP_RAD:
-                    self._stretches.append(_Stretch(after, status, tuple(coming.tolist())))
+                    self._sections.append(_Section(after, status, tuple(coming.tolist())))
                     return
         raise SingularLine(before, int(np.abs(jumped - coming).argmax()))
 

@@ -1,4 +1,4 @@
-"""The motions of a robot: one queue of moves, a servo, and how the robot gives way around either."""
+"""The motions of a robot: one queue of moves, a servo, and the compliance around either."""
 
 from collections.abc import Callable
 from functools import partial
@@ -34,9 +34,9 @@ class _Next(NamedTuple):
 class Motions:
     """The motions of one robot, and the one that waits to begin.
 
-    The executor makes the nominal motion: it runs queued moves, and what the servo heads for. Stiff, the
-    robot is where that is; else the impedance gives way around it. Targets, trajectories, stiffness moves and
-    holds replace the motion before: the newest waits here until the robot rests after a `stop`.
+    The executor makes the nominal motion: it runs queued moves and courses of the servo. A stiff robot
+    follows that exactly; the impedance deflects a compliant robot from it. Targets, trajectories, stiffness
+    moves and holds replace the motion before: the newest waits here until the robot rests after a `stop`.
     """
 
     def __init__(
@@ -51,8 +51,8 @@ class Motions:
     ) -> None:
         """Rest at joint positions `start` (rad).
 
-        `limits` are those of smart mode at full speed. A compliant robot gives way to `pushes` and to the
-        `contact` at its TCP.
+        `limits` are those of smart mode at full speed. `pushes` and the `contact` at its TCP deflect a
+        compliant robot.
         """
         d = model.description
         self.joints = start
@@ -87,7 +87,7 @@ class Motions:
 
     @property
     def settled(self) -> bool:
-        """True if ticks change nothing until something is asked for: a robot that yields is never sure."""
+        """True if ticks change nothing without a new request; never for a compliant robot."""
         return not self.moving and not self._impedance.compliant
 
     @property
@@ -102,7 +102,7 @@ class Motions:
 
     @property
     def compliance(self) -> int:
-        """How the robot gives way now: `STIFF`, `COMPLIANT_TCP` or `COMPLIANT_JOINTS`."""
+        """Compliance of the robot now: `STIFF`, `COMPLIANT_TCP` or `COMPLIANT_JOINTS`."""
         if not self._impedance.compliant:
             return STIFF
         return COMPLIANT_JOINTS if self._impedance.holding else COMPLIANT_TCP
@@ -160,8 +160,8 @@ class Motions:
         return self.executor.time.time_s
 
     def plan_trajectory(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
-        """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
-        `ArithmeticError` where no way onto it is found."""
+        """Return a trajectory that replaces the one before, or begins where the robot will rest. Raises
+        `ArithmeticError` if no course onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
         state = self.executor.state if self.tracked is not None else (here, still, still)
@@ -171,7 +171,7 @@ class Motions:
     def goal(self) -> Joints:
         """End of the running move, target or stop (rad); of a hold, the joints that it keeps.
 
-        Where nothing has begun to move, that of what begins next, or where the robot is.
+        Before a motion it is the end of what begins next; at rest the present position.
         """
         if self._impedance.holding:
             return self._impedance.centre
@@ -184,7 +184,7 @@ class Motions:
 
     @property
     def count(self) -> int:
-        """How many moves run and are not being stopped, or wait. Targets and trajectories count, no holds."""
+        """Number of moves, targets and trajectories that wait, or run and are not being stopped."""
         if self.holding:
             return 0
         if self._next is not None or self._newest is not None:
@@ -227,8 +227,11 @@ class Motions:
             self.tracking, self._newest = False, None
 
     def move_compliantly(self, move: Move, impedance: CartesianImpedance) -> None:
-        """Carry out a move that begins at `compliant_start`, in place of what runs: from rest as any move, in
-        mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
+        """Carry out a move that begins at `compliant_start`, in place of what runs.
+
+        It begins from rest, in mid-motion without a stop, or after a stop under way. Other motions must have
+        been stopped.
+        """
         self._newest = move.number
         if self._impedance.holding:
             self._impedance.let_go()
@@ -261,7 +264,7 @@ class Motions:
     def cancel(self) -> None:
         """End what runs, or begins in the next tick: a move, a trajectory, a target.
 
-        A robot that yields goes on to do so. While it is being stopped, and in a hold, nothing changes.
+        A compliant robot stays compliant. While it is being stopped, and in a hold, nothing changes.
         """
         if self._being_stopped or self.holding:
             return
@@ -285,7 +288,7 @@ class Motions:
             self.executor.clear()
 
     def step(self) -> None:
-        """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
+        """Make one tick. If a motion fails, the robot stops, and the exception of the motion is raised."""
         impedance, executor = self._impedance, self.executor
         if not impedance.active and executor.step_quietly():
             self.joints = executor.joints

@@ -31,7 +31,7 @@ def least_time_s(path: Polynomial, velocity: Array) -> tuple[float, float]:
 
     The second value is how far the joint goes that goes farthest (rad). Both are NaN where the path is.
     """
-    # How far each joint goes there and back, measured between samples.
+    # The distance that each joint goes, there and back, between samples.
     s = np.array([0.0, 1.0]) if path.straight else _places(path, 4)
     distances = np.abs(np.diff(path.derivatives(s)[0], axis=0)).sum(axis=0)
     return float((distances / velocity).max()), float(distances.max())

@@ -20,28 +20,28 @@ STEPS = 16
 LONGEST_PERIOD_S = 0.12
 """Moves that come so soon one after the other are a stream."""
 PERIODS = 2.0
-"""A move of a stream takes so many of its periods at the least: then the next one comes before it brakes, and
-the robot goes on evenly, a period behind its commands. With fewer it would stop and go."""
+"""A move of a stream takes at least so many of its periods. The next one then comes before the robot brakes,
+and the robot goes on evenly, a period behind its commands. With fewer it would stop and go."""
 LEAST_SPEED = 1e-3
-"""A joint with hardly any distance keeps this part of its velocity limit for corrections; and at least what
-it reaches at its acceleration limit in ..."""
+"""A joint with hardly any distance keeps this part of its velocity limit for corrections."""
 LEAST_S = 3e-4
-"""... this time: after it has passed its path it has to come back."""
+"""Such a joint also keeps the speed that it reaches in this time at its acceleration limit: it may have to
+come back to its path."""
 
 
 class Servo:
     """Heads for targets, each of which takes over from the motion before.
 
     To a target each joint goes as fast as its limits allow, and would rest there; it does not wait for the
-    others. A joint that is faster than a new velocity limit brakes first, and one that is too fast to rest at
+    others. A joint that is faster than a new velocity limit brakes first. A joint that is too fast to rest at
     a new target passes it and comes back.
 
-    It passes no position limit, which Ruckig does not know of. Where Ruckig finds no course, or one that
-    passes such a limit, the robot goes on as before, and the servo asks again in the next tick. It also waits
+    It passes no position limit, which Ruckig does not know of. If Ruckig finds no course, or one that
+    passes such a limit, the robot goes on as before. The servo asks again in the next tick. It also waits
     while the override falls: a course at full speed would be faster than requested.
 
-    A move of a compliant robot that replaces another one is pursued: the servo heads for one point of its
-    path after the other, each a little ahead of where the robot is. Moves that come in a stream are so slow
+    The servo pursues a move of a compliant robot that replaces another one: it heads for one point of the
+    path after the other, each a little ahead of the robot. Moves that come in a stream are so slow
     that each still runs when the next one comes.
     """
 
@@ -92,7 +92,7 @@ class Servo:
     def replace(self, move: Move) -> bool:
         """Pursue a move in place of the one that runs; return False if none runs, or it is being stopped."""
         executor = self._executor
-        # Of several moves between two ticks only the first counts.
+        # Only the first of several moves between two ticks counts.
         if self._since_s > 0.0:
             self._period_s, self._since_s = self._since_s, 0.0
         self.pursued = None

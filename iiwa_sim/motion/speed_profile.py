@@ -21,7 +21,7 @@ WORK = 1000
 ENOUGH = 0.03
 """Duality gap that ends a solution, as a part of the duration."""
 MANY_SAMPLES = 400
-"""A nominal motion of fewer samples of x is planned in one slice."""
+"""A nominal motion of fewer samples of x is planned in at most two slices."""
 MANY_SEGMENTS = 100
 """A trajectory of fewer segments is put together in the slice that has solved it."""
 SHORTEST_SEGMENT_S = 1e-4

@@ -1,4 +1,4 @@
-"""Springs, dampers and masses of a robot that gives way: constants, exact steps, and motion within bounds."""
+"""Springs, dampers and masses of a compliant robot: constants, exact steps, and motion within bounds."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -23,7 +23,7 @@ ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
 REDUNDANCY_STIFFNESS_NM_PER_RAD = 100.0
 """Published: the original's, of the null space."""
 SINGULAR_INERTIA_KGM2 = 1e-4
-"""Moment of inertia of each joint for itself: felt only near singular poses."""
+"""Moment of inertia of each joint for itself: it matters only near singular poses."""
 JOINT_INERTIA_KGM2 = 0.5
 """Apparent moment of inertia of each joint in a hold. Our decision."""
 LEAST_DAMPING_NMS_PER_RAD = 5.0
@@ -36,7 +36,7 @@ TAYLOR_TERMS = 16
 
 
 class CartesianImpedance(NamedTuple):
-    """How the TCP gives way, and with what it pushes."""
+    """Stiffness of the TCP, and the wrench that it applies."""
 
     stiffness_n_per_m: float
     """In translation, the same in all directions."""
@@ -75,10 +75,9 @@ def least_deviation(
 ) -> list[float]:
     """Return the joint motion (n,) between `least` and `greatest` (n,) that deviates least from a wanted one.
 
-    Gauss's principle: it minimises |jacobian motion - wanted|^2 + inertia |motion|^2, where the rows of the
+    By Gauss's principle it minimises |jacobian motion - wanted|^2 + inertia |motion|^2. The rows of the
     `jacobian` (m, n) and of `wanted` (m,) are weighted with the roots of masses. Joints that would pass a
-    bound are put on it one after the other, the farthest first, and the others make up for it as far as they
-    can.
+    bound are put on it one after the other, the farthest first. The others make up for it as far as they can.
     """
     matrix = jacobian.T @ jacobian
     matrix.flat[:: len(matrix) + 1] += inertia

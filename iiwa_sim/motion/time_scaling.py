@@ -1,8 +1,8 @@
 """Time scaling: an override and a stop slow planned time down, so the robot stays on its path.
 
 A planned motion with velocity v, acceleration a and jerk j runs at the rate r of planned time. Then a joint
-has the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. So bounds on r' and
-r'' are limits of the joints that hold on any path: those of a stop.
+has the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. Therefore bounds
+on r' and r'' are limits of the joints on any path: those of a stop.
 """
 
 import numpy as np

@@ -35,7 +35,7 @@ from iiwa_sim.motion.speed_profile import (
 FREE_S = 0.4
 """A trajectory that goes on is planned anew from so long before it brakes at its end."""
 KEPT_S = 0.01
-"""How much of the past a front keeps: an override looks back a little."""
+"""Part of the past (s) that a front keeps: an override looks back a little."""
 BESIDE_BRAKING_S = 0.1
 """Until so long before it begins to brake at its end, a trajectory moves as one would that goes on."""
 AHEAD_SEGMENTS = 2
@@ -85,8 +85,8 @@ _HERMITE = np.array(
 )
 """Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
 _AT_HALVES = np.zeros((10, 7))
-"""Factors of the coefficients of x (4) and of the squared rate b (3) in x, its slope, half of its second
-derivative, b and a quarter of its slope, each at the beginning and in the middle of a segment."""
+"""Factors of the coefficients of x (4) and of the squared rate b (3) in values at the beginning and in the
+middle of a segment. These are x, its slope, half of its second derivative, b and a quarter of its slope."""
 _AT_HALVES[:6, :4] = np.array(
     [
         [8.0, 32.0, 8.0, 0.0],
@@ -313,12 +313,12 @@ def planned_on(
 def ending(trajectory: Trajectory, now_s: float) -> Trajectory | None:
     """Return a trajectory that goes on from now to end with the move under way.
 
-    Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time:
-    then it mostly is too fast, as it would not have had to stop at that target.
+    Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time.
+    In the latter case it mostly is too fast to stop at that target.
     """
     move = trajectory.move_at(now_s)
     leaves_x = float(blend_spans(trajectory.path)[0][trajectory.moves.index(move)])
-    # What is kept of x must not end beside a blend, where it is too fast to rest at the target.
+    # The part of x that stays must not end beside a blend, where it is too fast to rest at the target.
     until_x = min(leaves_x, trajectory.x(now_s + LITTLE_KEPT_S))
     front = trajectory.front(now_s, now_s, trajectory.end_s, until_x)
     if front.state[0] >= leaves_x:
