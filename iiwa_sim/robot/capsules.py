@@ -62,8 +62,8 @@ class Capsule(NamedTuple):
 def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
     """The capsules of all links, base first: those of robot.toml.
 
-    A link without any there has a capsule within each `collision` shape of the URDF that is a sphere, a
-    cylinder or a box: the longest of the thickest, a sphere in a cylinder that is thicker than long.
+    A link without any there has a capsule within each `collision` sphere, cylinder and box of the URDF. It is
+    the longest of the thickest capsules, and a sphere in a cylinder that is thicker than long.
     """
     poses: list[Transform] = []
     found: list[Capsule] = []

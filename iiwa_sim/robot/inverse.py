@@ -2,7 +2,7 @@
 
 An arm has up to eight branches, which three bits of the status tell apart. Bit 0 is set where the wrist point
 has a negative x in the frame that A1 turns, the overhead area. Bit 1 is set where A4 of an S-R-S arm is
-negative, or A3 of a six-joint arm is not less than where the arm is stretched. Bit 2 is set where A6 of an
+negative, or A3 of a six-joint arm is at the stretched arm or beyond. Bit 2 is set where A6 of an
 S-R-S arm is zero or negative, or A5 of a six-joint arm is above zero.
 """
 
@@ -135,8 +135,10 @@ class Inverse:
     def within_limits(
         self, flange: Transform, redundancy: float, status: int, present: Sequence[float]
     ) -> tuple[float, ...] | None:
-        """Return joint positions on one branch, in the turns that are within the limits and nearest to the
-        present ones; None where the branch does not reach the pose, or not within the limits."""
+        """Return joint positions on one branch, in the turns within the limits nearest to the present ones.
+
+        Return None if the branch does not reach the pose, or not within the limits.
+        """
         joints = self.joints(flange, redundancy, status, present)
         if joints is None:
             return None
@@ -174,8 +176,8 @@ class Inverse:
     ) -> tuple[float, ...] | None:
         """Return the joint positions on a branch next to the seed, by least changes of joints from the seed.
 
-        Where branches meet, a joint goes with the square root of the pose: rounding of 1e-16 in the pose
-        shows as 1e-8 in that joint, and a second singularity turns that into any error of a third joint.
+        At a meeting of branches a joint goes with the square root of the pose. Rounding of 1e-16 in the pose
+        shows as 1e-8 in that joint. A second singularity turns that into any error of a third joint.
 
         Returns:
             Joint positions in (-pi, pi]; None if the seed is not near the pose, or if least changes do not
@@ -265,8 +267,8 @@ class Inverse:
     def beyond_reach(self, flange: Transform) -> float:
         """Return how far (m) the wrist point is beyond reach.
 
-        Above 0 it is too far away, below 0 too near; 0 is within reach, whether or not joint limits and the
-        redundancy leave a way.
+        Above 0 it is too far away, below 0 too near. 0 is within reach, regardless of joint limits and
+        redundancy.
         """
         d = self._dimensions
         x, y, z = apply(flange, d.wrist_in_flange)
@@ -291,8 +293,8 @@ def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> 
 def _srs_dimensions(model: Model) -> Dimensions:
     """Dimensions of a seven-joint arm with spherical shoulder and wrist.
 
-    At zero pose the arm stands upright on the base: A1, A3, A5, A7 turn about its z axis, A2 and A6 about
-    lines parallel to y through that axis, A4 about one parallel to -y.
+    At zero pose the arm stands upright on the base. A1, A3, A5, A7 turn about its z axis, A2 and A6 about
+    parallels to y through that axis, A4 about a parallel to -y.
     """
     shoulder, elbow, wrist = model.points[[1, 3, 5], 2].tolist()
     upper, fore = elbow - shoulder, wrist - elbow
@@ -306,9 +308,9 @@ def _srs_dimensions(model: Model) -> Dimensions:
 def _opw_dimensions(model: Model) -> Dimensions:
     """Dimensions of a six-joint arm with a spherical wrist.
 
-    At zero pose A1 turns about the z axis of the base, A2, A3 and A5 about parallels to its y axis, A4 and A6
-    about one and the same parallel to its x axis that A5 crosses; all but A1 in the plane y = 0, and the
-    flange on the axis of A6.
+    At zero pose A1 turns about the z axis of the base, A2, A3 and A5 about parallels to its y axis. A4 and A6
+    turn about one and the same parallel to its x axis, which A5 crosses. Every joint but A1 is in the plane
+    y = 0, and the flange is on the axis of A6.
     """
     rotation, flange = model.flange([0.0] * model.joint_count)
     (x2, _, z2), (x3, _, z3), (x5, _, z5) = model.points[[1, 2, 4]].tolist()

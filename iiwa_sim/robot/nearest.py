@@ -77,11 +77,11 @@ class Nearest:
     ) -> Found:
         """Joint positions for the pose `flange` (in the base, m). `present` is where the move begins (rad).
 
-        Without `redundancy` (rad) the present one is kept where it serves, else the nearest one that does on
-        the present branch is taken, to 1 deg; where none does, of the other branches the joint positions
-        nearest to the present ones. With it, exactly that, on the present branch if it serves, else on the
-        branch nearest in joints. At a singular pose every branch that meets there is a present one. A joint
-        that can reach a position by several turns takes the nearest.
+        Without `redundancy` (rad) the present one is kept if it serves. Else it becomes the nearest one that
+        serves on the present branch, to 1 deg. If none does, the joint positions of other branches nearest to
+        the present ones are taken. A given redundancy is kept exactly, on the present branch if it serves,
+        else on the branch nearest in joints. At a singular pose every branch that meets there is a present
+        one. A joint that can reach a position by several turns takes the nearest.
         `keep_status` rules the other branches out, as a straight line must.
 
         Raises `Unreachable`.
