@@ -207,8 +207,7 @@ def _check_ports(robots: Mapping[str, Settings]) -> None:
         flags = ((model.flag_of(key) + own, key) for key in model.PORTS)
         asked += [(flag, hosts.get(key, robot.host), getattr(robot, key)) for flag, key in flags]
         for option, host, port in (*asked, ("--view-port", robot.view_host, robot.view_port)):
-            other = taken.setdefault((host, port), option) if port else option
-            if other != option:
+            if port and (other := taken.setdefault((host, port), option)) != option:
                 raise SettingError(f"{option}: expected another port than {port}, that of {other}")
 
 
