@@ -24,8 +24,7 @@ _BASE = cython.declare(cython.double, BASE)
 ROOM_M = 1e-3
 """Contacts are computed where an arm is closer than this to something."""
 _ROOM = cython.declare(cython.double, ROOM_M)
-# Nearer than this (m) bounding spheres will not do.
-_NEAR = cython.declare(cython.double, 0.02)
+_NEAR = cython.declare(cython.double, 0.02)  # nearer than this (m) bounding spheres will not do
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
 # Free bodies that are slower creep (m/s, rad/s).
