@@ -1,4 +1,4 @@
-"""Impedance: a robot that gives way to forces, as a damped mass on springs at the TCP or in every joint."""
+"""Impedance: a compliant robot as a damped mass on springs, at the TCP or in every joint."""
 
 # mypy: allow-untyped-decorators
 
@@ -39,10 +39,10 @@ _HOME = cython.declare(cython.double, 1e-9)
 
 @cython.cclass
 class JointBounds:
-    """How far joints may go in a tick, so that they never pass a limit of position or velocity.
+    """Bounds on the motion of joints in a tick, which keep limits of position and velocity.
 
-    A joint goes no faster than its velocity limit, and towards a position limit only so fast that it comes to
-    rest before it when it brakes from any tick on, from constant speed, with the limits of a stop.
+    A joint goes no faster than its velocity limit. Towards a position limit it goes only so fast that it can
+    brake before that limit from any tick on, from constant speed, with the limits of a stop.
     """
 
     _tick_s: cython.double
@@ -98,8 +98,8 @@ class JointBounds:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _farthest(self, room: cython.double, k: cython.Py_ssize_t) -> cython.double:
-        """How far a joint may go with so much room before its limit: braking takes v (v / a + a / j) / 2 at
-        most."""
+        """Return the largest motion with so much room before a limit: braking takes at most
+        v (v / a + a / j) / 2."""
         if room <= 0.0:
             return 0.0
         a: cython.double = self._acceleration[k]
@@ -111,8 +111,8 @@ class JointBounds:
 class Springs:
     """Masses on springs and dampers, which forces and surfaces at the TCP push.
 
-    Springs and dampers are integrated exactly over a tick. In contact a tick is cut into substeps with half
-    kicks of the contact force before and after each (velocity Verlet): energy does not grow on stiff
+    Springs and dampers are integrated exactly over a tick. In contact a tick has several substeps, with half
+    kicks of the contact force before and after each (velocity Verlet). Energy does not grow on stiff
     surfaces.
     """
 
@@ -234,16 +234,16 @@ class Springs:
 
 @cython.cclass
 class TcpSprings:
-    """Joint positions over ticks, where the TCP gives way around a planned motion.
+    """Joint positions over ticks while the TCP is compliant around a planned motion.
 
-    Seven numbers say how far the robot is off the plan: the TCP's translation in the base (m), its rotation
-    (a rotation vector in base axes, rad), and, for a robot with redundancy, the redundancy (rad). Each is a
-    mass on a spring and a damper of its own, whose equilibrium moves with the plan.
+    Seven numbers are the deflection from the plan: translation (m) and rotation vector (rad) of the TCP in
+    base axes, and the redundancy (rad) of a robot that has one. Each is a mass on a spring and a damper of
+    its own, whose equilibrium moves with the plan.
 
-    The closed-form inverse gives the joints, on the branch they are on. Where the deflected pose is out of
-    reach, or a joint would pass its `JointBounds`, the joints make the motion within these that deviates
-    least from the wanted one, weighted by mass. So at a limit, and beyond its reach, the arm is stopped as by
-    a wall without elasticity, and slides along it. The springs then go on from the pose that it has reached.
+    The closed-form inverse gives the joints, on the branch they are on. If the deflected pose is out of
+    reach, or a joint would pass its `JointBounds`, the joints do not reach it. They make the motion within
+    bounds that deviates least from the wanted one, weighted by mass. The arm stops as at a wall without
+    elasticity, and slides along it. The springs then go on from the pose that it has reached.
     """
 
     tcp_contact: Any = cython.declare(object, visibility="readonly")
@@ -383,7 +383,7 @@ class TcpSprings:
     def _follow(self, before: Any) -> cython.bint:
         """Move the joints after the deflection from a plan that was at `before`; return whether they could.
 
-        Where they could not, the deflection becomes the one that they have come to.
+        If they could not, the deflection becomes the one that they have reached.
         """
         x, r, at = self._x, self._tcp, self._at
         self._turn(x[3], x[4], x[5])

@@ -36,19 +36,19 @@ from iiwa_sim.motion.limits import Array
 STILL, SLOWEST = cython.declare(cython.double, 1e-9), cython.declare(cython.double, 1e-9)
 # Newton's method in a blend ends with a step as small as this.
 PLACES = cython.declare(cython.double, 1e-15)
-# Samples of a blended path outside of blends, for each OWN of x (some milliseconds at full speed) or fewer,
-# and in a piece of a path; samples nearer than APART are one.
+# Samples of a move outside of blends: one for each OWN of x (some milliseconds at full speed), from LEAST_OWN
+# to MOST_OWN. Each piece of a path has IN_PIECE. Samples nearer than APART are one.
 OWN, LEAST_OWN = cython.declare(cython.double, 0.004), cython.declare(cython.Py_ssize_t, 24)
 MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_PIECE, APART = cython.declare(cython.Py_ssize_t, 16), cython.declare(cython.double, 1e-9)
-# Edges: even marks of a blend, more near its ends, and how far from an edge samples are, as a part of the
-# shorter side of a blend, and of a piece.
+# Edges: even marks of a blend, and more near its ends. Samples have this distance from an edge, as a part of
+# the shorter side of a blend, and of a piece.
 MARKS, BESIDE = cython.declare(cython.Py_ssize_t, 10), cython.declare(cython.Py_ssize_t, 4)
 NEAR_EDGE, BORDER = cython.declare(cython.double, 1e-5), cython.declare(cython.double, 1e-8)
 UNIT_S = 0.01
 _UNIT_S = cython.declare(cython.double, 0.01)
 # Even samples of a smooth segment, and of one in a blend, with edges of the path, or among the ENDS first and
-# last ones; a curved path has one more for each LONG of x, at most MOST.
+# last ones. A curved path has one more for each LONG of x, at most MOST.
 SMOOTH, DENSE = cython.declare(cython.Py_ssize_t, 4), cython.declare(cython.Py_ssize_t, 7)
 ENDS, LONG = cython.declare(cython.Py_ssize_t, 3), cython.declare(cython.double, 0.0101)
 MOST = cython.declare(cython.Py_ssize_t, 20)
@@ -293,10 +293,10 @@ class Polynomial:
 class BlendedPath:
     """Joint positions over x along K moves, with the limits that hold there.
 
-    x runs from `first_x` at the start of the first move to the end of the last; each move takes as much of x
-    as its `length_s`. Round the target k two moves are added: with v from 0 to 1 the first goes to its end
-    as s = 1 - before F(1 - v) while the second sets out as s = after F(v), see `shape`. x is the sum of what
-    both have done. So outside of blends q(x) is exactly on the path of one move.
+    x runs from `first_x` at the start of the first move to the end of the last. Each move takes as much of x
+    as its `length_s`. Around the target k two moves are added, with v from 0 to 1, see `shape`. The first
+    goes to its end as s = 1 - before F(1 - v), the second sets out as s = after F(v). x is the sum of what
+    both have done. Outside of blends q(x) is exactly on the path of one move.
     """
 
     moves = cython.declare(list, visibility="readonly")
@@ -560,9 +560,8 @@ def run(
     `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
     """
     m: cython.Py_ssize_t = x.shape[0]
-    # (dx/dt)^2 that all limits allow at a constant speed. If a joint turns back between two samples, its
-    # acceleration is all due to the bend of its path: a change of speed takes away at one what it adds at the
-    # other.
+    # (dx/dt)^2 that all limits allow at a constant speed. If a joint turns back between two samples, only
+    # the bend of its path accelerates it. A change of speed takes away at one what it adds at the other.
     squares: cython.double[::1] = np.empty(m)
     for k in range(m):
         b, y = 1e12, 1e-18
@@ -796,7 +795,7 @@ class SpeedProfile:
     @cython.cfunc
     def _write_rows(self, k: cython.Py_ssize_t, n: cython.Py_ssize_t) -> cython.void:
         """Write the even pace of a segment of n even samples, and its rows: velocity and acceleration at the
-        beginning, velocity inside, which damps swings of the profile, and jerk at both ends."""
+        beginning, jerk at both ends, and velocity inside, which damps swings of the profile."""
         square: cython.double = 1e-6
         cube: cython.double = 1e-18
         p: cython.Py_ssize_t = self.first[k]

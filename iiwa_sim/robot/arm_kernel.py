@@ -208,7 +208,7 @@ def _solve_srs(
     """Solve for an S-R-S arm with given A3.
 
     The distance of the wrist point from the shoulder gives A4. In the frame that A1 and A2 turn the wrist
-    point is v = (-d5 sinA4 cosA3, -d5 sinA4 sinA3, d3 + d5 cosA4): turned by A2 it has the height of the
+    point is v = (-d5 sinA4 cosA3, -d5 sinA4 sinA3, d3 + d5 cosA4). Turned by A2 it has the height of the
     wrist point, turned by A1 its direction. A Z-Y-Z wrist makes the rest of the orientation.
     """
     d3, d5, d7 = numbers[1], numbers[2], numbers[3]
@@ -235,8 +235,8 @@ def _solve_srs(
             half2 = 0.0
             x2 = h2
         elif x2 < 0.0:
-            # The forearm sticks out sideways farther than the wrist point is from the axis of A1. That is
-            # rounding where a straighter arm of the same length would do, or where it is too little.
+            # The forearm sticks out sideways farther than the wrist point is from the axis of A1. It is
+            # rounding if a straighter arm of the same length would do, or if it is too little.
             straighter = half2 * h2 / (vy * vy)
             if half2 - straighter < _REACH:
                 half2 = straighter
@@ -387,8 +387,8 @@ def branch(
 ) -> cython.int:
     """Return the status of joint positions (rad).
 
-    `distances` (3,) becomes how far they are from where the branches of each bit meet: the wrist point's x
-    (m) in the frame that A1 turns, the bend of the elbow and the middle joint of the wrist (rad).
+    `distances` (3,) becomes their distances from the places where the branches of each bit meet: the wrist
+    point's x (m) in the frame that A1 turns, the bend of the elbow and the middle joint of the wrist (rad).
     """
     o = numbers
     if kind == _OPW:
