@@ -95,7 +95,7 @@ class JointTrajectories:
         try:
             trajectory = motions.plan_trajectory(reference, controller.planner.servo_limits[Mode.DIRECT])
         except ArithmeticError:
-            raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
+            raise Refused(EXECUTION, "the trajectory cannot be joined from the present motion") from None
         replaced = PREEMPTED if controller.mode is Mode.TRAJECTORY else REPLACED
         number = controller.begin(Mode.TRAJECTORY, lambda n: motions.track(n, trajectory), replaced)
         controller.endings.pending.append(PendingMove(number, when_ended))

@@ -36,16 +36,16 @@ SHORTEST_RAD = 1e-6
 SHORTEST_S = 0.004
 """A sharp blend that takes less on one side is a stop: so much is all that could be gained."""
 SHORTEST_PART = 0.05
-"""A blend whose one side takes less than this part of the other's time is a stop. x would all but stand
-still where the sides meet, and the speed profile would not keep limits."""
+"""A blend whose one side takes less than this part of the other's time is a stop.
+x would all but stand still where the sides meet, and the speed profile would not keep limits."""
 LEAST_RHO = 0.1
 GENTLE_RHO = 0.42
 """Largest rho at gentle turns, where speed hardly changes: with this the bend changes the least at once."""
 LONGER = 0.5
 """Accelerations of a turn by less than a right angle build up longer by this times the cosine."""
 SHARP = 0.5
-"""Cosine of the sharpest turn with at most `GENTLE_RHO`. From there to a right angle the largest rho grows to
-1: the blend becomes the end of one move and the beginning of another."""
+"""Cosine of the sharpest turn with at most `GENTLE_RHO`.
+From there to a right angle the largest rho grows to 1: one move then ends where the other begins."""
 
 
 class Move(NamedTuple):

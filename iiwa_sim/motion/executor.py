@@ -1,4 +1,4 @@
-"""The executor: runs queued moves, blended where they may be, or the course of a servo; stops on the path."""
+"""The executor runs queued moves, blended where possible, or a servo's trajectory, and stops on the path."""
 
 from bisect import bisect_left
 from collections import deque
@@ -7,11 +7,11 @@ from itertools import islice
 from operator import attrgetter
 
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.courses import RuckigCourse, State
 from iiwa_sim.motion.joint_trajectory import JointTrajectory
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.lookahead import MOST_AT_ONCE, LookAhead
+from iiwa_sim.motion.ruckig_trajectory import RuckigTrajectory, State
 from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory import Trajectory, ending
 
@@ -35,10 +35,9 @@ class Executor:
         """The robot rests at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
-        """Joint positions at the end of all moves, where the next one begins, or after a stop in progress
-        (rad)."""
+        """Joint positions (rad) after all moves, or after a stop in progress: the next move begins there."""
         self.time = time
-        self.trajectory: Trajectory | JointTrajectory | RuckigCourse | None = None
+        self.trajectory: Trajectory | JointTrajectory | RuckigTrajectory | None = None
         """The trajectory that the robot follows; None at rest."""
         self._queued: Trajectory | None = None  # the trajectory, if it is of queued moves
         self._waiting = deque[Move]()
@@ -88,8 +87,7 @@ class Executor:
 
     @property
     def goal(self) -> Joints:
-        """End of the running move, of the first waiting move, or of a stop (rad); the present position at
-        rest."""
+        """End (rad) of the running move, the first waiting one, or a stop; the present position at rest."""
         if self.trajectory is None:
             return self._waiting[0].path.end if self._waiting else self.joints
         if self.time.stopping:
@@ -138,7 +136,7 @@ class Executor:
         self._stale += self._stale > 0
         self._quiet_until_s = 0.0
 
-    def follow(self, trajectory: JointTrajectory | RuckigCourse) -> None:
+    def follow(self, trajectory: JointTrajectory | RuckigTrajectory) -> None:
         """Go along a trajectory that begins with the robot's state, in place of what runs or waits."""
         if self.trajectory is None:
             self.time.begin()
@@ -160,8 +158,7 @@ class Executor:
         self.rest = self.rest_after_stop()
 
     def cancel(self) -> None:
-        """End the move that runs, or begins in the next tick: stop on its path, and go on with the next move
-        from there.
+        """Stop the move that runs, or begins in the next tick, on its path; then run the one behind it.
 
         Moves that it was blended into are done if the robot passes their targets while it brakes. During a
         stop no move runs, and nothing changes.
@@ -224,8 +221,7 @@ class Executor:
         return self._ahead[: -1 - min(ticks, time.ticks_until(self._quiet_until_s)) : -1]
 
     def step(self) -> None:
-        """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
-        the path's exception is raised."""
+        """Make one tick. If a path fails, raise its exception, with the robot at rest and nothing waiting."""
         if self.step_quietly():
             return
         try:
@@ -263,7 +259,7 @@ class Executor:
             if not self._begin(left_s):
                 return
         assert trajectory is not None
-        if changes or isinstance(trajectory, RuckigCourse):
+        if changes or isinstance(trajectory, RuckigTrajectory):
             self.joints = trajectory.joints(time.time_s)
             if time.stopping and not time.changing:
                 self._end()

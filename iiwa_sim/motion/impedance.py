@@ -7,9 +7,9 @@ import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
 
 from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
-from iiwa_sim.motion.courses import RuckigCourse
 from iiwa_sim.motion.impedance_kernel import JointBounds, JointSprings, TcpSprings
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.ruckig_trajectory import RuckigTrajectory
 from iiwa_sim.motion.springs import CartesianImpedance
 from iiwa_sim.robot.arm_kernel import Kinematics
 from iiwa_sim.robot.description import RobotDescription
@@ -61,8 +61,8 @@ class Impedance:
         """Impedance of the TCP around the nominal motion."""
         self.tcp_contact: Reached | None = None
         """TCP after the last tick and its contact there; None if that is not known."""
-        self.braking: RuckigCourse | None = None
-        """Course on which the robot brakes from its velocity as a compliant robot; None while it does not."""
+        self.braking: RuckigTrajectory | None = None
+        """Trajectory on which a compliant robot brakes from its velocity; None while it does not."""
         d = description
         bounds = JointBounds(
             tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
@@ -120,12 +120,12 @@ class Impedance:
         """Place of rest after a stop now of a robot off the nominal motion (rad)."""
         if self.braking is not None:
             return self.braking.end
-        return self._course_to_rest().end if self._is_fast else self.joints
+        return self._trajectory_to_rest().end if self._is_fast else self.joints
 
     def stop(self) -> None:
         """Be stiff again. On the nominal motion the robot is where that is; off it, it brakes."""
         if self.off_plan and self._is_fast:
-            self.braking, self._braking_s = self._course_to_rest(), 0.0
+            self.braking, self._braking_s = self._trajectory_to_rest(), 0.0
         self.active, self.compliant, self.holding = self.braking is not None, False, False
         self.impedance, self.tcp_contact = NO_SPRINGS, None
 
@@ -150,14 +150,14 @@ class Impedance:
         else:
             self._still_ticks += 1
 
-    def _course_to_rest(self) -> RuckigCourse:
+    def _trajectory_to_rest(self) -> RuckigTrajectory:
         """Brake from constant speed, each joint as fast as the limits of a stop allow."""
         self._task.current_position, self._task.current_velocity = list(self.joints), self._velocity
         found = Trajectory(len(self.joints))
         result = Ruckig(len(self.joints)).calculate(self._task, found)
         if result != Result.Working:
             raise ArithmeticError(f"Ruckig: {result} for braking from {self._velocity} rad/s")
-        return RuckigCourse(found, self._bounds.within(tuple(found.at_time(found.duration)[0])))
+        return RuckigTrajectory(found, self._bounds.within(tuple(found.at_time(found.duration)[0])))
 
     @property
     def _velocity(self) -> list[float]:

@@ -98,8 +98,7 @@ class JointBounds:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _farthest(self, room: cython.double, k: cython.Py_ssize_t) -> cython.double:
-        """Return the largest motion with so much room before a limit: braking takes at most
-        v (v / a + a / j) / 2."""
+        """Return the largest motion with so much room before a limit; braking takes v (v / a + a / j) / 2."""
         if room <= 0.0:
             return 0.0
         a: cython.double = self._acceleration[k]

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.motion.courses import Courses, RuckigCourse, State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.ruckig_trajectory import RuckigPlanner, RuckigTrajectory, State
 
 ROWS = 6
 """Coefficients of a piece, which is a quintic at most."""
@@ -144,7 +144,7 @@ def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = T
 class JointTrajectory:
     """Trajectory along the average of a reference, on which the robot is from `join_s` on.
 
-    A robot that begins beside the average, or with another velocity, first joins it by the course of Ruckig
+    A robot that begins beside the average, or with another velocity, first joins it by a Ruckig trajectory
     that is there soonest. Positions, velocities, accelerations and jerks keep their limits at every time. At
     the end the robot holds the last point.
     """
@@ -153,7 +153,7 @@ class JointTrajectory:
         self,
         reference: Reference,
         windows: Windows,
-        join: RuckigCourse | None = None,
+        join: RuckigTrajectory | None = None,
         join_s: float = 0.0,
     ) -> None:
         """`join` leads from where the robot is onto the average at `join_s`; None if it is there already."""
@@ -205,11 +205,11 @@ class JointTrajectory:
 
 
 def joint_trajectory(
-    reference: Reference, state: State, limits: JointLimits, courses: Courses
+    reference: Reference, state: State, limits: JointLimits, planner: RuckigPlanner
 ) -> JointTrajectory:
     """Return the trajectory along a reference, within limits, from a state of motion.
 
-    Raises `ArithmeticError` where no course onto it is found.
+    Raises `ArithmeticError` if no trajectory that joins it is found.
     """
     still = (0.0,) * len(reference.end)
     joins = state != (reference.start, still, still) or reference.times[0] != 0.0
@@ -217,16 +217,16 @@ def joint_trajectory(
     smoothed = JointTrajectory(reference, windows)
     if not joins:
         return smoothed
-    straight = courses.find(state, (reference.end, still, still), limits)
+    straight = planner.find(state, (reference.end, still, still), limits)
     if straight is None or straight.end_s < reference.end_s:
         join_s = max(sum(windows), FIRST_JOIN_S)
         while join_s < smoothed.end_s:
-            course = courses.find(state, smoothed.state(join_s), limits, join_s)
-            if course is not None:
-                return JointTrajectory(reference, windows, course, join_s)
+            joining = planner.find(state, smoothed.state(join_s), limits, join_s)
+            if joining is not None:
+                return JointTrajectory(reference, windows, joining, join_s)
             join_s *= JOIN_GROWTH
     if straight is None:
-        raise ArithmeticError("Ruckig: no way onto the trajectory")
+        raise ArithmeticError("Ruckig: no trajectory that joins the requested one")
     at_once = JointTrajectory(reference, windows, straight, straight.end_s)
     at_once.end_s = straight.end_s
     return at_once
@@ -335,5 +335,5 @@ _CHEBYSHEV = np.array(
         for k in range(ROWS)
     ]
 )
-"""Parts of each power of u in each Chebyshev coefficient, exact as parts of 1,024. With 2 u - 1 = cos 2t,
-u is cos(t)^2, whose powers are binomial sums of cosines."""
+"""Parts of each power of u in each Chebyshev coefficient, exact as parts of 1,024.
+With 2 u - 1 = cos 2t, u is cos(t)^2, whose powers are binomial sums of cosines."""

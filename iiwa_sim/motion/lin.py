@@ -379,8 +379,7 @@ class _Sampled:
         return q
 
     def _end(self, coming: Array) -> Joints:
-        """Return joint positions at the end. A joint that is free there keeps its position: next to the end
-        the last digits of the target decide on it."""
+        """Return joint positions at the end; a joint that is free there keeps its position."""
         along, near = self._along, tuple(coming.tolist())
         pose, redundancy = along.line.flange(1.0), along.redundancy(1.0)
         end = self._inverse.joints(pose, redundancy, self._sections[-1].status, near)

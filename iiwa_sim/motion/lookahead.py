@@ -16,18 +16,17 @@ HORIZON_S = 1.0
 MOST_AT_ONCE, BATCH_S = 30, 4.0
 """The most moves it is planned on into at once; fewer if these take about so long."""
 TINY_S, SHORT_S = 0.035, 0.2
-"""A move that takes so long from rest to rest is planned together with those behind it. After the robot has
-set out there would be too little time."""
+"""A move that takes so long from rest to rest is planned together with those behind it.
+Once the robot moves there would be too little time."""
 MOST_AT_FIRST, ENOUGH_S = 12, 0.3
 """Moves are planned together from rest until they are so many, or take this long."""
 SHORTEST_S = 0.08
 """A trajectory that takes less is not planned on: the moves behind it are planned from rest while it runs."""
 SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 3
-"""A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more before a move sets
-out."""
+"""A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more at rest."""
 SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 1.0, 5.0
-"""About the slices of a plan with few segments, and of one that extends a trajectory. Each move adds some,
-and each second of it up to `LONG_S`."""
+"""Approximate slices of a plan with few segments, and of one that extends a trajectory.
+Each move adds some, and each second of it up to `LONG_S`."""
 LONG_S = 1.5
 LEAST_MARGIN_S = 0.01
 LONGEST_S = 0.2

@@ -34,7 +34,7 @@ class _Next(NamedTuple):
 class Motions:
     """The motions of one robot, and the one that waits to begin.
 
-    The executor makes the nominal motion: it runs queued moves and courses of the servo. A stiff robot
+    The executor makes the nominal motion: it runs queued moves and trajectories of the servo. A stiff robot
     follows that exactly; the impedance deflects a compliant robot from it. Targets, trajectories, stiffness
     moves and holds replace the motion before: the newest waits here until the robot rests after a `stop`.
     """
@@ -160,12 +160,11 @@ class Motions:
         return self.executor.time.time_s
 
     def plan_trajectory(self, reference: Reference, limits: JointLimits) -> JointTrajectory:
-        """Return a trajectory that replaces the one before, or begins where the robot will rest. Raises
-        `ArithmeticError` if no course onto it is found."""
+        """Return a trajectory from the one before or from rest; raises `ArithmeticError` if none is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
         state = self.executor.state if self.tracked is not None else (here, still, still)
-        return joint_trajectory(reference, state, limits, self._servo.courses)
+        return joint_trajectory(reference, state, limits, self._servo.planner)
 
     @property
     def goal(self) -> Joints:

@@ -91,8 +91,7 @@ def shape(v: cython.double, rho: cython.double, order: cython.int) -> cython.dou
 def blend_part(
     x: cython.double, first_x: cython.double, second_x: cython.double, rho: cython.double
 ) -> cython.double:
-    """v (0 to 1) in a blend from first_x before its target to second_x behind it, at an x counted from the
-    target."""
+    """Return v (0 to 1) in a blend from first_x before its target to second_x behind, at an x from there."""
     low: cython.double = 0.0
     high: cython.double = 1.0
     v: cython.double = (x + first_x) / (first_x + second_x)
@@ -604,8 +603,9 @@ def run(
 
 @cython.cclass
 class SpeedProfile:
-    """Speed profile of a path. Call `sample` until done, write a guess to `coefficients`, call `begin`, and
-    `advance` until done.
+    """Speed profile of a path, found by an interior-point method.
+
+    Call `sample` until done, write a guess to `coefficients`, call `begin`, and `advance` until done.
 
     `factor` (samples, 6, n) is q' of velocity; q'', q'/2 of acceleration; q''', 3/2 q'', q'/2 of jerk, over
     their limits. A group is rows with the same bound: velocity and acceleration of a segment, or jerk at a
@@ -794,8 +794,9 @@ class SpeedProfile:
 
     @cython.cfunc
     def _write_rows(self, k: cython.Py_ssize_t, n: cython.Py_ssize_t) -> cython.void:
-        """Write the even pace of a segment of n even samples, and its rows: velocity and acceleration at the
-        beginning, jerk at both ends, and velocity inside, which damps swings of the profile."""
+        """Write the constant speed of a segment of n even samples, and its rows.
+
+        These are velocity and acceleration at the beginning, jerk at both ends, and velocity inside."""
         square: cython.double = 1e-6
         cube: cython.double = 1e-18
         p: cython.Py_ssize_t = self.first[k]
@@ -865,8 +866,7 @@ class SpeedProfile:
         self.joint[r], self.group[self.groups, 1] = i, r + 1
 
     def begin(self, enough: cython.double) -> None:
-        """Begin to solve from c, within limits or not. `enough` is the duality gap that ends a round, as a
-        part of the duration; a profile mostly loses a tenth of it."""
+        """Begin to solve from c, within limits or not; a round ends at a duality gap of `enough` times T."""
         self.enough, self.rounds = enough, 0
         self._restart(COLD_GAP, COLD_SLACK)
 

@@ -5,10 +5,10 @@ from math import inf
 import numpy as np
 
 from iiwa_sim.motion.blend import Move
-from iiwa_sim.motion.courses import Courses
 from iiwa_sim.motion.executor import Executor
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.ruckig_trajectory import RuckigPlanner
 
 REPLAN_S = 0.008
 """Time after which the servo heads for another point of its path."""
@@ -20,13 +20,12 @@ STEPS = 16
 LONGEST_PERIOD_S = 0.12
 """Moves that come so soon one after the other are a stream."""
 PERIODS = 2.0
-"""A move of a stream takes at least so many of its periods. The next one then comes before the robot brakes,
-and the robot goes on evenly, a period behind its commands. With fewer it would stop and go."""
+"""A move of a stream takes at least so many of its periods.
+The next one then comes before the robot brakes, and the robot moves evenly, a period behind its commands."""
 LEAST_SPEED = 1e-3
 """A joint with hardly any distance keeps this part of its velocity limit for corrections."""
 LEAST_S = 3e-4
-"""Such a joint also keeps the speed that it reaches in this time at its acceleration limit: it may have to
-come back to its path."""
+"""Such a joint also keeps the speed that it reaches in this time (s) at its acceleration limit."""
 
 
 class Servo:
@@ -36,9 +35,9 @@ class Servo:
     others. A joint that is faster than a new velocity limit brakes first. A joint that is too fast to rest at
     a new target passes it and comes back.
 
-    It passes no position limit, which Ruckig does not know of. If Ruckig finds no course, or one that
-    passes such a limit, the robot goes on as before. The servo asks again in the next tick. It also waits
-    while the override falls: a course at full speed would be faster than requested.
+    It passes no position limit, which Ruckig does not know. If Ruckig finds no trajectory, or one that
+    passes such a limit, the robot continues as before. The servo asks again in the next tick. It also waits
+    while the override falls: a trajectory at full speed would be faster than requested.
 
     The servo pursues a move of a compliant robot that replaces another one: it heads for one point of the
     path after the other, each a little ahead of the robot. Moves that come in a stream are so slow
@@ -49,11 +48,11 @@ class Servo:
         self, executor: Executor, limits: JointLimits, position_min: Joints, position_max: Joints
     ) -> None:
         """The robot rests within `position_min` and `position_max` (rad)."""
-        self.courses = Courses(position_min, position_max)
+        self.planner = RuckigPlanner(position_min, position_max)
         self._executor = executor
         self._limits = limits
         self.asks_again = False
-        """True if the robot is still on its way to an earlier target than the newest."""
+        """True if the robot still heads for an earlier target than the newest."""
         self.pursued: Move | None = None
         """The move that is pursued."""
         self._since_s = self._period_s = inf  # of planned time, since the newest move has come, and before it
@@ -66,19 +65,19 @@ class Servo:
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
 
-        Not to be called while a stop is under way. Raises `ArithmeticError` where no course is found from
+        Not to be called while a stop is under way. Raises `ArithmeticError` if no trajectory is found from
         rest; the robot then rests where it is.
         """
         executor, still = self._executor, (0.0,) * len(target)
-        course = None
+        found = None
         if not executor.time.falling:
-            course = self.courses.find(executor.state, (target, still, still), limits)
-        self.asks_again = course is None and executor.trajectory is not None
-        if course is not None:
-            executor.follow(course)
+            found = self.planner.find(executor.state, (target, still, still), limits)
+        self.asks_again = found is None and executor.trajectory is not None
+        if found is not None:
+            executor.follow(found)
         elif executor.trajectory is None:
             executor.rest = executor.joints
-            raise ArithmeticError(f"Ruckig: no way from {executor.joints} to {target} within {limits}")
+            raise ArithmeticError(f"Ruckig: no trajectory from {executor.joints} to {target} within {limits}")
         executor.rest, self._limits = target, limits
 
     def stop(self) -> None:
@@ -114,7 +113,7 @@ class Servo:
     def step(self) -> None:
         """Head for the next point of a path if it is time to, or ask again; to be called before each tick.
 
-        Raises `ArithmeticError` where no course is found even from rest.
+        Raises `ArithmeticError` if no trajectory is found even from rest.
         """
         self._since_s += self._executor.time.advance_s
         if self.pursued is not None and not self.moving:
@@ -139,8 +138,7 @@ class Servo:
         return move.path.end if self._s >= 1.0 else point
 
     def _limits_of(self, move: Move) -> JointLimits:
-        """Limits of a move from where the robot is: in a stream so low that it still runs when the next one
-        comes."""
+        """Return limits of a move; in a stream they are so low that it still runs when the next one comes."""
         if self._period_s > LONGEST_PERIOD_S:
             return move.limits
         distance = np.abs(np.subtract(move.path.end, self._executor.joints))

@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.motion.blend import Blend, Move
-from iiwa_sim.motion.courses import State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.plan_kernel import UNIT_S, BlendedPath
+from iiwa_sim.motion.ruckig_trajectory import State
 from iiwa_sim.motion.speed_profile import (
     MANY_SEGMENTS,
     SEGMENT_S,
@@ -85,8 +85,8 @@ _HERMITE = np.array(
 )
 """Coefficients of the quintic over 0..1 from value, slope and half of the second derivative at both ends."""
 _AT_HALVES = np.zeros((10, 7))
-"""Factors of the coefficients of x (4) and of the squared rate b (3) in values at the beginning and in the
-middle of a segment. These are x, its slope, half of its second derivative, b and a quarter of its slope."""
+"""Factors of coefficients of x (4) and the squared rate b (3) in values at beginning and middle of a segment.
+These are x, its slope, half of its second derivative, b and a quarter of its slope."""
 _AT_HALVES[:6, :4] = np.array(
     [
         [8.0, 32.0, 8.0, 0.0],
@@ -110,8 +110,7 @@ AT_START = Front(np.zeros(1), np.empty((6, 0)), np.zeros(3), np.empty(0), np.emp
 
 
 class Trajectory:
-    """Joint positions (rad) over time: it sets out at time 0, and rests at the target of its last move at
-    `end_s`."""
+    """Joint positions (rad) over time, from time 0 to rest at the target of its last move at `end_s`."""
 
     def __init__(
         self,

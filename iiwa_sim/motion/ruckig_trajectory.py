@@ -1,4 +1,4 @@
-"""Courses: from one state of motion to another, each joint as fast as its limits allow, found by Ruckig."""
+"""Trajectories of Ruckig: from one state of motion to another, each joint as fast as its limits allow."""
 
 from collections.abc import Iterator
 from math import sqrt
@@ -10,15 +10,14 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 
 JERK_SHARES = (1.0, 1.0 - 1e-6)
-"""Factors of the jerk to try: where Ruckig fails, a phase has length zero; with slightly less jerk it does
-not."""
+"""Factors of the jerk to try: Ruckig fails on phases of length zero, which slightly less jerk avoids."""
 SPEED_KEPT = 1.0 - 1e-11
-"""Part of its speed with which a joint begins a new course. At the velocity limit, an excess by rounding
-would make Ruckig take seconds longer, in 2 of 100 cases."""
+"""Part of its speed with which a joint begins a new trajectory.
+At the velocity limit, an excess by rounding would make Ruckig's trajectory seconds longer."""
 EXACT_RAD = 1e-10
-"""Ruckig accepts courses that end 1e-8 rad beside the target; the step that remains would be a jerk."""
+"""Ruckig accepts trajectories that end 1e-8 rad beside the target; the step that remains would be a jerk."""
 LATE_S = 1e-10
-"""A course that takes so much longer than it is to take counts as on time: rounding."""
+"""A trajectory that takes so much longer than requested counts as on time: rounding."""
 ROUNDING_RAD = 1e-9
 """Rounding of a position at a limit."""
 ROUNDING_S = 1e-9
@@ -28,7 +27,7 @@ State = tuple[Joints, Joints, Joints]
 """Positions (rad), velocities (rad/s) and accelerations (rad/s^2)."""
 
 
-class RuckigCourse(NamedTuple):
+class RuckigTrajectory(NamedTuple):
     """Joint positions over time (s) from 0 on, with a state of motion at its end."""
 
     trajectory: Trajectory
@@ -36,11 +35,11 @@ class RuckigCourse(NamedTuple):
 
     @property
     def end_s(self) -> float:
-        """When it is there."""
+        """Duration (s)."""
         return float(self.trajectory.duration)
 
     def joints(self, time_s: float) -> Joints:
-        """Joint positions (rad); those of the end behind it."""
+        """Return joint positions (rad); after the end, those at the end."""
         return self.end if time_s >= self.end_s else tuple(self.trajectory.at_time(time_s)[0])
 
     def state(self, time_s: float) -> State:
@@ -49,20 +48,20 @@ class RuckigCourse(NamedTuple):
         return tuple(position), tuple(velocity), tuple(acceleration)
 
 
-class Courses:
-    """Finds courses that pass no position limit, which Ruckig does not know of."""
+class RuckigPlanner:
+    """Finds trajectories within position limits, which Ruckig does not know."""
 
     def __init__(self, position_min: Joints, position_max: Joints) -> None:
-        """Courses within these limits of positions (rad)."""
+        """Set the limits of positions (rad)."""
         self._position_min, self._position_max = position_min, position_max
         self._ruckig = Ruckig(len(position_min))
 
     def find(
         self, start: State, end: State, limits: JointLimits, duration_s: float | None = None
-    ) -> RuckigCourse | None:
-        """Return a course from one state to another; None if Ruckig finds none that is good.
+    ) -> RuckigTrajectory | None:
+        """Return a trajectory from one state to another; None if Ruckig finds none that is good.
 
-        The joints arrive together after `duration_s`. Without it each joint arrives as soon as it can.
+        The joints arrive together after `duration_s`. Without it each joint arrives as soon as possible.
         """
         task = InputParameter(len(self._position_min))
         task.current_position, task.target_position = list(start[0]), list(end[0])
@@ -81,11 +80,11 @@ class Courses:
                 continue
             in_time = duration_s is None or found.duration <= duration_s + LATE_S
             if result == Result.Working and in_time and self._is_good(found, end[0]):
-                return RuckigCourse(found, end[0])
+                return RuckigTrajectory(found, end[0])
         return None
 
     def _is_good(self, trajectory: Trajectory, target: Joints) -> bool:
-        """Return whether a course ends at its target (rad), and passes no position limit."""
+        """Return True if a trajectory ends at its target (rad), and passes no position limit."""
         ends = trajectory.at_time(trajectory.duration)[0]
         return all(
             abs(end - goal) <= EXACT_RAD
@@ -97,8 +96,7 @@ class Courses:
 
 
 def turns(profile: Any) -> Iterator[float]:
-    """Positions (rad) at which a joint reverses on Ruckig's profile; Ruckig's own extrema miss some of
-    them."""
+    """Yield positions (rad) at which a joint reverses on Ruckig's profile; Ruckig's extrema miss some."""
     brake = profile.brake
     for part in (brake, profile) if brake.duration else (profile,):
         for duration, p, v, a, j in zip(part.t, part.p, part.v, part.a, part.j, strict=False):
