@@ -159,8 +159,7 @@ def quaternion_from_rotation(rotation: Rotation) -> Quaternion:
 
 
 def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
-    """Unit axis, in the outer frame, and angle (rad, in [0, pi]) of the turn from one rotation to another;
-    without a turn the axis is z."""
+    """Return unit axis, in the outer frame, and angle (rad, 0 to pi) of a turn; axis z if there is none."""
     x, y, z, w = quaternion_from_rotation(multiply(end, transpose(start)))
     sine = hypot(x, y, z)
     if sine == 0.0:

@@ -32,8 +32,8 @@ PATIENCE_S, LOOKS_S = 1.0, 0.002
 logger = logging.getLogger(__name__)
 
 robot: ContextVar[str] = ContextVar("robot", default="")
-"""Name of the robot that lines are about, in a process with several. Tasks and callbacks that are set up
-in an asyncio loop inherit the present value."""
+"""Name of the robot that lines are about, in a process with several.
+Tasks and callbacks that are set up in an asyncio loop inherit the present value."""
 
 
 @contextmanager

@@ -30,8 +30,8 @@ OPTIONS = {
 """Options of command line and ini file, as --iiwa-NAME and iiwa_NAME. The marker takes all of `Simulator`."""
 DEFAULTS = {"clock": "fast", "backdoor_port": 0}  # with which a robot remembers the dialogue
 ARTIFACT_RATE_HZ = 100
-"""States in a simulated second of a recording that is made in case the test fails: with the clock `fast` each
-costs more than a tick. `iiwa.record(FILE)` and the marker's `record` keep every tick."""
+"""States per simulated second of the recording for a failed test; each costs more than a fast tick.
+`iiwa.record(FILE)` and the marker's `record` keep every tick."""
 LONGEST_FILE_NAME = 200
 REPORT_S = 10.0
 """Time (s) for which a report waits for the robot's thread, which a test may block."""

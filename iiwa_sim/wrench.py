@@ -1,8 +1,7 @@
 """Wrenches at the TCP, as motion and contact exchange them."""
 
 Wrench = tuple[float, float, float, float, float, float]
-"""Force (N) and torque (Nm) at the TCP, acting on the robot, along the axes of the TCP unless stated
-otherwise."""
+"""Force (N) and torque (Nm) on the robot at the TCP, along the axes of the TCP unless stated otherwise."""
 
 NO_WRENCH: Wrench = (0.0,) * 6
 

@@ -243,8 +243,7 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
 
 
 def _check_start(reader: Reader, settings: OneRobotSettings, cell: Cell) -> None:
-    """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
-    within one, nor out of the box that it may not leave."""
+    """Check that the TCP starts in the box of [safety] and outside of surfaces; its sphere may touch them."""
     x, y, z = cell.start_tcp().translation
     for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
         within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"

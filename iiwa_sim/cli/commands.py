@@ -30,8 +30,7 @@ HEALTH_S = 2.0
 
 
 def plot(parser: Parser, words: Sequence[str]) -> int:
-    """The file has a command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; a # begins a
-    comment.
+    """The file has one command per line, also 'wait SECONDS' and 'wait stopped'; a # begins a comment.
 
       iiwa-sim plot examples/blending.txt -o blending.svg
       iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
@@ -117,9 +116,9 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
 
 
 def check(parser: Parser, words: Sequence[str]) -> int:
-    """It sends hello, help, stop, bye, lines that are no commands, and commands that begin with get or
-    is, which move nothing. The robot has to be at rest. Exit code 0 if nothing deviates, 1 if something
-    does, 2 without a server, or with a robot that moves.
+    """It sends commands that move nothing: hello, help, stop, bye, get ..., is ..., and unknown ones.
+
+    Exit code 0 if nothing deviates, 1 if something does, 2 without a server or if the robot moves.
 
       iiwa-sim check 172.31.1.147:30000
     """
@@ -174,8 +173,9 @@ def show(parser: Parser, words: Sequence[str]) -> int:
 
 
 def health(parser: Parser, words: Sequence[str]) -> int:
-    """It asks all protocols, on the ports that command line and environment of the process name; with --count
-    and --fleet those of the first robot. Exit code 0 if all answer, else 1.
+    """It asks all protocols of a process; with --count and --fleet those of the first robot.
+
+    Exit code 0 if all answer, else 1.
 
       iiwa-sim health
     """
@@ -212,9 +212,9 @@ def health(parser: Parser, words: Sequence[str]) -> int:
 
 
 def ros2_env(parser: Parser, words: Sequence[str]) -> int:
-    """The wheels are for x86-64 Linux (270 MB). It prints the interpreter, which iiwa-sim --ros2 finds in the
-    default folder. Types that no wheel has (control_msgs, tf2_msgs, robot_movement_interface) are
-    compiled, which needs g++ and python3-dev.
+    """It prints the interpreter, which iiwa-sim --ros2 finds in the default folder (x86-64 Linux, 270 MB).
+
+    Types without a wheel (control_msgs, tf2_msgs, robot_movement_interface) need g++ and python3-dev.
 
       iiwa-sim ros2-env
     """

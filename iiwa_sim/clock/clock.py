@@ -17,8 +17,8 @@ from iiwa_sim.log import Throttle
 DEFAULT_RATE_HZ = 500
 
 CATCH_UP_WAKES = 10
-"""Most wake-ups whose ticks are made up for at once; the rest is dropped. After a stall of 100 ms, a burst of
-50 ticks would keep clients waiting, and the robot would seem to jump."""
+"""Most wake-ups whose ticks are made up for at once; the rest is dropped.
+After a stall of 100 ms, a burst of 50 ticks would keep clients waiting, and the robot would seem to jump."""
 
 SHORTEST_SLEEP_NS = 1_000_000
 """Shortest time between two wake-ups; if ticks are closer, a wake-up makes several."""
@@ -30,9 +30,9 @@ SLICE_NS = 5_000_000
 """Time for which a fast clock makes ticks before the loop and other threads get their turn."""
 
 HOLD_NS = 2_000_000
-"""A fast clock holds time for so long after a move was accepted. In real time, a driver sends a sequence of
-moves within a tick, and the robot blends them: the hold gives the driver that time. It ends early for a
-driver that only repeats a question."""
+"""A fast clock holds simulated time for so long after a move was accepted.
+In real time, a driver sends a sequence of moves within a tick, and the robot blends them: the hold gives the
+driver that time. It ends early for a driver that only repeats a question."""
 
 LONGEST_HOLD_NS = 50_000_000
 """Longest hold, for a driver that never stops sending moves."""

@@ -299,8 +299,7 @@ class Controller:
 
     @property
     def under_way(self) -> bool:
-        """True if the robot moves, and will stop without another command: not in a pause by an override of 0,
-        nor in a gravity hold. Also True if its gripper moves."""
+        """True if robot or gripper move and will stop without a command: not in a pause or gravity hold."""
         return self.motions.ends_by_itself or (self.handling is not None and self.handling.under_way)
 
     @property

@@ -16,8 +16,8 @@ class ControllerGroup:
         """Several robots share the `world`."""
         self.controllers = controllers
         self.observers: Sequence[Any] = ()
-        """Each has a `tick()` after each one of the robots, in which it may command them. While one is
-        `watching`, robots at rest tick, too; one that `has_commands` will make a robot move."""
+        """Their `tick()` is called after each tick of the robots, and may command them.
+        While one is `watching`, robots at rest tick, too; one that `has_commands` will make a robot move."""
         self._calls = [controller.move_on for controller in self.controllers]
         self._calls += [] if world is None else [world.step]
         self._calls += [controller.feel for controller in self.controllers]

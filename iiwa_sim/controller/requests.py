@@ -21,8 +21,7 @@ from iiwa_sim.motion.springs import CartesianImpedance
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
 JOINT_BLENDING = 0.1
-"""Blending of PTP to joint positions, as published for the original: it blends into the next move where each
-joint has no more than that part of its way to go."""
+"""Default blending of PTP to joint positions, as published for the original: see `MoveRequest.blending`."""
 Thresholds = tuple[float | None, float | None, float | None]
 """Thresholds of the force along x, y and z of the TCP (N); None where it is not watched."""
 
@@ -48,7 +47,7 @@ class Kind(Enum):
 
 
 class MoveRequest(NamedTuple):
-    """A move that is asked for. Protocols check the ranges of numbers, the planner what the robot reaches."""
+    """A requested move. Protocols check the ranges of numbers, the planner checks the reach of the robot."""
 
     kind: Kind
     target: Frame | Sequence[float] = ()
@@ -56,12 +55,12 @@ class MoveRequest(NamedTuple):
     speed: float = 1.0
     """Relative to the joints' limits, above 0 up to 1."""
     blending: float = 0.0
-    """Radius (mm) of the sphere round the target in which the TCP may leave the path for that of the next
-    move; for PTP to joint positions the part (0..1) of the largest way to go that each joint may have left.
-    With 0 the robot stops at the target. A radius beyond the middle of either path is cut to that."""
+    """Radius (mm) around the target in which the TCP may blend into the next move; 0 stops at the target.
+    A radius beyond the middle of either path is cut to that. For PTP to joint positions it is a part (0..1)
+    of the largest joint distance: the blend begins where no joint is farther from its target."""
     speeds: Sequence[float] = ()
-    """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions. A joint within
-    0.001 rad of its target accepts 0, too."""
+    """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions.
+    A joint within 0.001 rad of its target accepts 0, too."""
     shift: Frame | None = None
     """Instead of a target: how far the TCP goes from where it will be when the moves that wait are done."""
     in_tool: bool = False
@@ -71,12 +70,11 @@ class MoveRequest(NamedTuple):
     thresholds: Thresholds | None = None
     """The move ends when a force at the TCP has changed by more since the command."""
     compliance: CartesianImpedance | None = None
-    """The robot gives way around the move, which replaces what runs instead of waiting behind it."""
+    """The robot is compliant along the move, which replaces what runs instead of waiting behind it."""
     hold_nm_per_rad: float = 0.0
     """Stiffness of every joint in a hold, 0 to 5000."""
     tcp_speed_m_s: float | None = None
-    """Speed of the TCP of LIN to a frame, instead of a relative one: the TCP is nowhere faster, and comes to
-    this speed where the joints have the least to do."""
+    """Greatest speed of the TCP of LIN to a frame, instead of a relative one."""
     accelerations: Sequence[float] = ()
     """Parts of the joints' acceleration limits, above 0 and up to 1: one, or one for each joint."""
     tcp_acceleration_m_s2: float | None = None
@@ -97,8 +95,8 @@ def shifted(start: Transform, shift: Frame, *, in_tool: bool) -> Frame:
 
     The TCP goes by x, y, z and turns about itself by Rz(alpha) Ry(beta) Rx(gamma), both in those axes.
     """
-    way = shift.to_transform()
+    by = shift.to_transform()
     if in_tool:
-        return Frame.from_transform(compose(start, way))
-    x, y, z = (a + b for a, b in zip(start.translation, way.translation, strict=True))
-    return Frame.from_transform(Transform(multiply(way.rotation, start.rotation), (x, y, z)))
+        return Frame.from_transform(compose(start, by))
+    x, y, z = (a + b for a, b in zip(start.translation, by.translation, strict=True))
+    return Frame.from_transform(Transform(multiply(by.rotation, start.rotation), (x, y, z)))

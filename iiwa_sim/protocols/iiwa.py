@@ -21,8 +21,8 @@ from iiwa_sim.protocols.table import Request, helped, load_table
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_REPLY = 1000
-"""Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
-step for good."""
+"""Longest reply in bytes.
+The public driver reads 1024 bytes at once: after a longer reply it would misread all that follow."""
 
 Values = tuple[float, ...]
 Handler = Callable[[LineSession, Request], bytes]

@@ -1,2 +1,1 @@
-"""The arm: its description (`description`), forward kinematics (`model`) and inverse kinematics
-(`inverse`)."""
+"""The arm: `description`, forward kinematics in `model`, inverse kinematics in `inverse`."""

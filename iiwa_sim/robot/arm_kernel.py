@@ -57,8 +57,9 @@ class Tcp:
     """
 
     def __init__(self, fixed: Sequence[Transform], tool_in_flange: Transform) -> None:
-        """Each joint turns about z of its own frame. `fixed` are the poses of the first joint in the base, of
-        each other one in the joint before at zero position, and of the flange in the last joint."""
+        """`fixed` are poses at zero of each joint in the one before it, and of the flange in the last joint.
+
+        Each joint turns about z of its own frame; the first pose is in the base."""
         self.tool_in_flange = tool_in_flange
         self.joint_count = count = len(fixed) - 1
         rows = [*fixed[:count], compose(fixed[count], tool_in_flange)]
@@ -93,8 +94,7 @@ class Tcp:
         return self._columns_array.copy()
 
     def torques(self, joints: Sequence[float], wrench: Sequence[float]) -> tuple[float, ...]:
-        """Return the joint torques (Nm) of a wrench (N, Nm) at the TCP along its axes: the transposed
-        Jacobian times the wrench."""
+        """Return the joint torques (Nm) of a wrench (N, Nm) at the TCP along its axes."""
         self.find_torques(joints, wrench)
         return tuple([self.torque[k] for k in range(self.joint_count)])
 
@@ -302,8 +302,7 @@ def _solve_opw(
     aligned: cython.double,
     joints: cython.double[:, ::1],
 ) -> cython.int:
-    """Solve for a six-joint arm with a spherical wrist, by the form of Brandstoetter, Angerer and Hofbaur
-    (2014).
+    """Solve for a six-joint arm with a spherical wrist (Brandstoetter, Angerer and Hofbaur 2014).
 
     A1 turns the plane of the arm to the wrist point, or away from it. In that plane upper arm and forearm
     make a triangle. An X-Y-X wrist makes the rest of the orientation.
@@ -461,8 +460,7 @@ def continued(joints: Sequence[float], before: Sequence[float]) -> tuple[float, 
 
 @cython.cclass
 class Kinematics:
-    """Forward and inverse kinematics of the TCP of one robot with one tool, with the redundancy as a
-    coordinate of its own."""
+    """Forward and inverse kinematics of the TCP of one robot with one tool; redundancy is a coordinate."""
 
     def __init__(self, model: Any, inverse_kinematics: Any, tool_in_flange: Transform) -> None:
         """Set model (`iiwa_sim.robot.model.Model`), inverse (`iiwa_sim.robot.inverse.Inverse`) and tool."""
@@ -485,8 +483,7 @@ class Kinematics:
         return q[_A3] if self.coordinates == 7 else 0.0
 
     def tcp_and_jacobian(self, q: Sequence[float]) -> tuple[Transform, NDArray[np.float64]]:
-        """Return the pose of the TCP and its Jacobian: velocity (m/s) and angular velocity (rad/s) in base
-        axes, and the rate of the redundancy (rad/s)."""
+        """Return the pose of the TCP and its Jacobian (m/s, rad/s, base axes), the redundancy's row last."""
         jacobian = self.arm.jacobian(q)
         if self.coordinates == 7:
             jacobian = np.concatenate([jacobian, np.eye(self.joint_count)[[_A3]]])

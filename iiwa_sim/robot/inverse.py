@@ -163,8 +163,7 @@ class Inverse:
     def nearest(
         self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]
     ) -> tuple[tuple[float, ...], int] | None:
-        """Return the joint positions of `within_limits` nearest to the present ones, of some branches, and
-        their status; None where there are none."""
+        """Return the nearest joint positions within limits, of some branches, with status; None for none."""
         found = [(self.within_limits(flange, redundancy, status, present), status) for status in statuses]
         reached = [(joints, status) for joints, status in found if joints is not None]
         if not reached:
@@ -231,8 +230,7 @@ class Inverse:
         return int(branch(self.kind, self.numbers, np.array(q, float), np.empty(3)))
 
     def distances(self, q: Sequence[float]) -> tuple[float, float, float]:
-        """Return how far (m or rad) joint positions are from where the branches of each bit of the status
-        meet."""
+        """Return distances (m or rad) of joint positions from the singularity of each bit of the status."""
         distances = np.empty(3)
         branch(self.kind, self.numbers, np.array(q, float), distances)
         first, second, third = distances.tolist()

@@ -20,8 +20,7 @@ from iiwa_sim.server.web_access import WebAccess
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection. About a hundred commands fit in."""
 READ_BYTES = 64
-"""Bytes read from a connection at once, since the library handles all frames in them without a break: ten
-pings."""
+"""Bytes read at once (ten pings): the library handles all frames in them without a break."""
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""
 CLOSING_S = 1.0

@@ -14,8 +14,7 @@ TURN_S = 0.0005
 """Time (s) for which the queue works before the event loop runs again and reads from others."""
 
 Work = Callable[[float], bool]
-"""Does some work, at least one step and not beyond an instant of `time.monotonic`; returns True if there is
-more."""
+"""Does work until an instant of `time.monotonic`, at least one step; returns True if there is more."""
 
 
 class Budget:

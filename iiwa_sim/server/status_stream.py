@@ -7,8 +7,8 @@ from typing import Any
 from iiwa_sim.server.tcp import TcpServer
 
 SEND_BYTES = 16_384
-"""Size of the system's send buffer: lines stay recent for a slow reader, and those in flight at 500 Hz fit,
-which may be acknowledged 40 ms late."""
+"""Size of the system's send buffer: small, so that lines stay recent for a slow reader.
+It holds the lines in flight at 500 Hz, which may be acknowledged 40 ms late."""
 
 
 class StatusStream(TcpServer):

@@ -21,8 +21,8 @@ TAP_S = 0.3
 """A button that is held for less makes one step."""
 PERIOD_S = 0.05
 AHEAD_RAD, LINE_MM, TURN_RAD = radians(100.0), 500.0, pi
-"""At full speed: lead of a joint's target, which bounds the motion if this process hangs; pieces of a line
-and of a turn of the TCP."""
+"""At full speed: lead of a joint's target, pieces of a line and of a turn of the TCP.
+The lead bounds the motion if this process hangs."""
 MARGIN_RAD = 1e-4
 """Distance of targets from the limits of joints."""
 CARTESIAN = ("X", "Y", "Z", "Rx", "Ry", "Rz")

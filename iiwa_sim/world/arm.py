@@ -81,8 +81,7 @@ class Arm:
         self._next: _Step = self.joints, self.tcp, None, STAYS, STIFF
         levers = np.array(self.model.tcp_of_flange.longest_levers()) + LINKS_M
         self.bounds: Vector = np.concatenate([np.zeros(19), levers, setup.joints])
-        """How far (m) links and gripper are from what they may meet, and all from other arms, at least; then
-        how far a tick brings them, as `advance` has it."""
+        """Lower bounds (m) of distances from links, gripper and other arms, and the motion of a tick."""
         self.bears = True
         """True if the gripper bears what the held part does."""
         self.motion = TcpMotion(self.tcp)

@@ -34,13 +34,12 @@ from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
 YIELDS, FREE, GRASPED, LIGHT = -1, 1, 2, 3
-"""Priorities: whose law and friction a contact has; bodies of a scene have 0, arms the least. A light free
-part would swing on the spring of a held one; others feel that spring, without damping."""
+"""Priorities of contact laws and friction; bodies of a scene have 0, arms the least.
+A light free part would swing on the spring of a held one; others feel that spring, without damping."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05
-"""Rolling and torsional friction of balls and cylinders, over their radius: they come to rest, also a disc
-that wobbles."""
+"""Rolling and torsional friction of balls and cylinders, over their radius; a wobbling disc comes to rest."""
 
 
 class ArmSetup(NamedTuple):

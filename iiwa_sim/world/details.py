@@ -13,8 +13,8 @@ from iiwa_sim.world.tick_kernel import BASE, correct
 
 Vector = NDArray[np.float64]
 PARTS, SURFACES, PASSING = 1, 2, 4
-"""Collision bits, beside one of each arm: parts meet everything, surfaces parts, arms parts and other arms. A
-part that passes meets neither the arm that holds it nor, until it is out of it, one that has let it go."""
+"""Collision bits, beside one of each arm: parts meet everything, surfaces parts, arms parts and other arms.
+A part that passes meets neither the arm that holds it nor, until it is out of it, one that has let it go."""
 ALL = 0x7FFFFFFF
 ARMS = ALL - PARTS - SURFACES - PASSING
 _SLEEP = int(mj.mjtEnableBit.mjENBL_SLEEP)
@@ -33,11 +33,11 @@ def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
 def find_forces(
     model: Any, data: Any, points: NDArray[np.intc], kinds: NDArray[np.int8], imposed: Any, tick_s: float
 ) -> None:
-    """Find what `mj_forward` does, with corrected contacts: `mj_fwdVelocity` has found `efc_aref` before the
-    solver reads it, and `efc_KBIP` says by which law.
+    """Compute what `mj_forward` does, with corrected contacts.
 
-    MuJoCo decides for all bodies at once whether to start from `qacc_warmstart`. With that of the dofs
-    `imposed` as without contacts, how the arm moves changes no bit of parts that it does not touch.
+    `mj_fwdVelocity` finds `efc_aref`, by the law in `efc_KBIP`; the solver reads it later. MuJoCo decides for
+    all bodies at once if it starts from `qacc_warmstart`. That of the dofs `imposed` is set as without
+    contacts: the motion of the arm changes no bit of parts that it does not touch.
     """
     mj.mj_fwdPosition(model, data)
     if model.nsensor:

@@ -8,8 +8,7 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.frames import Vector
 
 LIES, FALLS, HELD, GONE = "lies", "falls", "held", "gone"
-"""States of a part: it touches something, touches nothing, is held by the gripper, or is no longer in the
-cell."""
+"""States of a part: it touches something, touches nothing, is held by the gripper, or has left the cell."""
 
 
 class Mesh(NamedTuple):

@@ -14,8 +14,8 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 
 BASE = 2
-"""Number of contact points that share the stiffness of two bodies before their count is known: with 2, one
-point is stable for the lightest body, and eight are not too slow."""
+"""Number of contact points that share the stiffness of two bodies before their count is known.
+With 2, one point is stable for the lightest body, and eight are not too slow."""
 OF_PART, STANDS, OF_ARM, OF_SCENE = 0, 1, 2, 3
 """Kinds of geoms: of a part, fixed to the world, of an arm, or of a scene's body that moves."""
 _STANDS = cython.declare(cython.int, STANDS)
@@ -134,12 +134,11 @@ def _advance(
 
 
 def advance(joints: Joints, tcp: Transform, b: cython.double[::1], jaw_m: cython.double) -> float:
-    """Lower the bounds of distances of an arm by how far it goes in a tick; returns how far (m) links or jaws
-    go.
+    """Lower the bounds of distances of an arm by its motion in a tick; return how far (m) links or jaws go.
 
-    Bounds are (m) of links, of what moves with the gripper, and of both from other arms; then follow how far
-    links (m), TCP and jaws (m), and TCP (rad) have gone, the reach (m) of what moves with it, the pose of the
-    TCP, and of each joint the greatest lever (m) and the position (rad).
+    `b` begins with bounds (m) of links, of what moves with the gripper, and of both from other arms. Then
+    follow the motion of links (m), TCP and jaws (m), and TCP (rad), the reach (m) of what moves with it, the
+    pose of the TCP, and of each joint the greatest lever (m) and the position (rad).
     """
     pose = cython.declare(cython.double[12])
     for k in range(12):
@@ -160,11 +159,11 @@ def leave_out(
     most_nm: cython.double,
     bounds: cython.double[::1],
 ) -> int:
-    """Return how many ticks after number `tick` need not be computed: nothing is near the arm in these and
-    the next one, and its load acts on the TCP with at most `most_n` and `most_nm`.
+    """Return how many ticks after number `tick` need not be computed.
 
-    Joint positions `ahead` are those of now and of coming ticks, of which so many are `made`; `carried` are
-    mass (kg), first (kg m) and second moments (kg m2). Bounds of distances are lowered, as by `advance`.
+    Nothing is near the arm in these and the next one, and its load acts on the TCP with at most `most_n` and
+    `most_nm`. Joint positions `ahead` are those of now and of coming ticks, of which so many are `made`;
+    `carried` are mass (kg), first (kg m) and second moments (kg m2). Bounds are lowered, as by `advance`.
     """
     poses = cython.declare(cython.double[36])
     contact: Contact
@@ -237,8 +236,7 @@ def brake(v: cython.double[:, ::1], tick_s: cython.double) -> float:
 def lie(
     q: cython.double[:, ::1], v: cython.double[:, ::1], was: cython.double[:, ::1], near_m: cython.double
 ) -> tuple[bool, float, float]:
-    """Return whether free bodies are near where they were (in turns ten times as far), and their greatest
-    speed and coordinate (m)."""
+    """Return True if free bodies are near where they were, with their greatest speed and coordinate (m)."""
     off: cython.double = 0.0
     speed: cython.double = 0.0
     far: cython.double = 0.0
