@@ -158,8 +158,8 @@ class AppendixA:
     def _publish_ended(self) -> None:
         while self._begun and (result := self._begun[0].result) is not None:
             number, (code, information) = self._begun.popleft().message.command_id, result
-            told = {"command_id": number, "result_code": code, "additional_information": information}
-            self._graph.published[COMMAND_RESULT].publish({"header": self._graph.header(), **told})
+            content = {"command_id": number, "result_code": code, "additional_information": information}
+            self._graph.published[COMMAND_RESULT].publish({"header": self._graph.header(), **content})
 
     # States
 

@@ -36,7 +36,7 @@ class Topic:
         return self.content is not None and not self.rate_hz
 
     def publish(self, message: Message) -> None:
-        """Tell all listeners a message."""
+        """Pass a message to all listeners."""
         for listener in list(self.listeners):
             listener(message)
 
@@ -85,11 +85,11 @@ class Graph:
 
     @property
     def watching(self) -> bool:
-        """True if a tick may publish something that somebody hears."""
+        """True if a tick may publish on a topic with listeners."""
         return any(topic.listeners and topic.rate_hz for topic in self.published.values())
 
     def listen(self, name: str, listener: Listener) -> Callable[[], None]:
-        """Register a listener for a topic; return what ends that."""
+        """Register a listener for a topic; return the function that removes it."""
         topic = self.published[name]
         topic.listeners.append(listener)
         if topic.content is not None and topic.is_latched:
@@ -97,7 +97,7 @@ class Graph:
         return partial(topic.listeners.remove, listener)
 
     def receive(self, name: str, content: Any) -> None:
-        """Take a message for a topic of `subscribed`. Raises BadMessage, and then nothing of it is done."""
+        """Handle a message for a topic of `subscribed`. If it raises BadMessage, nothing of it is done."""
         topic = self.subscribed[name]
         with self.recording():
             topic.take(checked(content, topic.kind))

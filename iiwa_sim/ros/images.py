@@ -1,4 +1,4 @@
-"""Topics of the cameras of a scene. Pictures are rendered while somebody listens."""
+"""Topics of the cameras of a scene. Pictures are rendered while the topic has listeners."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Images:
     def _publish(self, topic: str, header: dict[str, object], done: Future[bytes]) -> None:
         try:
             message = {"header": header, "format": "png", "data": done.result()}
-        except Refused as refused:  # it stays in `_rendered`: nobody asks again
+        except Refused as refused:  # it stays in `_rendered`: no picture is requested again
             self._log.refused("ROS", topic, refused.code, refused.reason)
             return
         del self._rendered[topic]

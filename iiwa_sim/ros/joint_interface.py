@@ -53,7 +53,7 @@ class JointInterface:
         self._names = controller.description.joints
         links = arm_model(controller.description).links
         self._links = [(links[link.parent].name, link) for link in links if link.parent is not None]
-        self._hear: Callable[[Message], None] | None = None  # takes the feedback of the newest goal
+        self._on_feedback: Callable[[Message], None] | None = None  # takes the feedback of the newest goal
         self._goal = 0  # its number
         for topic, kind, rate_hz, content in (
             (CLOCK, "rosgraph_msgs/msg/Clock", 100, lambda: {"clock": time_of(graph.simulated_ns())}),
@@ -85,16 +85,16 @@ class JointInterface:
     # The action and the topics that move the robot
 
     def send_goal(
-        self, args: Any, ended: Callable[[int, Message], None], hear: Callable[[Message], None] | None
+        self, args: Any, ended: Callable[[int, Message], None], on_feedback: Callable[[Message], None] | None
     ) -> int:
         """Follow a FollowJointTrajectory_Goal; return the number to cancel it by. Raises BadMessage.
 
         `ended` is called once, with a status of action_msgs/GoalStatus and a FollowJointTrajectory_Result,
-        `hear` with feedback, at 20 Hz of simulated time.
+        `on_feedback` with feedback, at 20 Hz of simulated time.
         """
 
         def end(ending: Ending) -> None:
-            self._hear = None
+            self._on_feedback = None
             status, code = SUCCEEDED, 0
             if ending.reason == CANCELLED:
                 status = CANCELED
@@ -113,7 +113,7 @@ class JointInterface:
                 goal_time_s=_seconds(goal.goal_time_tolerance),
             )
             self._goal = self._controller.trajectories.follow(request, end)
-        self._hear = hear
+        self._on_feedback = on_feedback
         return self._goal
 
     def cancel(self, number: int | None = None) -> None:
@@ -122,10 +122,10 @@ class JointInterface:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        if self._hear is None or not self._graph.is_due(FEEDBACK_HZ):
+        if self._on_feedback is None or not self._graph.is_due(FEEDBACK_HZ):
             return
         if (progress := self._controller.trajectories.progress) is not None:
-            self._hear(_feedback(progress, self._names, self._graph.header()))
+            self._on_feedback(_feedback(progress, self._names, self._graph.header()))
 
     def _follow(self, trajectory: Any) -> None:
         request = _trajectory(trajectory, self._graph.now_ns())._replace(may_end_fast=True)
@@ -142,14 +142,14 @@ class JointInterface:
 
     def _transforms(self, *, moving: bool) -> Message:
         controller, header = self._controller, self._graph.header
-        told = [
+        links = [
             _transform(header(parent), link.name, link.pose_at(controller.joints))
             for parent, link in self._links
             if (link.joint is not None) == moving
         ]
         if moving:
-            told.append(_transform(header(controller.description.flange), TOOL, controller.tool_in_flange))
-        return {"transforms": told}
+            links.append(_transform(header(controller.description.flange), TOOL, controller.tool_in_flange))
+        return {"transforms": links}
 
     def _wrench(self) -> Message:
         wrench = self._controller.cartesian_force()
@@ -159,8 +159,8 @@ class JointInterface:
     def _diagnosis(self) -> Message:
         standing = self._controller.errors.standing
         level, words = (0, "ok") if standing is None else (2, f"{standing.code} {standing.reason}")
-        told = {"level": level, "name": "iiwa_sim: robot", "message": words, "hardware_id": "", "values": []}
-        return {"header": self._graph.header(), "status": [told]}
+        robot = {"level": level, "name": "iiwa_sim: robot", "message": words, "hardware_id": "", "values": []}
+        return {"header": self._graph.header(), "status": [robot]}
 
 
 def _answer(do: Callable[..., None], request: Any) -> Message:
@@ -206,8 +206,8 @@ def _feedback(progress: Progress, names: Sequence[str], header: Message) -> Mess
     error = ([a - b for a, b in zip(*both, strict=True)] for both in zip(desired[:2], actual, strict=True))
 
     def point(*found: Sequence[float]) -> Message:
-        told = dict(zip(("positions", "velocities", "accelerations"), map(list, found), strict=False))
-        return {"accelerations": [], **told, "effort": [], "time_from_start": since}
+        given = dict(zip(("positions", "velocities", "accelerations"), map(list, found), strict=False))
+        return {"accelerations": [], **given, "effort": [], "time_from_start": since}
 
     points = {"desired": point(*desired), "actual": point(*actual), "error": point(*error)}
     return {"header": header, "joint_names": list(names), **points}

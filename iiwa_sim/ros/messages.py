@@ -59,8 +59,8 @@ def to_ros1(value: Any) -> Any:
         return [to_ros1(each) for each in value] if value and isinstance(value[0], dict) else value
     if not isinstance(value, dict):
         return value
-    told = {_ROS1_NAMES.get(name, name): to_ros1(each) for name, each in value.items()}
-    return {"seq": 0, **told} if value.keys() == {"stamp", "frame_id"} else told
+    converted = {_ROS1_NAMES.get(name, name): to_ros1(each) for name, each in value.items()}
+    return {"seq": 0, **converted} if value.keys() == {"stamp", "frame_id"} else converted
 
 
 def from_ros1(value: Any) -> Any:

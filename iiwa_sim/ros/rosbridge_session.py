@@ -4,7 +4,7 @@ The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOC
 not allowed or not possible is answered by a `status` of level `error` that echoes its `id`, and changes
 nothing. A client that goes does not stop the robot: it is one of many publishers, as everywhere in ROS.
 
-A client that names a type as ROS 2 does, package/msg/Type, or sends a goal, is told everything in the form of
+A client that names a type as ROS 2 does, package/msg/Type, or sends a goal, gets all messages in the form of
 ROS 2 from then on. Topics that ROS 1 does not have are always in that form.
 """
 
@@ -85,7 +85,7 @@ class RosbridgeSession:
         self._reply(asked, {"op": "status", "level": "error", "msg": reason})
 
     def end(self) -> None:
-        """Notice that the client has gone. Its goal goes on, as everywhere in ROS."""
+        """Notice that the client has gone. Its goal continues, as everywhere in ROS."""
         for end in self._ends.values():
             end()
 
@@ -104,23 +104,23 @@ class RosbridgeSession:
 
     def _advertise(self, asked: _Asked) -> None:
         self._notice(asked.type)
-        _check_type(asked.topic, self._heard(asked.topic).kind, asked.type)
+        _check_type(asked.topic, self._subscribed(asked.topic).kind, asked.type)
 
-    def _heard(self, topic: str) -> Served:
+    def _subscribed(self, topic: str) -> Served:
         """A topic that the robot subscribes to."""
         if rooted(topic) not in self._graph.subscribed:
-            raise BadMessage(f"nobody listens to {topic}: expected {', '.join(self._graph.subscribed)}")
+            raise BadMessage(f"no subscriber of {topic}: expected {', '.join(self._graph.subscribed)}")
         return self._graph.subscribed[rooted(topic)]
 
     def _publish(self, asked: _Asked) -> None:
-        in_ros2 = self._in_ros2(self._heard(asked.topic))
+        in_ros2 = self._in_ros2(self._subscribed(asked.topic))
         self._graph.receive(rooted(asked.topic), asked.msg if in_ros2 else from_ros1(asked.msg))
 
     def _subscribe(self, asked: _Asked) -> None:
-        """Hear a topic. The options of the newest subscription count; all results wait to be sent."""
+        """Subscribe to a topic. The options of the newest subscription count; all results wait to be sent."""
         topic = rooted(asked.topic)
         if topic not in self._graph.published:
-            raise BadMessage(f"nobody publishes {topic}: expected one of {', '.join(self._graph.published)}")
+            raise BadMessage(f"no publisher of {topic}: expected one of {', '.join(self._graph.published)}")
         published = self._graph.published[topic]
         _check_type(topic, published.kind, asked.type)
         self._notice(asked.type)
@@ -129,14 +129,14 @@ class RosbridgeSession:
         self._subscriptions.setdefault(topic, set()).add(asked.id)
 
         def frame(content: Message) -> str:
-            told = content if self._in_ros2(published) else to_ros1(content)
-            return _encoded({"op": "publish", "topic": asked.topic, "msg": told})
+            message = content if self._in_ros2(published) else to_ros1(content)
+            return _encoded({"op": "publish", "topic": asked.topic, "msg": message})
 
-        def hear(content: Message) -> None:  # in the tick: the frame is made when it is sent
+        def send(content: Message) -> None:  # in the tick: the frame is made when it is sent
             self._outbox.feed(topic, lambda: frame(content))
 
         if topic not in self._ends:
-            self._ends[topic] = self._graph.listen(topic, hear)
+            self._ends[topic] = self._graph.listen(topic, send)
 
     def _unsubscribe(self, asked: _Asked) -> None:
         topic = rooted(asked.topic)
@@ -157,8 +157,8 @@ class RosbridgeSession:
         except BadMessage as fault:
             values, result = str(fault), False
             self._log.refused(self._name, _shown(asked.service), COMMUNICATION_FAILURE, values)
-        told = {"op": "service_response", "service": asked.service, "values": values, "result": result}
-        self._reply(asked, told)
+        response = {"op": "service_response", "service": asked.service, "values": values, "result": result}
+        self._reply(asked, response)
 
     def _answer(self, name: str, arguments: Any) -> Any:
         """The response of a service. Raises BadMessage."""
@@ -185,18 +185,18 @@ class RosbridgeSession:
         def result(status: int, values: Any, *, ran: bool = True) -> None:
             self._goals.pop(identifier, None)
             self._outbox.end_feed(feed)  # clients take feedback behind the result for a fault
-            told = {"op": "action_result", "action": asked.action, "values": values, "status": status}
-            self._reply(asked, {**told, "result": ran})
+            message = {"op": "action_result", "action": asked.action, "values": values, "status": status}
+            self._reply(asked, {**message, "result": ran})
 
-        def hear(values: Message) -> None:
-            told = {"op": "action_feedback", "action": asked.action, "values": values, "id": asked.id}
-            self._outbox.feed(feed, lambda: _encoded(told))
+        def feedback(values: Message) -> None:
+            message = {"op": "action_feedback", "action": asked.action, "values": values, "id": asked.id}
+            self._outbox.feed(feed, lambda: _encoded(message))
 
         try:
             if rooted(asked.action) != ACTION:
                 raise BadMessage(f"there is no action {_shown(asked.action)}: expected {ACTION}")
             _check_type(ACTION, ACTION_TYPE, asked.action_type)
-            number = self._joints.send_goal(asked.args or {}, result, hear if asked.feedback else None)
+            number = self._joints.send_goal(asked.args or {}, result, feedback if asked.feedback else None)
         except BadMessage as fault:
             self._log.refused(self._name, ACTION, COMMUNICATION_FAILURE, str(fault))
             result(_UNKNOWN, f"Action goal was rejected: {fault}", ran=False)
@@ -215,9 +215,9 @@ def _encoded(message: Message) -> str:
     return msgspec.json.encode(message).decode()
 
 
-def _check_type(name: str, kind: str, told: Any) -> None:
-    if told not in (None, "", "*") and short_name(str(told)) != short_name(kind):
-        raise BadMessage(f"{name} is of type {short_name(kind)}, not {_shown(told)}")
+def _check_type(name: str, kind: str, given: Any) -> None:
+    if given not in (None, "", "*") and short_name(str(given)) != short_name(kind):
+        raise BadMessage(f"{name} is of type {short_name(kind)}, not {_shown(given)}")
 
 
 def _shown(what: object) -> str:

@@ -67,7 +67,7 @@ class RosSide:
 
     @property
     def watching(self) -> bool:
-        """True if somebody hears a topic, or a command is next: each tick is wanted then."""
+        """True if a topic has listeners, or a command is next: each tick is needed then."""
         return self.has_commands or self._graph.watching
 
     @property

@@ -87,10 +87,10 @@ def test_what_tools_ask_when_they_connect(client: Client) -> None:
 @pytest.mark.parametrize(
     ("operation", "fields", "words"),
     [
-        ("publish", {"topic": "/joint_states", "msg": {}}, "nobody listens to /joint_states"),
+        ("publish", {"topic": "/joint_states", "msg": {}}, "no subscriber of /joint_states"),
         ("publish", {"topic": "/command_list", "msg": {"commands": [{"pose": [None]}]}}, "commands[0].pose"),
         ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
-        ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
+        ("subscribe", {"topic": "/chatter"}, "no publisher of /chatter"),
         ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
         ("dance", {}, "op dance: expected advertise"),
     ],

@@ -71,10 +71,10 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             made = get_service_class(kind)
             rospy.Service(service, made, partial(self._serve, service, made))
         for topic, kind in config["subscribe"]:
-            rospy.Subscriber(topic, get_message_class(kind), self._hear, topic, tcp_nodelay=True)
+            rospy.Subscriber(topic, get_message_class(kind), self._publish, topic, tcp_nodelay=True)
 
     def peer_subscribe(self, topic: str, _publish: Any, _peer_publish: Any) -> None:
-        """Notice that somebody subscribes to a topic."""
+        """Notice that a client subscribes to a topic."""
         self._pipe.say("subscribe", topic=topic)
 
     def peer_unsubscribe(self, topic: str, count: int) -> None:
@@ -88,7 +88,7 @@ class Relay(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no type
             publisher = self._publishers[message["topic"]]
             publisher.publish(_filled(publisher.data_class(), message["msg"]))
 
-    def _hear(self, message: Any, topic: str) -> None:
+    def _publish(self, message: Any, topic: str) -> None:
         self._pipe.say("publish", topic=topic, msg=_plain(message))
 
     def _serve(self, name: str, made: Any, request: Any) -> Any:

@@ -97,7 +97,7 @@ class Relay:
         self._pipe = pipe
         self._node = node
         self.publishers: dict[str, tuple[Any, Any]] = {}
-        self.goals: dict[str, _Goal] = {}  # not told to have ended
+        self.goals: dict[str, _Goal] = {}  # whose end has not been reported
         self._wished: Any = None  # the goal that was asked for last: rclpy accepts one after the other
         self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
@@ -108,7 +108,7 @@ class Relay:
             events = PublisherEventCallbacks(matched=partial(self._matched, topic, kind)) if recurs else None
             self.publishers[topic] = made, node.create_publisher(made, own, qos, event_callbacks=events)
         for made, own, (topic, _) in self._typed(config["subscribe"]):
-            node.create_subscription(made, own, partial(self._hear, topic), 10, callback_group=messages)
+            node.create_subscription(made, own, partial(self._publish, topic), 10, callback_group=messages)
         for made, own, (service, _) in self._typed(config["serve"]):
             node.create_service(made, own, partial(self._serve, service), callback_group=together)
         for made, own, action in self._typed(config["actions"]):
@@ -146,10 +146,10 @@ class Relay:
                 yield made, row[0] if row[0] == CLOCK else row[0].lstrip("/"), row
 
     def _matched(self, topic: str, kind: str, now: Any) -> None:
-        """Hear a topic as long as somebody subscribes: a robot at rest that nobody watches does not tick."""
+        """Subscribe to a topic while it has subscribers: a robot at rest without any does not tick."""
         self._pipe.say("subscribe" if now.current_count else "unsubscribe", topic=topic, type=kind)
 
-    def _hear(self, topic: str, message: Any) -> None:
+    def _publish(self, topic: str, message: Any) -> None:
         self._pipe.say("publish", topic=topic, msg=plain(message))
 
     def _serve(self, service: str, request: Any, response: Any) -> Any:
