@@ -83,4 +83,4 @@ def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(
             assert robot.get_mode() == "unknown"
         robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
         robot.wait_until_stopped(DEADLINE_S)
-    assert f"{path}: the last lines are lost: nobody read them" in caplog.text
+    assert f"{path}: the last lines are lost: they were not read" in caplog.text

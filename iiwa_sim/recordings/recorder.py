@@ -93,9 +93,9 @@ class Recorder:
         self._last_state = -1  # its tick
         self._block: list[Item] = []
         self._block_due = 0  # a tick
-        self._heard: tuple[tuple[list[Any], Callable[..., None]], ...] = (
+        self._listeners: tuple[tuple[list[Any], Callable[..., None]], ...] = (
             (source.controller.endings.listeners, self._ended),
-            (source.dialogue.listeners, self._hear),
+            (source.dialogue.listeners, self._dialogue_line),
             (source.log.on_refused, self._refused),
             (source.events.listeners, self.event),
         )
@@ -107,7 +107,7 @@ class Recorder:
         """Record from the present tick on."""
         robot = self._controller
         self._mode, self._accepted, self._begun = robot.mode, robot.accepted, robot.accepted
-        for listeners, listener in self._heard:
+        for listeners, listener in self._listeners:
             listeners.append(listener)
         self._put(schemas.ARM, None)
         self._show_cell()
@@ -118,7 +118,7 @@ class Recorder:
         if self._last_state != self._controller.tick:
             self._add_state()
         self._hand_over()
-        for listeners, listener in self._heard:
+        for listeners, listener in self._listeners:
             listeners.remove(listener)
 
     def tick(self) -> None:
@@ -165,12 +165,12 @@ class Recorder:
     def _refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.event("refused", f"{session} '{line}': {reason}", code=code)
 
-    def _hear(self, said: DialogueLine) -> None:
+    def _dialogue_line(self, line: DialogueLine) -> None:
         self._look()  # the line has been carried out
-        words = said.session, said.mark, said.text, said.reason, said.protocol
+        words = line.session, line.mark, line.text, line.reason, line.protocol
         self._put(schemas.DIALOGUE, schemas.Spoken(*self._now(), *words))
-        if said.session == BACKDOOR:
-            self.event(BACKDOOR, said.text)
+        if line.session == BACKDOOR:
+            self.event(BACKDOOR, line.text)
             if self._shown != self._visible():
                 self._show_cell()
 

@@ -1,6 +1,6 @@
-"""Transcripts read: which client says what when, and what it is to be answered.
+"""Transcripts read: the commands of each client, with times, and the expected replies.
 
-docs/recordings.md describes the lines. Each line that is said has its reply further down, in the order of the
+docs/recordings.md describes the lines. Each command has its reply further down, in the order of the
 lines of that client. Texts are those of `iiwa_sim.transcript.texts`.
 """
 
@@ -32,7 +32,7 @@ _LINE = re.compile(
 class Kind(Enum):
     """The kind of a line."""
 
-    SAID = ">"
+    COMMAND = ">"
     EXACT = "<"
     """A reply, word for word."""
     NUMBERS = "<~"
@@ -79,7 +79,7 @@ class Transcript(NamedTuple):
     @property
     def commands(self) -> set[str]:
         """The commands that are sent, without parameters; of KRC4 messages the tags, such as GOP."""
-        return {topic(step.protocol, step.text) for step in self.steps if step.kind is Kind.SAID}
+        return {topic(step.protocol, step.text) for step in self.steps if step.kind is Kind.COMMAND}
 
 
 def read_file(path: Path) -> Transcript:
@@ -97,7 +97,7 @@ def read(name: str, text: str) -> Transcript:
     protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
     spoken: dict[str, str] = {}
     steps: list[Step] = []
-    unanswered: dict[str, list[int]] = defaultdict(list)  # lines said, by client
+    unanswered: dict[str, list[int]] = defaultdict(list)  # numbers of commands, by client
     for number, line in enumerate(text.split("\n"), 1):
         line = line.removesuffix("\r")
         if not line.strip() or line.startswith("#"):
@@ -121,14 +121,14 @@ def read(name: str, text: str) -> Transcript:
                 raise ValueError(f"expected one of the protocols of this transcript, {', '.join(protocols)}")
             spoken[client] = protocol
             step = _step(number, found, protocol)
-            said = unanswered[client]
-            if step.kind is Kind.SAID:
-                said.append(number)
+            pending = unanswered[client]
+            if step.kind is Kind.COMMAND:
+                pending.append(number)
             elif step.kind.is_reply:
-                if not said:
+                if not pending:
                     raise ValueError("a reply to nothing")
-                del said[0]
-            elif said and (step.kind is Kind.LEAVES or (step.kind is Kind.WAIT and step.number is None)):
+                del pending[0]
+            elif pending and (step.kind is Kind.LEAVES or (step.kind is Kind.WAIT and step.number is None)):
                 raise ValueError("expected the replies to the lines above it first")
         except ValueError as fault:
             raise TranscriptFault(f"{name}:{number}: '{line}': {fault}") from None

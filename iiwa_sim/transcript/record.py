@@ -86,23 +86,23 @@ def recorded(
     except OSError as fault:
         raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
     lines = Lines(protocols, time.monotonic_ns())
-    out = LineWriter(descriptor, b"# %d lines lost: nobody read them\n")
+    out = LineWriter(descriptor, b"# %d lines lost: not read in time\n")
     named = "" if tuple(protocols) == (DEFAULT_PROTOCOL,) else f"protocol {','.join(protocols)}\n"
     header = f"# {title}\n# [simulated real] time in s\n{named}"
     out.put(header.encode("ascii", "backslashreplace"))
 
-    def hear(entry: DialogueLine) -> None:
+    def write(entry: DialogueLine) -> None:
         out.put(f"{lines.line(entry)}\n".encode("ascii", "backslashreplace"))
 
-    dialogue.listeners.append(hear)
+    dialogue.listeners.append(write)
     try:
         yield
     finally:
-        dialogue.listeners.remove(hear)
+        dialogue.listeners.remove(write)
         written = out.close()
         if out.fault is not None:
             logger.error("%s: the transcript is not whole: %s", path, out.fault.strerror)
         if written:
             os.close(descriptor)
         else:  # the thread that waits for the file still uses it
-            logger.warning("%s: the last lines are lost: nobody read them", path)
+            logger.warning("%s: the last lines are lost: they were not read", path)

@@ -28,11 +28,11 @@ class Deviation(NamedTuple):
     """A line of the transcript whose outcome differs."""
 
     line: int
-    said: str
+    command: str
     what: str
 
     def __str__(self) -> str:
-        return f"'{self.said}': {self.what}" if self.said else self.what
+        return f"'{self.command}': {self.what}" if self.command else self.what
 
 
 class Time(NamedTuple):
@@ -65,7 +65,7 @@ def replay(
     Raises TranscriptFault if the server cannot be reached, if ports and protocols do not match, or if nothing
     is sent: an empty recording must not pass.
     """
-    if not any(step.kind is Kind.SAID for step in transcript.steps):
+    if not any(step.kind is Kind.COMMAND for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.protocols):
@@ -73,7 +73,7 @@ def replay(
         raise TranscriptFault(f"{transcript.name}: number of ports {len(ports)}, expected {wanted}")
     began_s = clock.now_s()
     clients: dict[str, _Client] = {}
-    heard = defaultdict[str, dict[str, str]](dict)  # also of clients that leave and come back
+    replies = defaultdict[str, dict[str, str]](dict)  # also of clients that leave and come back
     try:
         for step in transcript.steps:
             if step.at_s is not None:
@@ -84,7 +84,7 @@ def replay(
                 continue
             if step.client not in clients:
                 connection = connected(host, ports[transcript.protocols.index(step.protocol)], timeout_s)
-                clients[step.client] = _Client(connection, step.protocol, heard[step.client])
+                clients[step.client] = _Client(connection, step.protocol, replies[step.client])
             client = clients[step.client]
             client.line = step.line
             try:
@@ -108,9 +108,9 @@ class _Client:
 
     connection: Connection
     protocol: str
-    heard: dict[str, str]
+    replies: dict[str, str]
     """The last reply to each command, by topic."""
-    said: deque[str] = field(default_factory=deque)
+    pending: deque[str] = field(default_factory=deque)
     """Lines without a reply yet."""
     last: str = ""
     """The last line that was sent or answered."""
@@ -121,40 +121,40 @@ class _Client:
 
         Raises OSError and ValueError if client and server are out of step then.
         """
-        if step.kind is Kind.SAID:
-            self._say(step.text)
+        if step.kind is Kind.COMMAND:
+            self._send(step.text)
         elif step.kind.is_reply:
-            return self._hear(step)
+            return self._compare(step)
         elif step.kind is Kind.WAIT and step.number is None:
             self._wait_until_stopped(clock)
         elif step.kind is Kind.WAIT:
             clock.wait(step.number or 0.0)
         return ""
 
-    def _say(self, text: str) -> None:
+    def _send(self, text: str) -> None:
         self.last = text
-        line = filled(self.protocol, text, self.heard)
+        line = filled(self.protocol, text, self.replies)
         self.connection.send(sent(self.protocol, line))
-        self.said.append(line)
+        self.pending.append(line)
 
-    def _hear(self, expected: Step) -> str:
-        self.last = self.said.popleft()
+    def _compare(self, expected: Step) -> str:
+        self.last = self.pending.popleft()
         reply = self._reply()
         try:
             if expected.kind is Kind.ANY:
                 return ""
-            wanted = filled(self.protocol, expected.text, self.heard)
+            wanted = filled(self.protocol, expected.text, self.replies)
             return deviation(self.protocol, wanted, expected.number, reply)
         except ValueError as fault:
             return str(fault)
         finally:
-            self.heard[topic(self.protocol, self.last)] = reply
+            self.replies[topic(self.protocol, self.last)] = reply
 
     def _wait_until_stopped(self, clock: Time) -> None:
         deadline_s = clock.now_s() + STOPPED_WITHIN_S
         while True:
-            self._say(ASK_STATUS[self.protocol])
-            self.said.clear()
+            self._send(ASK_STATUS[self.protocol])
+            self.pending.clear()
             if not is_moving(self.protocol, self._reply()):
                 return
             if clock.now_s() > deadline_s:

@@ -98,11 +98,11 @@ def is_moving(protocol: str, reply: str) -> bool:
     return moving[status]
 
 
-def filled(protocol: str, text: str, heard: Mapping[str, str]) -> str:
+def filled(protocol: str, text: str, replies: Mapping[str, str]) -> str:
     """Return a text with placeholders replaced by the last replies, given by topic. Raises ValueError."""
 
     def fill(found: re.Match[str]) -> str:
-        reply = heard.get(found["topic"])
+        reply = replies.get(found["topic"])
         if reply is None:
             raise ValueError(f"'{found['topic']}' has not been asked yet")
         words = _values(protocol, reply)

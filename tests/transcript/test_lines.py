@@ -38,7 +38,7 @@ def test_any_line_can_be_written_and_is_sent_as_it_was(line: bytes) -> None:
     written = repr(line)[2:-1]
     transcript = read("one", f"> {written}\n<? \n")
     (said, _) = transcript.steps
-    assert said.kind is Kind.SAID
+    assert said.kind is Kind.COMMAND
     assert wire_bytes(said.text) == line
 
 
@@ -48,7 +48,7 @@ def test_any_text_is_read_or_told_of(text: str) -> None:
         transcript = read("one", text)
     except TranscriptFault:
         return
-    said = sum(step.kind is Kind.SAID for step in transcript.steps)
+    said = sum(step.kind is Kind.COMMAND for step in transcript.steps)
     assert said == sum(step.kind.is_reply for step in transcript.steps)
 
 
