@@ -74,7 +74,7 @@ class RecentLines(msgspec.Struct, frozen=True):
 class _Entry:
     """An event, or a line with its reply; it may be repeated."""
 
-    said: tuple[str, ...]
+    content: tuple[str, ...]
     """An `Exchange`, or session, mark and text of an event."""
     number: int
     """Number of its last repetition among all entries, from 0."""
@@ -99,24 +99,24 @@ class Dialogue:
         self._began_ns = time.monotonic_ns()
 
     @property
-    def is_heard(self) -> bool:
-        """True if lines are kept or logged, or anybody listens."""
+    def is_active(self) -> bool:
+        """True if lines are kept or logged, or there are listeners."""
         return self._entries is not None or bool(self.listeners) or logger.isEnabledFor(logging.DEBUG)
 
     def exchange(self, session: str, line: str, reply: str, reason: str = "", command: str = "") -> None:
         """Add a client's line and the reply; `reason` is that of a rejection, `command` a known name."""
-        if self.is_heard:
-            said = self._tell(session, Direction.FROM_CLIENT, line)
-            answer = self._tell(session, Direction.TO_CLIENT, reply, reason=reason)
-            self._keep(Exchange(session, command or line, line, reply), said, answer)
+        if self.is_active:
+            sent = self._notify(session, Direction.FROM_CLIENT, line)
+            answer = self._notify(session, Direction.TO_CLIENT, reply, reason=reason)
+            self._keep(Exchange(session, command or line, line, reply), sent, answer)
             if not reason:
                 fields = {"session": session, "line": line, "reply": reply}
                 logger.debug("%s '%s' -> %s", session, line, reply, extra={"fields": fields})
 
     def event(self, session: str, text: str, protocol: str = "", mark: Direction = Direction.EVENT) -> None:
         """Add an event, such as a client that connects (in `protocol`) or disconnects."""
-        if self.is_heard:
-            self._keep((session, mark, text), self._tell(session, mark, text, protocol=protocol))
+        if self.is_active:
+            self._keep((session, mark, text), self._notify(session, mark, text, protocol=protocol))
 
     def remember(self) -> None:
         """Keep the dialogue from now on; robots of the fixture do from the start."""
@@ -124,20 +124,20 @@ class Dialogue:
             self._entries = deque(maxlen=MOST)
 
     def forget(self) -> None:
-        """Forget all lines so far, and keep those from now on."""
+        """Forget all lines, and keep those from now on."""
         self._entries = deque(maxlen=MOST)
 
     def exchanges(self) -> list[Exchange]:
         """Return all lines and their replies, in the order in which they were carried out.
 
-        Raises RuntimeError if `remember` was not called, or if more was said than is kept.
+        Raises RuntimeError if `remember` was not called, or if there were more exchanges than are kept.
         """
         if self._entries is None:
             raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
         if len(self._entries) == MOST:
             raise RuntimeError(f"{MOST} exchanges or more: call dialogue.forget() ahead of what counts")
         entries = list(self._entries)
-        return [each.said for each in entries if isinstance(each.said, Exchange) for _ in range(each.times)]
+        return [e.content for e in entries if isinstance(e.content, Exchange) for _ in range(e.times)]
 
     def commands(self) -> list[str]:
         """Return the names of all commands in their order: `["hello", "lin move", "get status"]`.
@@ -160,8 +160,8 @@ class Dialogue:
         if found != times if times is not None else not found:
             often = "at least once" if times is None else f"{times} times"
             counted = Counter(self.commands()).most_common(SHOWN)
-            told = ", ".join(f"{name} ({count} times)" for name, count in counted) or "nothing"
-            raise AssertionError(f"expected '{what}' {often}, was said {found} times; commands: {told}")
+            sent = ", ".join(f"{name} ({count} times)" for name, count in counted) or "nothing"
+            raise AssertionError(f"expected '{what}' {often}, was said {found} times; commands: {sent}")
 
     def since(self, number: int) -> RecentLines:
         """Return the newest lines from entry `number` on, with the number to ask for next."""
@@ -172,27 +172,27 @@ class Dialogue:
         """Return the newest entries as text, with simulated and real seconds."""
         lines = ["simulated      real"]
         for entry in list(self._entries or ())[-REPORTED:]:
-            said, *answers = entry.lines
-            when = f"{said.time_s:9.3f} {(said.instant_ns - self._began_ns) * 1e-9:9.3f}"
-            lines.append(f"{when}  {said.session} {said.mark} {said.text}")
-            lines += [f"{'':{21 + len(said.session)}} {line.mark} {line.text}" for line in answers]
+            sent, *answers = entry.lines
+            when = f"{sent.time_s:9.3f} {(sent.instant_ns - self._began_ns) * 1e-9:9.3f}"
+            lines.append(f"{when}  {sent.session} {sent.mark} {sent.text}")
+            lines += [f"{'':{21 + len(sent.session)}} {line.mark} {line.text}" for line in answers]
             if entry.times > 1:
                 lines[-1] += f"  ({entry.times} times)"
         return "\n".join(lines) if len(lines) > 1 else "nothing was said"
 
-    def _tell(self, session: str, mark: Direction, text: str, **more: str) -> DialogueLine:
-        said = DialogueLine(self._time_s(), session, mark, text, instant_ns=time.monotonic_ns(), **more)
+    def _notify(self, session: str, mark: Direction, text: str, **more: str) -> DialogueLine:
+        entry = DialogueLine(self._time_s(), session, mark, text, instant_ns=time.monotonic_ns(), **more)
         for listener in self.listeners:
-            listener(said)
-        return said
+            listener(entry)
+        return entry
 
-    def _keep(self, said: tuple[str, ...], *lines: DialogueLine) -> None:
+    def _keep(self, content: tuple[str, ...], *lines: DialogueLine) -> None:
         entries = self._entries
-        if entries and entries[-1].said == said:
+        if entries and entries[-1].content == content:
             entries[-1].number, entries[-1].lines = self._count, lines
             entries[-1].times += 1
         elif entries is not None:
-            entries.append(_Entry(said, self._count, lines))
+            entries.append(_Entry(content, self._count, lines))
         self._count += 1
 
 

@@ -129,14 +129,14 @@ class SimulatedRobot:
         self.log = SessionLog()
         self.faults = faults = WireFaults(partial(self.dialogue.event, mark=Direction.ON_WIRE))
         ports = cell.ports or settings.ports
-        faults.canned.heard = IIWA in ports
+        faults.canned.is_served = IIWA in ports
         admission = Admission(settings.exclusive)
         for protocol in ports:
             check_axes(protocol, cell.description)
 
         def session(protocol: str, name: str) -> Session:
-            told = name, self.dialogue, settings.strict, faults.canned
-            return open_session(protocol, controller, self.log, *told)
+            context = name, self.dialogue, settings.strict, faults.canned
+            return open_session(protocol, controller, self.log, *context)
 
         self.servers = {
             protocol: TcpServer(

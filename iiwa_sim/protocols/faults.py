@@ -122,7 +122,7 @@ class CannedReplies:
     """
 
     def __init__(self) -> None:
-        self.heard = True
+        self.is_served = True
         """True if the robot speaks the iiwa's protocol."""
         self.replies: dict[str, list[tuple[str, float]]] = {}
         """By command: each text with its number of lines, infinite for any."""
@@ -135,8 +135,8 @@ class CannedReplies:
         """
         table, spelling = load_table(IIWA), command.encode("ascii", "backslashreplace")
         known = table.find(spelling)
-        if not self.heard or known is None:
-            reason = table.why_unknown(spelling) if self.heard else f"expected a robot that speaks {IIWA}"
+        if not self.is_served or known is None:
+            reason = table.why_unknown(spelling) if self.is_served else f"expected a robot that speaks {IIWA}"
             raise ValueError(f"command {command!r:.60}: {reason}")
         if not (reply.isascii() and reply.isprintable()):
             raise ValueError(f"reply {reply!r:.60}: expected one line of printable ASCII")

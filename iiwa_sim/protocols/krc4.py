@@ -141,6 +141,6 @@ class Krc4Session(Session):
             answer = reply_of((message.id, -abs(message.command), fault.code), ())
             self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {reason}", tag)
             return to_xml(answer)
-        if self.dialogue.is_heard:
+        if self.dialogue.is_active:
             self.dialogue.exchange(self.name, text, written(answer), command=tag)
         return to_xml(answer)

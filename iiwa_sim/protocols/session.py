@@ -143,7 +143,7 @@ class LineSession(Session):
         self._line, self._times = line, self._times + 1 if line == self._line else 1
         self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves
         reply = self._reply(line)
-        if self.dialogue.is_heard:
+        if self.dialogue.is_active:
             self.dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self._reason, self._command)
         return reply
 

@@ -63,7 +63,7 @@ def run_page(
 ) -> None:
     """Show robots on a page at a socket that listens, until `over` is set.
 
-    Browsers have to send the token, if there is one. Raises OSError if nobody answers at an address, and
+    Browsers have to send the token, if there is one. Raises OSError if no server answers at an address, and
     RobotFault for a robot that cannot be drawn.
     """
     places = places[:MOST_ROBOTS]

@@ -21,7 +21,7 @@ from iiwa_sim.server.listening import why
 LOOKS_S = 0.5
 """Period of questions for cell, clock, moves and dialogue."""
 TIMEOUT_S, REPLY_S, AGAIN_S = 3.0, 5.0, 0.5
-MOST_SAID, NOTE_S = 200, 8.0
+MOST_LINES, NOTE_S = 200, 8.0
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
@@ -49,14 +49,14 @@ class Station:
     """A robot that a thread follows up to `stop`, while `wanted` is set."""
 
     def __init__(self, place: Place, period_s: float) -> None:
-        """Raises OSError if nobody answers."""
+        """Raises OSError if no backdoor answers."""
         self.place = place
         self.backdoor = BackdoorClient(*place.backdoor, place.token, TIMEOUT_S, robot=place.in_cell)
         self.robot = msgspec.convert(self.backdoor.robot(), RobotDescription)
         self.state = msgspec.convert(self.backdoor.state(), Snapshot)
         """The newest state."""
         self.cell, self.clock, self.moves = self.backdoor.cell(), "", 0
-        self.said: deque[DialogueLine] = deque(maxlen=MOST_SAID)
+        self.dialogue: deque[DialogueLine] = deque(maxlen=MOST_LINES)
         """The newest lines of the dialogue, the newest one first."""
         self.fault = ""
         """The reason for which the robot cannot be reached, or empty."""
@@ -90,7 +90,7 @@ class Station:
                 raise
 
     def _follow(self, period_s: float) -> None:
-        backdoor, looks_s, said_next = self.backdoor, 0.0, 0
+        backdoor, looks_s, next_line = self.backdoor, 0.0, 0
         while self.wanted.wait() and not self._is_over:
             began_s, fault = time.monotonic(), ""
             try:
@@ -98,9 +98,9 @@ class Station:
                     looks_s = began_s + LOOKS_S
                     self.cell = backdoor.cell()
                     self.clock, self.moves = backdoor.get_clock(), backdoor.moves()
-                    said = msgspec.convert(backdoor.dialogue(said_next), RecentLines)
-                    said_next = said.next
-                    self.said.extendleft(said.lines)
+                    recent = msgspec.convert(backdoor.dialogue(next_line), RecentLines)
+                    next_line = recent.next
+                    self.dialogue.extendleft(recent.lines)
                 self.state = msgspec.convert(backdoor.state(), Snapshot)
                 self.after_state()
             except (OSError, Refused) as found:

@@ -175,7 +175,7 @@ class Panel:
         force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
         rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
         self._force.content = listed(rows)
-        self._dialogue.content = dialogue(list(station.said))
+        self._dialogue.content = dialogue(list(station.dialogue))
 
     def _send(self, event: Any) -> None:
         command, self._command.value = " ".join(self._command.value.split()), ""

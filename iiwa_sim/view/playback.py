@@ -11,7 +11,7 @@ from iiwa_sim.recordings.read import Timeline
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, STATE
 from iiwa_sim.view.access import open_page
 from iiwa_sim.view.app import add_surroundings, run_frames
-from iiwa_sim.view.connection import MOST_SAID
+from iiwa_sim.view.connection import MOST_LINES
 from iiwa_sim.view.panel import Readout, acting, dialogue, listed
 from iiwa_sim.view.scene import Scene
 
@@ -79,7 +79,7 @@ class Playback:
         self._readout.show(state)
         if now_s >= self._next_s:
             self._next_s = now_s + PERIOD_S
-            self._dialogue.content = dialogue(reversed(timeline.last(DIALOGUE, self._time_s, MOST_SAID)))
+            self._dialogue.content = dialogue(reversed(timeline.last(DIALOGUE, self._time_s, MOST_LINES)))
             events = timeline.last(EVENTS, self._time_s, MOST_EVENTS)
             self._events.content = listed(f"{each.time_s:.3f} {each}" for each in reversed(events))
 
