@@ -21,7 +21,7 @@ from datetime import UTC, datetime
 
 from iiwa_sim.wording import harmless
 
-REFUSALS_TOLD = 20
+REFUSALS_LOGGED = 20
 """Refusals logged per second for one session and one code."""
 SECOND_NS = 1_000_000_000
 MOST_LINES = 4096
@@ -63,13 +63,13 @@ class Throttle:
 class SessionLog:
     """The log of sessions. It writes to logging.
 
-    For each session and code the first `REFUSALS_TOLD` in a second are logged, at debug level all.
+    For each session and code the first `REFUSALS_LOGGED` in a second are logged, at debug level all.
     """
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.on_refused: list[Callable[[str, str, int, str], None]] = []
         """Told of every refusal, none held back: session, line, code and reason."""
-        self._now_ns, self._refusals = now_ns, Throttle(REFUSALS_TOLD)
+        self._now_ns, self._refusals = now_ns, Throttle(REFUSALS_LOGGED)
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         for listener in self.on_refused:
@@ -79,7 +79,7 @@ class SessionLog:
             count = self._refusals.count((session, code), self._now_ns())
             if count is None:
                 return
-            if count == REFUSALS_TOLD:
+            if count == REFUSALS_LOGGED:
                 text += f" (further ones with code {code} in this second are not logged)"
         _say(logging.WARNING, text, session=session, line=line, code=code, reason=reason)
 

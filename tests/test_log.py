@@ -76,9 +76,9 @@ def test_a_flood_of_refusals_leaves_the_log_readable() -> None:
     ours.refused("driver", "hullo", -1, "no such command")
     now_ns = log.SECOND_NS
     ours.refused("flooder", "hallo", -1, "no such command")
-    told = [json.loads(line) for line in pipe.lines()]
-    lines = [each.get("line") for each in told]
-    flood, others = lines[: log.REFUSALS_TOLD], lines[log.REFUSALS_TOLD :]
-    assert flood == [f"rubbish {number}" for number in range(log.REFUSALS_TOLD)]
-    assert others == ["lin move : far", "hullo", "hallo"], "each kind and each client is told"
-    assert "further ones with code -1 in this second are not logged" in told[log.REFUSALS_TOLD - 1]["message"]
+    records = [json.loads(line) for line in pipe.lines()]
+    lines = [each.get("line") for each in records]
+    flood, others = lines[: log.REFUSALS_LOGGED], lines[log.REFUSALS_LOGGED :]
+    assert flood == [f"rubbish {number}" for number in range(log.REFUSALS_LOGGED)]
+    assert others == ["lin move : far", "hullo", "hallo"], "each kind and each client is logged"
+    assert "further ones with code -1 in this second are not logged" in records[len(flood) - 1]["message"]

@@ -51,8 +51,8 @@ class Parser(argparse.ArgumentParser):
                     flag, kind = "cell", {"nargs": "?", "metavar": option.metavar}
                 limits = option.expected if "number" in option.expected and option.metavar != "PORT" else ""
                 notes = "; ".join(filter(None, (limits, option.unset and f"default: {option.unset}")))
-                told = f"{option.text} ({notes})" if notes else option.text
-                kind["help"] = told if option.keyword in shown else argparse.SUPPRESS
+                text = f"{option.text} ({notes})" if notes else option.text
+                kind["help"] = text if option.keyword in shown else argparse.SUPPRESS
                 group.add_argument(flag, **kind)
 
     def parsed(self, words: Sequence[str]) -> tuple[argparse.Namespace, Given]:

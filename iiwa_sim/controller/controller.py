@@ -115,7 +115,7 @@ class Controller:
         self.endings = Endings(lambda number: self.motions.is_pending(number))  # noqa: PLW0108 motions are replaced
         self.errors = RobotErrors()
         self.protection = Protection(self.load, description, safety)
-        self.servo_heard = 0
+        self.servo_target_tick = 0
         """Tick of the newest command of a servo."""
         self._servo_timeout_s = inf if servo_timeout_s is None else servo_timeout_s
         self._reports, self._touching = on_event is not None, set[str]()  # lines of contacts that last
@@ -165,7 +165,7 @@ class Controller:
     def move_on(self) -> None:
         """Make the first half of a tick: the robot moves."""
         # The code is flat, and most ticks only ask: a call or a property costs as much as the rest.
-        waited_s = (self.tick - self.servo_heard) * self.tick_s
+        waited_s = (self.tick - self.servo_target_tick) * self.tick_s
         if waited_s >= self._servo_timeout_s and self.mode in SERVO_MODES:
             waited = f"no {self.mode.value} command for {self._servo_timeout_s:g} s"
             self.fail(COMMUNICATION_FAILURE, f"{waited}: the robot stops")
@@ -430,7 +430,7 @@ class Controller:
         here = self.motions.rest_after_stop() if stops else self.motions.present
         moving = self.motions.moving and not stops
         joints, limits = self.planner.servo_target(request, mode, here, moving)
-        self.servo_heard = self.tick
+        self.servo_target_tick = self.tick
         return self.begin(mode, lambda number: self.motions.head_for(number, joints, limits))
 
     def _planned(self, request: MoveRequest, start: Joints, number: int = 0) -> Move:

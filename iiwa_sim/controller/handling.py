@@ -115,7 +115,7 @@ class Handling:
         wired = {name: getattr(setup.wiring, f"{name}_input") for name in ("open", "closed", "holds")}
         self._sensors = {sensor: number for sensor, number in wired.items() if number != NOTHING}
         self._wrong: dict[str, bool] = {}  # sensors with a fault, and their fixed state
-        self._told: dict[int, bool] = {}  # states of inputs, by their numbers
+        self._inputs: dict[int, bool] = {}  # last states set, by number
         self._rested = False
         self._driven_by: tuple[bool, ...] | None = None  # outputs that drive jaws and scene
         self._driven = STAYS  # direction of the jaws
@@ -123,7 +123,7 @@ class Handling:
         self._changes = load.contact.changes
         self._place_jaws()
         self._drive()
-        self._tell()
+        self._set_inputs()
 
     @property
     def settled(self) -> bool:
@@ -179,7 +179,7 @@ class Handling:
         # Only jaws that move, or a scene, make news.
         rested, self._rested = self._rested, arm.jaws_rest and not self._setup.inputs
         if not (rested and self._rested):
-            self._tell()
+            self._set_inputs()
         at = self._jaws_at
         if at and gripper and abs(gripper.opening_m - at[0]) > (PLACED_M if arm.jaws_move else 0.0):
             self._place_jaws()
@@ -212,8 +212,8 @@ class Handling:
                 world.restore(state)
             self._changes = self._load.contact.changes
             self._load.hand(arm.wrench, arm.push, arm.torques)
-            self._driven_by, self._told = None, {}
-            self._tell()
+            self._driven_by, self._inputs = None, {}
+            self._set_inputs()
 
         return restore
 
@@ -273,13 +273,13 @@ class Handling:
         if sensor not in self._sensors:
             raise Refused(EXECUTION, f"no sensor {sensor!r}: there are {', '.join(self._sensors) or 'none'}")
         self._wrong[sensor] = on
-        self._tell()
+        self._set_inputs()
 
     def repair(self) -> None:
         """End all faults of the gripper."""
         self.stick(False)
-        self._wrong, self._told = {}, {}
-        self._tell()
+        self._wrong, self._inputs = {}, {}
+        self._set_inputs()
 
     def _drive(self) -> None:
         """Drive the jaws, and the wired actuators of the scene, by the outputs."""
@@ -303,7 +303,7 @@ class Handling:
             self._jaws_at = now
             self._load.jaws_are(partial(capsules_of, self.gripper.kind, *now), moved_m)
 
-    def _tell(self) -> None:
+    def _set_inputs(self) -> None:
         """Switch the inputs whose sensors have changed: others keep the state that a test gave them."""
         gripper, data = self.gripper, self.world.data
         now = {each.number: each.is_on(data) for each in self._setup.inputs}
@@ -311,6 +311,6 @@ class Handling:
             state = {sensor: gripper.state == sensor for sensor in self._sensors} | self._wrong
             now |= {number: state[sensor] for sensor, number in self._sensors.items()}
         for number, on in now.items():
-            if self._told.get(number) is not on:
+            if self._inputs.get(number) is not on:
                 self._io.wire(number, on)
-        self._told = now
+        self._inputs = now
