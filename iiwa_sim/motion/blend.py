@@ -1,6 +1,6 @@
 """Blends: the second of two moves sets out while the first one still goes to its target.
 
-In a blend v goes from 0 to 1. The first move goes on to its target as s = 1 - before F(1 - v), while the
+In a blend v goes from 0 to 1. The first move continues to its target as s = 1 - before F(1 - v), while the
 second leaves it as s = after F(v). The displacement of the second is added to the joints of the first. F
 grows with the third power of v up to v = rho, then with the second, up to F(1) = 1. A blend is a parabola
 along which one velocity changes evenly into the other. Only for rho at either end the acceleration builds up.

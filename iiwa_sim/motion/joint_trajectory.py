@@ -272,20 +272,20 @@ def _powers(times: Array, knots: Sequence[Knot]) -> Array:
     a, bent = _given([knot.accelerations for knot in knots], joints)
     bent &= curved
     p0, p1, v0, v1 = p[:-1], p[1:], h * v[:-1], h * v[1:]
-    a0, a1, way = h * h * a[:-1], h * h * a[1:], p1 - p0
+    a0, a1, dp = h * h * a[:-1], h * h * a[1:], p1 - p0
     power = np.zeros((count, ROWS, joints))
-    power[:, 0], power[:, 1] = p0, way
+    power[:, 0], power[:, 1] = p0, dp
     cubic, quintic = (curved & ~bent), bent
-    rows = np.stack([p0, v0, 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way], axis=1)
+    rows = np.stack([p0, v0, 3.0 * dp - 2.0 * v0 - v1, v0 + v1 - 2.0 * dp], axis=1)
     power[cubic, :4] = rows[cubic]
     rows = np.stack(
         [
             p0,
             v0,
             0.5 * a0,
-            10.0 * way - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
-            -15.0 * way + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
-            6.0 * way - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1,
+            10.0 * dp - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1,
+            -15.0 * dp + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1,
+            6.0 * dp - 3.0 * v0 - 3.0 * v1 - 0.5 * a0 + 0.5 * a1,
         ],
         axis=1,
     )

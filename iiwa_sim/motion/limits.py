@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 STANDSTILL_RAD = 2e-8
-"""Joints with less way to go are set to the target at once: that keeps the limits even in a single tick."""
+"""Joints nearer to the target are set to it at once: that keeps the limits even in a single tick."""
 
 
 class JointLimits(NamedTuple):

@@ -276,7 +276,7 @@ class _Sampled:
     def path(self) -> Polynomial:
         """Return the path. Raises `SingularLine`."""
         borders, pieces, start = [0.0], list[Array](), self._along.start
-        beside: Array | None = None  # joints and derivatives (4, n) at the end of the pieces so far
+        beside: Array | None = None  # joints and derivatives (4, n) at the end of the previous pieces
         for low, high, section in self._regions():
             inner, fits = self._fitted(low, high, section)
             after = at_border(inner[0], inner[1], fits[0], low)
@@ -397,7 +397,7 @@ class _Sampled:
     def _cross(self, before: float, after: float, coming: Array, jumped: Array) -> None:
         """Change the branch between two samples, where the line passes a singular pose.
 
-        Raises `SingularLine` where no other branch goes on from the joints `coming`.
+        Raises `SingularLine` where no other branch continues from the joints `coming`.
         """
         for status in self._inverse.statuses:
             reached = self._along.at(after, status, coming.tolist())

@@ -1,4 +1,4 @@
-"""The lookahead: plans the trajectory under way on into the moves that wait, in slices over ticks."""
+"""The lookahead extends the running trajectory into the moves that wait, in slices over ticks."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,16 +12,16 @@ from iiwa_sim.motion.time_scaling import TimeScaling
 from iiwa_sim.motion.trajectory import AT_START, Trajectory, alone, planned, planned_on
 
 HORIZON_S = 1.0
-"""A trajectory is planned on into moves that wait once less than this lies ahead."""
+"""A trajectory is extended into moves that wait once less than this lies ahead."""
 MOST_AT_ONCE, BATCH_S = 30, 4.0
-"""The most moves it is planned on into at once; fewer if these take about so long."""
+"""The most moves it is extended into at once; fewer if these take about so long."""
 TINY_S, SHORT_S = 0.035, 0.2
 """A move that takes so long from rest to rest is planned together with those behind it.
 Once the robot moves there would be too little time."""
 MOST_AT_FIRST, ENOUGH_S = 12, 0.3
 """Moves are planned together from rest until they are so many, or take this long."""
 SHORTEST_S = 0.08
-"""A trajectory that takes less is not planned on: the moves behind it are planned from rest while it runs."""
+"""A trajectory that takes less is not extended: the moves behind it are planned from rest while it runs."""
 SLICE_S, MOST_SLICES, MOST_AT_REST = 0.0025, 2, 3
 """A tick computes one slice for each `SLICE_S` that it has begun, at most so many; more at rest."""
 SLICES, SLICES_AHEAD, SLICES_OF_MOVE, SLICES_PER_S = 7, 12, 1.0, 5.0
@@ -66,7 +66,7 @@ class LookAhead:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew: another trajectory is under way, or other moves wait."""
+        """Begin anew: another trajectory runs, or other moves wait."""
         self._work: Slices[Trajectory | None] | None = None
         self._start: _Start | None = None
         self._rejected = 0  # number of the last move that is left to set out from rest
@@ -84,7 +84,7 @@ class LookAhead:
         return found
 
     def step(self, trajectory: Trajectory, waiting: Sequence[Move]) -> Trajectory | None:
-        """Plan for a tick. Return a trajectory that replaces the one under way; None while that stays."""
+        """Plan for a tick. Return a trajectory that replaces the running one; None while that stays."""
         self.quiet_until_s = trajectory.end_s
         if not waiting or waiting[0].length_s == 0.0:
             return None
@@ -115,7 +115,7 @@ class LookAhead:
         return self._start
 
     def _may_go_on(self, trajectory: Trajectory, move: Move) -> bool:
-        """Return whether a trajectory may be planned on into a move."""
+        """Return whether a trajectory may be extended into a move."""
         if move.number == self._rejected or trajectory.end_s < SHORTEST_S:
             return False
         return may_blend(trajectory.moves[-1], move)

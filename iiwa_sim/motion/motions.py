@@ -191,7 +191,7 @@ class Motions:
         return len(self.executor.moves)
 
     def is_pending(self, number: int) -> bool:
-        """Return True if a move, a target, a trajectory or a hold of this number is under way or waits."""
+        """Return True if a move, a target, a trajectory or a hold of this number runs or waits."""
         if number == self._newest:
             return self._next is not None or self._impedance.holding or self._servo.moving
         return not self._impedance.compliant and self.executor.is_pending(number)
@@ -228,7 +228,7 @@ class Motions:
     def move_compliantly(self, move: Move, impedance: CartesianImpedance) -> None:
         """Carry out a move that begins at `compliant_start`, in place of what runs.
 
-        It begins from rest, in mid-motion without a stop, or after a stop under way. Other motions must have
+        It begins from rest, in mid-motion without a stop, or after a stop. Other motions must have
         been stopped.
         """
         self._newest = move.number

@@ -67,8 +67,8 @@ def first_outside(path: Polynomial, lowest: Array, highest: Array) -> Outside | 
     joint, before = int(outside[k].argmax()), max(k - 1, 0)
     upwards = bool(q[k, joint] > highest[joint])
     # Between samples the joint goes about straight.
-    way, limit = float(q[k, joint] - q[before, joint]), float((highest if upwards else lowest)[joint])
-    part = (limit - float(q[before, joint])) / way if way else 1.0
+    step, limit = float(q[k, joint] - q[before, joint]), float((highest if upwards else lowest)[joint])
+    part = (limit - float(q[before, joint])) / step if step else 1.0
     return Outside(float(s[before] + part * (s[k] - s[before])), joint, upwards)
 
 

@@ -14,7 +14,7 @@ Each is divided by its limit and becomes a constraint, a row g: |g c| <= 1 for a
 velocity, |g c| <= 1 / sqrt(b) for jerk. The tangent of the convex 1 / sqrt(b) lies below it, so a step that
 keeps the tangent keeps the limit. A primal-dual interior-point method (Boyd and Vandenberghe, "Convex
 Optimization", 11.7) minimises the duration. It knows few rows; a check of all samples adds rows where a limit
-is exceeded, and the method goes on.
+is exceeded, and the method continues.
 """
 
 # mypy: allow-untyped-decorators
@@ -556,7 +556,7 @@ def run(
     """Write speeds dx/dt and times (s), from 0 on, of the fastest run without jerk limits to rest.
 
     It passes samples x (m,), rising, with constant accelerations between them. `derivatives` (m, 4, n) and
-    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as it can.
+    `limits` (m, 3, n) are those of `BlendedPath.derivatives`. At too high a speed it brakes as limits allow.
     """
     m: cython.Py_ssize_t = x.shape[0]
     # (dx/dt)^2 that all limits allow at a constant speed. If a joint turns back between two samples, only

@@ -65,7 +65,7 @@ class Servo:
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
 
-        Not to be called while a stop is under way. Raises `ArithmeticError` if no trajectory is found from
+        Not to be called during a stop. Raises `ArithmeticError` if no trajectory is found from
         rest; the robot then rests where it is.
         """
         executor, still = self._executor, (0.0,) * len(target)

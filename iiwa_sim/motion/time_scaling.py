@@ -15,7 +15,7 @@ RISING = 0.25
 
 
 class TimeScaling:
-    """Planned time of the motion under way, which passes at the rate of the override until a stop."""
+    """Planned time of the running motion, which passes at the rate of the override until a stop."""
 
     def __init__(self, tick_s: float, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
         """The bounds are those of the first and the second derivative of the rate."""
@@ -86,8 +86,8 @@ class TimeScaling:
     def rest_s(self) -> float:
         """Planned time at which the rate reaches 0, or would after a stop now."""
         if not self.stopping:
-            way = self._way(0.0)
-            return self.time_s + float(way.at_time(way.duration)[0][0])
+            change = self._change_of_rate(0.0)
+            return self.time_s + float(change.at_time(change.duration)[0][0])
         return self.time_s if self._change is None else self._at(self._change.duration)
 
     def step(self) -> None:
@@ -131,11 +131,11 @@ class TimeScaling:
         return self._since_s + float(self._change.at_time(changed_s)[0][0])
 
     def _change_to(self, rate: float) -> None:
-        self._change = self._way(rate)
+        self._change = self._change_of_rate(rate)
         self._since_s, self._changed_s = self.time_s, 0.0
 
-    def _way(self, rate: float) -> Trajectory:
-        """Planned time from now on, while it comes to another rate."""
+    def _change_of_rate(self, rate: float) -> Trajectory:
+        """Return planned time from now on, until it has another rate."""
         slope = 0.0
         if self._change is not None:
             slope = self._change.at_time(min(self._changed_s, self._change.duration))[2][0]
@@ -144,8 +144,8 @@ class TimeScaling:
         task.current_position, task.current_velocity = [0.0], [self.rate]
         task.current_acceleration = [slope]
         task.target_velocity = [rate]
-        way = Trajectory(1)
-        result = self._ruckig.calculate(task, way)
+        change = Trajectory(1)
+        result = self._ruckig.calculate(task, change)
         if result != Result.Working:
             raise ArithmeticError(f"Ruckig: {result} for a change of the rate from {self.rate} to {rate}")
-        return way
+        return change

@@ -33,11 +33,11 @@ from iiwa_sim.motion.speed_profile import (
 )
 
 FREE_S = 0.4
-"""A trajectory that goes on is planned anew from so long before it brakes at its end."""
+"""A trajectory that is extended is planned anew from so long before it brakes at its end."""
 KEPT_S = 0.01
 """Part of the past (s) that a front keeps: an override looks back a little."""
 BESIDE_BRAKING_S = 0.1
-"""Until so long before it begins to brake at its end, a trajectory moves as one would that goes on."""
+"""Until so long before it begins to brake at its end, a trajectory moves like an extended one."""
 AHEAD_SEGMENTS = 2
 LATE = 0.95
 """Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
@@ -50,7 +50,7 @@ STILL = 1e-12
 
 
 class Front(NamedTuple):
-    """The part of a trajectory that stays when it is planned on."""
+    """The part of a trajectory that stays when it is extended."""
 
     times: Array
     """When the knots of the quintics that stay are passed (m + 1,), in s."""
@@ -61,7 +61,7 @@ class Front(NamedTuple):
     profile: Array
     """Coefficients (kept + 2,) of the speed profile over these segments; two of them stay."""
     lengths_s: Array
-    """Lengths (s) of the two segments behind these in the trajectory that is planned on."""
+    """Lengths (s) of the two segments behind these in the trajectory that is extended."""
 
     @property
     def state(self) -> tuple[float, float, float]:
@@ -169,11 +169,11 @@ class Trajectory:
         return float(min(max(x, self.path.first_x), self.path.end_x))
 
     def move_at(self, time_s: float) -> Move:
-        """Return the move under way at a time (s); in a blend it is the second one from its target on."""
+        """Return the move that runs at a time (s); in a blend it is the second one from its target on."""
         return self.moves[self._index_at(time_s)]
 
     def moves_from(self, time_s: float) -> Sequence[Move]:
-        """Return the move under way at a time (s) and those behind it."""
+        """Return the move that runs at a time (s) and those behind it."""
         return self.moves[self._index_at(time_s) :]
 
     def _index_at(self, time_s: float) -> int:
@@ -202,11 +202,11 @@ class Trajectory:
         return first / h, second / (h * h)
 
     def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
-        """Return what to keep of the trajectory when it is planned on at `now_s`.
+        """Return what to keep of the trajectory when it is extended at `now_s`.
 
         Its motion stays up to the first knot behind `time_s`, or up to `free_s` before it brakes at its end
         if that is later. x stays longer: up to a little before it brakes, or before the run whose mean it is
-        comes to `until_x`.
+        reaches `until_x`.
         """
         speeds = np.append(self._quintics[1] / self._lengths, 0.0)
         rising = (speeds[1:] >= speeds[:-1] * (1.0 - 1e-12)).nonzero()[0]
@@ -239,7 +239,7 @@ class Trajectory:
     def _front_at(self, now_s: float, wanted_s: float) -> Front:
         """Return the front at any time of a motion in closed form.
 
-        While the acceleration decreases to 0, only the motion under way keeps the limits: not there.
+        While the acceleration decreases to 0, only the running motion keeps the limits: not there.
         """
         h = SEGMENT_S
         time_s = min(wanted_s, max(self.end_s - h, 0.5 * self.end_s))
@@ -250,7 +250,7 @@ class Trajectory:
         x, speed, bend = self._places(at).item(), *(rate.item() for rate in self._rates(at))
         middle, first, half = x - bend * h * h / 6.0, speed * h, 0.5 * bend * h * h
         controls = np.array([middle - first + half, middle, middle + first + half])
-        # The quintic under way ends at the front.
+        # The running quintic ends at the front.
         k = max(int(self.times.searchsorted(time_s)), 1)
         times, quintics = self._before(now_s, k)
         times, quintics = times.copy(), quintics.copy()
@@ -260,11 +260,11 @@ class Trajectory:
 
 
 def planned(path: BlendedPath, front: Front) -> Slices[Trajectory | None]:
-    """Return a trajectory that goes on from a front; None if none was found that keeps the limits."""
+    """Return a trajectory that continues from a front; None if none was found that keeps the limits."""
     yield
-    goes_on = len(front.profile) > 0
-    controls = front.controls if goes_on else front.controls + path.first_x
-    motion = yield from nominal(path, controls, front.state if goes_on else None, front.lengths_s)
+    continues = len(front.profile) > 0
+    controls = front.controls if continues else front.controls + path.first_x
+    motion = yield from nominal(path, controls, front.state if continues else None, front.lengths_s)
     if motion is None:
         return None
     x, lengths_s = motion
@@ -290,10 +290,10 @@ def alone(move: Move) -> Slices[Trajectory]:
 def planned_on(
     trajectory: Trajectory, now_s: float, time_s: float, moves: Sequence[Move], blends: Sequence[Blend]
 ) -> Slices[Trajectory | None]:
-    """Return a trajectory, unchanged from now up to a time, faster after it, that goes on into moves.
+    """Return a trajectory, unchanged from now up to a time, faster after it, extended into moves.
 
-    Blends that have begun by then are made smaller. Return None if that is too late, or if no way on keeps
-    the limits.
+    Blends that have begun by then are made smaller. Return None if that is too late, or if none keeps the
+    limits.
     """
     path = trajectory.path
     begins = blends[0].before * path.moves[-1].length_s if blends else 0.0
@@ -310,7 +310,7 @@ def planned_on(
 
 
 def ending(trajectory: Trajectory, now_s: float) -> Trajectory | None:
-    """Return a trajectory that goes on from now to end with the move under way.
+    """Return a trajectory that continues from now and ends with the running move.
 
     Return None if it will have begun to leave that move's path, or if no profile brings it to rest in time.
     In the latter case it mostly is too fast to stop at that target.
@@ -378,7 +378,7 @@ def _rest_to_rest(path: BlendedPath) -> Trajectory:
     move, distance = path.moves[0], path.end_x
     distances = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
     velocity, acceleration, jerk = (distance * (np.array(move.limits) / distances).min(axis=1)).tolist()
-    # The velocity that it comes to in half of the distance, with full acceleration or without.
+    # The velocity that it reaches in half of the distance, with full acceleration or without.
     full = acceleration * acceleration / jerk
     top = 0.5 * (sqrt(full * full + 4.0 * acceleration * distance) - full)
     if top < full:
