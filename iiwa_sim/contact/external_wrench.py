@@ -100,7 +100,7 @@ class ExternalWrench:
             contributions[name] = value
 
     def pushes(self) -> tuple[Wrench, Torques]:
-        """Return the forces that a compliant robot gives way to, besides surfaces at the TCP.
+        """Return the forces that deflect a compliant robot, besides surfaces at the TCP.
 
         At the TCP, along its axes: applied wrench, parts, and weight of an unknown payload. On the joints
         (Nm): applied torques, surfaces and parts on links, and links on links.
@@ -151,7 +151,7 @@ class ExternalWrench:
     def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
         """Take the wrench of parts at the TCP, along its axes, and their torques on the joints (Nm).
 
-        `push` is the part of the wrench that a compliant robot gives way to.
+        `push` is the part of the wrench that deflects a compliant robot.
         """
         none = wrench is push is self._parts_push is NO_WRENCH
         if none and torques is None and "parts" not in self.torques:
@@ -239,9 +239,9 @@ class ExternalWrench:
     def _take_links(self) -> None:
         """Have the contributions of links, tool and jaws."""
         found, wrench = self._links.forces, NO_WRENCH
-        if found.worn is not None:
+        if found.tool is not None:
             rotation, (x, y, z) = self._tcp.pose(self._joints)
-            fx, fy, fz, tx, ty, tz = found.worn
+            fx, fy, fz, tx, ty, tz = found.tool
             about_tcp = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
             back = transpose(rotation)
             wrench = (*rotate(back, (fx, fy, fz)), *rotate(back, about_tcp))

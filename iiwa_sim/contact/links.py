@@ -34,7 +34,7 @@ from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model, arm_model
 
 STANDS_M = 0.02
-"""A floor may reach so far into the base."""
+"""Greatest depth to which a floor may reach into the base."""
 STIFFEST_RUB_N_PER_M = 5e3
 """Friction on links is no stiffer: a compliant robot would oscillate on it."""
 FOLDED_N_PER_M, ALLOWED_M = 5e4, 0.01
@@ -70,10 +70,10 @@ class LinkForces(NamedTuple):
 
     torques: tuple[float, ...] | None = None
     """Torques of surfaces on links (Nm)."""
-    worn: tuple[float, ...] | None = None
+    tool: tuple[float, ...] | None = None
     """Force and torque about the origin on tool and jaws (N, Nm, in the base)."""
     yielding: tuple[float, ...] | None = None
-    """Torques of surfaces (Nm) that a compliant robot gives way to: those of the end of the next tick."""
+    """Torques of surfaces (Nm) at the end of the next tick, which deflect a compliant robot."""
     contacts: tuple[LinkContact, ...] = ()
     folded: tuple[float, ...] | None = None
     """Torques of links on links (Nm)."""
@@ -215,10 +215,10 @@ class Links:
             self._measure(due, position - np.array(before), tick_s)
         self.gaps.begin(tick, tick_s)
 
-    def _measure(self, due: Sequence[int], way: Array, tick_s: float) -> None:
+    def _measure(self, due: Sequence[int], moved: Array, tick_s: float) -> None:
         """Measure the distances of pairs, with all that touch, and find the forces."""
         scene, colliding = self._scene, None
-        torques, deepest = np.zeros(len(way)), 0.0
+        torques, deepest = np.zeros(len(moved)), 0.0
         touching: dict[tuple[int, str], tuple[float, Array, Array, int]] = {}
         for row in due:
             pair, found = scene.pairs[row], pin.computeDistance(scene.model, scene.data, row)
@@ -246,18 +246,18 @@ class Links:
         folded = None if colliding is None else tuple(torques.tolist())
         self.forces = self.forces._replace(folded=folded, colliding=colliding)
         if touching or self.forces.contacts or self._memory:
-            self._press_all(touching, way, tick_s)
+            self._press_all(touching, moved, tick_s)
 
     # Forces
 
     def _press_all(
-        self, touching: Mapping[tuple[int, str], tuple[float, Array, Array, int]], way: Array, tick_s: float
+        self, touching: Mapping[tuple[int, str], tuple[float, Array, Array, int]], moved: Array, tick_s: float
     ) -> None:
         """Find the forces of surfaces on links, tool and jaws at their deepest points."""
         scene, before, self._memory = self._scene, self._memory, {}
         sharing = max(1, len(self.forces.contacts))
-        contacts, worn = [], np.zeros(6)
-        torques, yielding = np.zeros((2, len(way)))
+        contacts, tool = [], np.zeros(6)
+        torques, yielding = np.zeros((2, len(moved)))
         for key, (distance, normal, point, row) in touching.items():
             kept, first = before.get(key), key[0]
             if distance >= 0.0 and (kept is None or kept.push == 0.0):
@@ -266,7 +266,7 @@ class Links:
             kept.row, surface, joint = row, self._surfaces[key[1]], scene.joints[first]
             is_own = first < scene.own
             levers = _levers(self._data.J[:, :joint], point)
-            gone, per_kg = levers @ way[:joint], sharing * tick_s**2 / LEAST_INERTIA_KGM2
+            gone, per_kg = levers @ moved[:joint], sharing * tick_s**2 / LEAST_INERTIA_KGM2
             force, push = _press(
                 kept, surface, scene.capsules[first].share, -distance, normal, levers, gone, tick_s, per_kg
             )
@@ -280,24 +280,24 @@ class Links:
             if is_own:
                 torques[:joint] += force @ levers
             else:
-                worn += (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+                tool += (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
         self.forces = self.forces._replace(
-            torques=tuple(torques.tolist()), worn=tuple(worn.tolist()), yielding=tuple(yielding.tolist()),
+            torques=tuple(torques.tolist()), tool=tuple(tool.tolist()), yielding=tuple(yielding.tolist()),
             contacts=tuple(contacts),
         )  # fmt: skip
 
 
 def _press(
-    kept: _Memory, surface: Surface, share: float, depth: float, normal: Array, levers: Array, way: Array,
+    kept: _Memory, surface: Surface, share: float, depth: float, normal: Array, levers: Array, moved: Array,
     tick_s: float, per_kg: float,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return the force on a body, and the one that a compliant robot gives way to.
+    """Return the force on a body, and the one that deflects a compliant robot.
 
     The latter is that of the end of the next tick, if the link has the least inertia it can have and its
     average force continues. It keeps a compliant robot from oscillating at any tick rate.
     """
-    stiffness, moves = share * surface.stiffness, bool(way.any())
-    speed = float(way @ normal) / tick_s
+    stiffness, moves = share * surface.stiffness, bool(moved.any())
+    speed = float(moved @ normal) / tick_s
     push = pressing = stiffness * max(depth, 0.0) * max(1.0 - surface.damping * speed, 0.0)
     if moves:
         along = normal @ levers
@@ -311,7 +311,7 @@ def _press(
         kept.rubbed = None
         return pressing * normal, push * normal
     rub_stiffness = share * min(surface.stiffness, STIFFEST_RUB_N_PER_M)
-    across = way - (way @ normal) * normal
+    across = moved - (moved @ normal) * normal
     if kept.rubbed is None:
         kept.rubbed, kept.drag = np.zeros(3), np.zeros(3)
     else:
@@ -334,14 +334,14 @@ def _scene(
     surfaces: tuple[Surface, ...],
 ) -> _Scene:
     """Build the scene of an arm among surfaces."""
-    arm, own, worn = arm_model(description), capsules_of(description), (*tool, *jaws)
+    arm, own, fixed = arm_model(description), capsules_of(description), (*tool, *jaws)
     model, data, scene = arm.pin_model, arm.pin_model.createData(), pin.GeometryModel()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
-    capsules = (*own, *worn)
-    joints = (*(each.joints for each in own), *[model.nq] * len(worn))
+    capsules = (*own, *fixed)
+    joints = (*(each.joints for each in own), *[model.nq] * len(fixed))
     flange = model.frames[arm.flange_index].placement
     places = [data.oMi[each.joints].actInv(_se3(each.pose)) for each in own]
-    places += [flange * _se3(each.pose) for each in worn]
+    places += [flange * _se3(each.pose) for each in fixed]
     solids = [coal.Capsule(each.radius_m, each.length_m) for each in capsules]
     for joint, place, solid in [
         *zip(joints, places, solids, strict=True),

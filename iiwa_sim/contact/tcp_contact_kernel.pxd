@@ -1,4 +1,4 @@
-# For kernels of motions that give way to surfaces.
+# For kernels of compliant motions.
 from iiwa_sim.robot.arm_kernel cimport Tcp
 
 cdef class Contact:
@@ -42,7 +42,7 @@ cdef class TcpContact:
 cdef class Gaps:
     cdef double[::1] _free             # lower bounds of the distances (m)
     cdef double[::1] _known            # the distances when they were measured, else infinite
-    cdef double[:, ::1] _levers        # greatest way (m) of each per turn (rad) of each joint
+    cdef double[:, ::1] _levers        # greatest displacement (m) of each per turn (rad) of each joint
     cdef Tcp _arm
     cdef double[:, ::1] _capsules      # joints, and ends in the last of them (m)
     cdef double[:, ::1] _lines         # ends in the base (m)

@@ -306,7 +306,7 @@ class Gaps:
         self.take(np.zeros((0, len(velocity))), np.zeros((0, 7)), np.zeros((0, 2), np.int64), np.zeros(0))
 
     def take(self, levers: Any, capsules: Any, pairs: Any, touching: Any) -> None:
-        """Have distances, by the greatest way (m) of each per turn (rad) of each joint.
+        """Have distances, by the greatest displacement (m) of each per turn (rad) of each joint.
 
         The last ones are those of `pairs` (k, 2) of capsules, from line to line, less `touching` (k,). A
         capsule has the number of joints that move it, and the ends of its line (m) in the last of these.

@@ -41,7 +41,7 @@ from iiwa_sim.wording import harmless
 from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
-"""Least override other than 0: nobody would see a slower motion."""
+"""Least override other than 0; a slower motion would not be visible."""
 AUTOMATIC = 2
 """The mode of industrial_msgs/RobotMode in which a controller takes moves from a driver."""
 LONGEST_QUEUE = 1000
@@ -126,8 +126,8 @@ class Controller:
     def step(self, at_most: int = 1) -> int:
         """Make one tick: the robot moves, feels the forces where it is then, and compares them with limits.
 
-        Before it make others, up to `at_most` in all, in which the robot only goes on to known positions and
-        meets nothing. The result is the same, bit for bit. Return the number of ticks.
+        Before it make others, up to `at_most` in all, in which the robot only moves to known positions and
+        touches nothing. The result is the same, bit for bit. Return the number of ticks.
 
         A stop that a force asks for begins in the next tick. An internal error stops the robot, in error, and
         is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
@@ -325,7 +325,7 @@ class Controller:
         return Frame.from_transform(self.model.flange(self.joints))
 
     def goal_frame(self) -> Frame:
-        """Return the TCP in the base at the end of the move under way, of a servo's target or of a stop."""
+        """Return the TCP in the base at the end of the running move, of a servo's target or of a stop."""
         return self.tool_frame(self.motions.goal)
 
     def distance_to_goal_mm(self) -> float:
@@ -346,7 +346,7 @@ class Controller:
         """Take a move; return its number. Raises `Refused`, and then nothing has changed.
 
         - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
-          after a force is beyond its threshold, and then goes on with the next move.
+          after a force is beyond its threshold, and then begins the next move.
         - With compliance a move replaces what runs, and so does a hold: that begins where the robot has come
           to rest, and ends with a stop, a move with compliance, or another hold; other moves are refused.
         - Servos head for their target at once.

@@ -61,12 +61,12 @@ class ControllerGroup:
 
     @property
     def under_way(self) -> bool:
-        """True if a robot moves in a way that ends without a command, or an observer has one."""
+        """True if a robot moves and will stop without a command, or an observer has one."""
         return any(each.under_way for each in self.controllers) or self._has_commands
 
     @property
     def resting(self) -> bool:
-        """True if ticks change nothing of any robot that `skip` does not, and nobody sees them."""
+        """True if ticks change nothing of any robot that `skip` does not, and no observer needs them."""
         if any(observer.watching for observer in self.observers):
             return False
         return all(controller.resting for controller in self.controllers)

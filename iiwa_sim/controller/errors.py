@@ -16,7 +16,7 @@ EMERGENCY_STOP = 3030
 COMMUNICATION_FAILURE = 3040
 """A line that cannot be read, or a client that sends nothing in time."""
 STOP_TRIGGERED = 3060
-"""A stop that nobody asked for, and a move that was stopped, cancelled or replaced before its end."""
+"""An unrequested stop, and a move that was stopped, cancelled or replaced before its end."""
 
 REPLACED = "replaced by a newer move, of a servo or in another mode"
 

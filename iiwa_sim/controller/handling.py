@@ -89,7 +89,7 @@ NO_HANDLING = HandlingSetup()
 
 
 def capsules_of(jaws: Jaws, opening_m: float, tool_in_flange: Transform) -> list[Capsule]:
-    """Return jaws that are so far apart, in the flange."""
+    """Return jaws at a distance from each other, in the flange."""
     wide, thick, long = jaws.jaw_m
     radius = 0.5 * min(wide, thick)
     count = min(MOST_CAPSULES, ceil(max(wide, thick) / (2.0 * radius)))

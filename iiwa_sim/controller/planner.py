@@ -253,7 +253,7 @@ class Planner:
         try:
             line = lin(self._inverse, start, tcp_line, redundancy, status)
         except LineOutOfReach as out:
-            reason = f"the line is out of reach after {out.s:.1%} of its way: {_REMEDY}"
+            reason = f"the line is out of reach after {out.s:.1%} of its length: {_REMEDY}"
             raise Refused(OUT_OF_REACH, reason) from None
         except SingularLine as singular:
             where = f"after {singular.s:.1%} of the line, close to a singular pose: {_REMEDY}"

@@ -59,7 +59,7 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     joint_torque: tuple[float, ...]
     """External torque on each joint (Nm)."""
     goal_joint_position: tuple[float, ...]
-    """rad: the end of the move under way."""
+    """rad: the end of the running move."""
     goal_frame: Frame
     """The TCP there, in the base: mm, rad."""
     override: float

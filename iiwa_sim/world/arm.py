@@ -36,13 +36,13 @@ LOSES = "part {!r} falls out of the jaws: made to through the backdoor"
 LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4
-"""A jaw has met a part that presses on it with more; a pad touches a part at most so far from it."""
+"""A jaw has met a part that presses on it with more; greatest distance of a pad from a part it touches."""
 JAW_STANDS_M_S = 5e-4
 """Slower jaws stand, as long as what they press on does."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
-"""Apparent inertia (kg, kg m2) of a robot that gives way at its TCP."""
+"""Apparent inertia (kg, kg m2) of a robot that is compliant at its TCP."""
 JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
-"""The same of each joint of a robot that gives way in its joints, and of its TCP in rotation."""
+"""The same of each joint of a robot that is compliant in its joints, and of its TCP in rotation."""
 
 NOWHERE = (0.0, 0.0)
 _Step = tuple[Joints, Transform, Transform | None, int, int]
@@ -73,7 +73,7 @@ class Arm:
         self.lost = -1
         """The number of a part that it has let go, and does not meet until it is out of it; -1 for none."""
         self.inside = IDENTITY  # the body of the held part in the TCP
-        self.compliance = STIFF  # or how the robot gives way
+        self.compliance = STIFF
         self.joints = self.before = setup.joints
         self.tcp = self.tcp_before = self.tcp_older = self.in_world(
             self.model.tcp(setup.tool_in_flange).pose(setup.joints)
@@ -98,7 +98,7 @@ class Arm:
         self.wrench: Wrench = NO_WRENCH
         """Wrench of bodies on the TCP, along its axes: contacts, and weight and inertia of the held part."""
         self.push: Wrench = NO_WRENCH
-        """The same without inertia: a compliant robot gives way to that."""
+        """The same without inertia, which deflects a compliant robot."""
         self.torques: tuple[float, ...] | None = None
         """Torques of bodies on the joints, by links (Nm); None for no contact."""
 
@@ -124,7 +124,7 @@ class Arm:
 
     @property
     def stands(self) -> bool:
-        """True if the arm, its jaws and what it holds stand, and do not give way."""
+        """True if the arm, its jaws and the held part stand, and the arm is stiff."""
         at_rest = self.joints == self.before and not self.jaws_move and not self.compliance
         return at_rest and (self.moments is None or self.motion.still)
 
@@ -323,18 +323,18 @@ class Arm:
         if gripper is None or self._sucks:
             return
         speed, was_m, force_n = wanted, gripper.opening_m, gripper.kind.force_n
-        held = {arm.held for arm in self.world.arms if arm.leads}  # what gives way to no grip force
-        gives_way = computed and wanted != 0.0
-        gives_way = gives_way and not any(held & self._meets(each) for each in self._numbers.fingers)
-        if gives_way:
+        held = {arm.held for arm in self.world.arms if arm.leads}  # no grip force moves them
+        is_free = computed and wanted != 0.0
+        is_free = is_free and not any(held & self._meets(each) for each in self._numbers.fingers)
+        if is_free:
             speed = float(max(self._jaw_v) if wanted < 0.0 else min(self._jaw_v))
             speed = min(max(speed, -abs(wanted)), abs(wanted))
         gripper.opening_m = min(max(was_m + 2.0 * h * speed, 0.0), gripper.stroke_m)
         self.jaw_speed = 0.5 * (gripper.opening_m - was_m) / h
         if computed:
             self._jaw_q[:], self._jaw_v[:] = 0.5 * gripper.opening_m, self.jaw_speed
-            self._jaw_mass[:] = force_n * h / abs(wanted) if gives_way else HEAVY
-            self._jaw_push[:] = force_n * (wanted - self.jaw_speed) / abs(wanted) if gives_way else 0.0
+            self._jaw_mass[:] = force_n * h / abs(wanted) if is_free else HEAVY
+            self._jaw_push[:] = force_n * (wanted - self.jaw_speed) / abs(wanted) if is_free else 0.0
 
     def _between_pads(self) -> int:
         """Return the number of a part that both pads press on along their axis; -1 for none."""
@@ -358,7 +358,7 @@ class Arm:
     # What the gripper holds
 
     def hold(self, number: int) -> None:
-        """Hold a part where it is, from now on; another arm that holds it goes on to lead."""
+        """Hold a part where it is, from now on; another arm that holds it still leads."""
         self.held = number
         if self.world.leader(number) is None:
             self.lead()
