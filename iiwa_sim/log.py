@@ -68,7 +68,7 @@ class SessionLog:
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.on_refused: list[Callable[[str, str, int, str], None]] = []
-        """Told of every refusal, none held back: session, line, code and reason."""
+        """Called with every refusal, also those not logged: session, line, code and reason."""
         self._now_ns, self._refusals = now_ns, Throttle(REFUSALS_LOGGED)
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
@@ -113,7 +113,7 @@ def configure(level: str, as_json: bool) -> None:
 class LineWriter:
     """Writes lines in a daemon thread, the only one that waits for the file.
 
-    Lines for which there is no room are dropped; the line `lost` tells their number when writing goes on.
+    Lines for which there is no room are dropped; the line `lost` has their number when writing continues.
     """
 
     def __init__(self, descriptor: int, lost: bytes = b'{"lines lost": %d}\n') -> None:
@@ -158,7 +158,7 @@ class LineWriter:
 
 
 class _Handler(logging.Handler):
-    """Drops lines rather than block the robot in mid-motion, if nobody reads stderr."""
+    """Drops lines rather than block the robot in mid-motion, if stderr is not read."""
 
     def __init__(self, descriptor: int, as_json: bool) -> None:
         super().__init__()

@@ -475,7 +475,7 @@ class Simulator(OnlyRobot):
         return None if self._backdoor_http is None else self._backdoor_http.acceptor.address[1]
 
     def _watched(self) -> Stepped:
-        """Return what the clock steps: one robot itself if nobody watches."""
+        """Return what the clock steps: one robot itself if there are no observers."""
         others = [each for each in (self._status, self.ros) if each is not None]
         self._group.observers = observers = [*self._recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]

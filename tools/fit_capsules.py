@@ -1,7 +1,7 @@
 """Fit capsules to the meshes of a built-in robot, and print them as `[capsules_mm]` of its robot.toml.
 
-Each link gets few capsules that keep a bound both ways. No point of its mesh is farther out of them. They
-reach no farther out of the link and its neighbours, at two positions of the joints. The search is random.
+Each link gets few capsules. No point of its mesh is farther out of them than a bound. They reach no farther
+out of the link and its neighbours, at two positions of the joints. The search is random.
 
 Usage:
     python -m tools.fit_capsules NAME [BOUND_MM]

@@ -78,7 +78,7 @@ class Backdoor:
         self._states = {} if states is None else states
         """Functions that restore a state of each robot, by the names of states."""
         self._states.setdefault("start", list(map(_kept, self._group.controllers)))
-        self._pushes = Throttle(1)  # of the page, while somebody drags the arm
+        self._pushes = Throttle(1)  # of the page, while a viewer drags the arm
 
     # Time
 
@@ -97,7 +97,7 @@ class Backdoor:
         (self._clock.pause if paused else self._clock.resume)()
 
     def set_clock(self, name: str) -> None:
-        """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause goes on."""
+        """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause continues."""
         self._clock.set_pace(pace(name))
 
     def get_clock(self) -> str:
@@ -128,7 +128,7 @@ class Backdoor:
         self._put(surface_of(surface))
 
     def move_surface(self, name: str, pose: Frame) -> None:
-        """Move a surface to a pose in the base, at once. One that touches the TCP goes on pushing it."""
+        """Move a surface to a pose in the base, at once. One that touches the TCP still pushes it."""
         _check_pose(pose)
         self._put(self._surface(name)._replace(pose=pose.to_transform()))
 

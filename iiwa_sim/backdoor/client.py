@@ -16,7 +16,7 @@ class BackdoorClient:
     """Has the methods of `Backdoor`, and calls them over HTTP.
 
     Arguments are those of `Backdoor`; results are values of JSON, or the bytes of a picture. A method raises
-    `Refused` where the backdoor rejects the call, and OSError where nobody answers within `timeout_s`. Each
+    `Refused` where the backdoor rejects the call, and OSError without an answer within `timeout_s`. Each
     call has its own connection, so threads may share a client. `robot` names one of several.
     """
 

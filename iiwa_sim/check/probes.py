@@ -214,6 +214,6 @@ PROBES = (
         "a second client",
         "waits until the first has gone",
         _second_client,
-        "is served at the same time; --exclusive for the original's way",
+        "is served at the same time; --exclusive does as the original",
     ),
 )

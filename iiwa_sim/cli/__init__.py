@@ -25,7 +25,7 @@ COMMANDS = {
     "ros2-env": "make an environment with rclpy for --ros2, from wheels",
 }
 """The first arguments that select a command, and what each does."""
-STDOUT_FAULTS = {errno.EPIPE: "nobody reads stdout", errno.ENOSPC: "the disk of stdout is full"}
+STDOUT_FAULTS = {errno.EPIPE: "stdout has no reader", errno.ENOSPC: "the disk of stdout is full"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -141,7 +141,7 @@ class Iiwa(Client):
         self._do("set output", n, int(value))
 
     def get_status(self) -> str:
-        """Return `moving` or `stopped`; a robot that is paused on its way is moving."""
+        """Return `moving` or `stopped`; a robot paused in mid-motion is moving."""
         return self._read({"moving": "moving", "stopped": "stopped"}.__getitem__, "get status")
 
     def get_mode(self) -> str:

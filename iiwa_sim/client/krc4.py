@@ -58,15 +58,15 @@ class Krc4(Client):
         return bool(self._ask("GIO", 210, [number])[0][3])
 
     def dis(self) -> float:
-        """Return how far the TCP is from the end of the move under way, in mm."""
+        """Return how far the TCP is from the end of the running move, in mm."""
         return self._ask("DIS", 300)[1][0]
 
     def gop(self) -> Krc4Frame:
-        """Return the frame of the TCP at the end of the move under way, at rest where it is."""
+        """Return the frame of the TCP at the end of the running move, at rest where it is."""
         return Krc4Frame(*self._ask("GOP", 310)[1][:6])
 
     def goa(self) -> tuple[float, ...]:
-        """Return the joint positions at the end of the move under way, at rest where they are."""
+        """Return the joint positions at the end of the running move, at rest where they are."""
         return tuple(self._ask("GOA", 320)[1][: self._axes])
 
     def _ask(

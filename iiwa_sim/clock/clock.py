@@ -83,7 +83,7 @@ class Clock:
     - At a multiple of real time there are absolute deadlines: a late tick does not delay the following ones.
       After a stall the clock makes up for ticks up to a bound and drops the rest. Simulated time then lags
       behind for good.
-    - `FAST` makes ticks as fast as it can while the robot is under way, in slices of 5 ms with the
+    - `FAST` makes ticks as fast as possible while the robot moves, in slices of 5 ms with the
       loop's turn in between, and in real time while it rests. A driver that sleeps until something has
       happened needs no change. For `HOLD_NS` after a move was accepted time stands still.
     - `STEPPED`, or a clock that is paused, makes none by itself.
@@ -91,8 +91,8 @@ class Clock:
       that are due, and drops none. A caller that reads or commands the robot calls `catch_up` before and
       `commanded` after it, or `look`.
 
-    `advance` and `run_until_stopped` make ticks as fast as they can at any pace, in the order in which they
-    are called. A fault in a tick is logged, and the clock goes on. All methods are called inside the loop.
+    `advance` and `run_until_stopped` make ticks as fast as possible at any pace, in the order in which they
+    are called. A fault in a tick is logged, and the clock continues. All methods run inside the loop.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class Clock:
         return f"{self.pace.name} paused" if self.paused else self.pace.name
 
     def set_pace(self, pace: Pace) -> None:
-        """Make ticks at another pace from now on. A pause goes on."""
+        """Make ticks at another pace from now on. A pause continues."""
         self._make_up_for_rest()
         self._take(pace)
         if self._runs:

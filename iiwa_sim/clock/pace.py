@@ -18,7 +18,7 @@ class Pace(NamedTuple):
     speed: float
     """Simulated seconds in a real one; for `FAST` while the robot rests, 0 for `STEPPED`."""
     ticks_in_haste: bool = False
-    """True if ticks follow each other without a pause while the robot is under way."""
+    """True if ticks follow each other without a pause while the robot moves."""
 
 
 REAL = Pace("real", 1.0)

@@ -182,7 +182,7 @@ def robots_of(given: Given) -> dict[str, Settings]:
 def robots_in(settings: Settings) -> dict[str, dict[str, int]]:
     """Return the names of the robots in a cell with `[[robot]]`, each with the ports of its protocols.
 
-    A file that cannot be used has none: whoever loads the cell says why.
+    A file that cannot be used has none; loading the cell then raises the reason.
     """
     try:
         file = tomllib.loads(Path(settings.cell or settings.robot or "").read_text(encoding="utf-8-sig"))

@@ -2,7 +2,7 @@
 
 Messages follow each other without prefix or separator: a message ends where its root element does. Blanks,
 line ends, NUL and byte order marks between messages are skipped. A DTD, and with it every custom entity, is
-refused. Bytes that are no XML give no way to find the next message, so they break the stream. A message that
+refused. Bytes that are no XML break the stream: the next message cannot be found. A message that
 is valid XML but has unexpected content carries a fault instead.
 """
 

@@ -72,8 +72,8 @@ class Recorder:
     """Records one robot: from `start` to `stop`, both called between two ticks.
 
     Times are simulated, since the start of the simulator; the `publish_time` of each message is real. States
-    come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. If nobody waits for
-    real time, ticks wait for a file that is too slow; else messages are lost.
+    come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. If the clock does not
+    follow real time, ticks wait for a file that is too slow; else messages are lost.
     """
 
     has_commands, watching = False, True

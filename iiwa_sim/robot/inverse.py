@@ -96,7 +96,7 @@ class Inverse:
         self._check_closed_form()
 
     def _check_closed_form(self) -> None:
-        """Check that the closed form finds its way back from some joint positions: the geometry suits it."""
+        """Check that the closed form returns some joint positions from their poses: the geometry suits it."""
         for turn in (0.3, -0.5, 0.9):
             q = [turn * (1.0 + 0.2 * joint) for joint in range(self.model.joint_count)]
             flange = self.model.flange(q)

@@ -1,6 +1,6 @@
 """Checks of a URDF before Pinocchio reads it.
 
-urdfdom, the parser within Pinocchio, prints most mistakes to stderr and goes on without the element. One
+urdfdom, the parser within Pinocchio, prints most mistakes to stderr and continues without the element. One
 wrong number in a collision shape drops all collision shapes of the link. Negative sizes, an axis of zeros and
 mimic joints pass silently. The checks find all these first.
 """

@@ -102,7 +102,7 @@ def _acceleration(command: Any, move: MoveRequest, robot: Controller) -> dict[st
 
 
 def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
-    """Blending as a `MoveRequest` has it: mm, or for PTP to joints a part of the way."""
+    """Return the blending of a `MoveRequest`: mm, or for PTP to joints a part of the largest distance."""
     word, target = command.blending_type, move.target
     if not any(command.blending):
         return 0.0
@@ -114,8 +114,8 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
     if word == "M":
         return 1e3 * value
     if word == "RAD":
-        way = max(abs(b - a) for a, b in zip(robot.end_of_queue, target, strict=True))
-        return 1.0 if value >= way else value / way
+        distance = max(abs(b - a) for a, b in zip(robot.end_of_queue, target, strict=True))
+        return 1.0 if value >= distance else value / distance
     if on_joints:
         return value
     there = target if isinstance(target, Frame) else robot.tool_frame(tuple(target))

@@ -22,7 +22,7 @@ LONGEST_FRAME_BYTES = 262_144
 READ_BYTES = 64
 """Bytes read at once (ten pings): the library handles all frames in them without a break."""
 SYSTEM_BYTES = 16_384
-"""Size of the system's buffers each way: small, so that a slow client gets recent messages."""
+"""Size of the system's buffers in each direction: small, so that a slow client gets recent messages."""
 CLOSING_S = 1.0
 """Time (s) for a client to answer the closing handshake."""
 

@@ -90,7 +90,7 @@ class Acceptor:
             except ConnectionError:  # the client has gone already
                 continue
             except OSError as fault:
-                logger.warning("nobody can connect for the time being: %s", why(fault))
+                logger.warning("no client can connect for the time being: %s", why(fault))
                 await asyncio.sleep(AGAIN_S)
                 continue
             try:

@@ -1,4 +1,4 @@
-"""A port that broadcasts lines: each connection gets the newest line, as often as it can take one."""
+"""A port that broadcasts lines: each connection gets the newest line when it can take one."""
 
 from collections.abc import Callable
 from functools import cache

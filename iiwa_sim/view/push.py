@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 STIFFNESS_N_PER_M, MOST_N = 400.0, 150.0
 HELP = """\
-Drag the arm: a spring of 400 N/m pulls the TCP. It yields in a stiffness move and in a gravity hold, such as
+Drag the arm: a spring of 400 N/m pulls the TCP. It follows in a stiffness move and in a gravity hold, such as
 `linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or `start gravity : 200`. Any other motion
-goes on."""
+continues."""
 
 
 class Push:

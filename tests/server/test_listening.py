@@ -58,4 +58,4 @@ async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so(
     acceptor.close()
     assert scarce.asked <= 6, "now and then, and no more"
     told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
-    assert told == ["nobody can connect for the time being: Too many open files"] * 3
+    assert told == ["no client can connect for the time being: Too many open files"] * 3
