@@ -148,8 +148,11 @@ def _in_words(kind: inspect.Type, key: str, expected: str) -> tuple[str, str]:
             tables = [each for each in _types(kind, path) if isinstance(each, inspect.StructType)]
             known = {field.encode_name for each in tables for field in each.fields}
             near = get_close_matches(name, known, 1)
-            wanted = "no key of this name" + (f", did you mean {near[0]!r}?" if near else "")
+            hint = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(sorted(known))}"
+            wanted = f"no key of this name{hint}"
         return f"{key}.{name}" if key else name, wanted
+    if counts := [len(each.item_types) for each in _types(kind, path) if isinstance(each, inspect.TupleType)]:
+        return key, f"a list of {' or '.join(map(str, counts))} values"
     # TOML has no null: a key is left out.
     return key, expected.removeprefix("Expected ").replace(" | null", "").replace(" | ", " or ")
 

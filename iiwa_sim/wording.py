@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 
 
@@ -15,7 +16,7 @@ class Unusable(Exception):
 def need_library(name: str, extra: str) -> None:
     """Raise Unusable if a library of an extra of iiwa-sim is not installed."""
     if find_spec(name) is None:
-        raise Unusable(f"this needs {name}: pip install 'iiwa-sim[{extra}]'")
+        raise Unusable(f"this needs {name}: {sys.executable} -m pip install 'iiwa-sim[{extra}]'")
 
 
 def harmless(text: str) -> str:

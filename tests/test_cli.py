@@ -40,6 +40,13 @@ def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) 
     assert "box 'table': 107.41 mm away\n" in out
 
 
+def test_check_cell_tells_a_contact_at_the_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (EXAMPLES / "table.toml").read_text().replace("z_mm = 280", "z_mm = 389")
+    (tmp_path / "cell.toml").write_text(text)
+    assert main(["check-cell", str(tmp_path / "cell.toml")]) == 0
+    assert "box 'table': pressed in by 1.59 mm\n" in capsys.readouterr().out
+
+
 def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert re.fullmatch(r"iiwa-sim \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)

@@ -24,4 +24,4 @@ def test_rooms_and_libraries_are_loaded_only_for_a_robot_that_has_them() -> None
     told = ended([sys.executable, "-c", LOADED])
     assert told.stdout == "\n"
     assert told.returncode == 2
-    assert told.stderr == "iiwa-sim: this needs mcap: pip install 'iiwa-sim[record]'\n"
+    assert told.stderr == f"iiwa-sim: this needs mcap: {sys.executable} -m pip install 'iiwa-sim[record]'\n"

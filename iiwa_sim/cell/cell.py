@@ -265,5 +265,6 @@ def summary(cells: Sequence[Cell]) -> str:
         lines += [f"part {part.name!r} {world.state(n)}" for n, (part, _) in enumerate(parts) if world]
         for each in cell.seen():
             away_mm = 1e3 * (each.nearest(*tcp.translation)[0] - cell.contact_radius_m)
-            lines.append(f"{type(each.shape).__name__.lower()} {each.name!r}: {away_mm:.2f} mm away")
+            where = f"{away_mm:.2f} mm away" if away_mm >= 0.0 else f"pressed in by {-away_mm:.2f} mm"
+            lines.append(f"{type(each.shape).__name__.lower()} {each.name!r}: {where}")
     return "".join(f"{harmless(line)}\n" for line in lines)

@@ -78,10 +78,7 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
 
 
 def check_cell(parser: Parser, words: Sequence[str]) -> int:
-    """An example:
-
-    iiwa-sim check-cell examples/table.toml
-    """
+    """iiwa-sim check-cell examples/table.toml"""
     parser.add_argument("file", metavar="CELL.toml")
     own, _ = parser.parsed(words)
     from iiwa_sim.cell.cell import load_cells, summary

@@ -62,7 +62,9 @@ class Parser(argparse.ArgumentParser):
             if not word.startswith("-"):
                 raise SettingError(f"{harmless(shortened(word, 60))}: unexpected argument")
             flags = [name for action in self._actions for name in action.option_strings]
-            raise unknown(word.partition("=")[0], flags)
+            if (flag := word.partition("=")[0]) == "--cell":
+                raise SettingError("--cell: no such option, name the file alone: iiwa-sim CELL.toml")
+            raise unknown(flag, flags)
         texts = {field: vars(found).pop(field) for field in OPTIONS if field in found}
         return found, {field: read(OPTIONS[field], text, COMMAND_LINE) for field, text in texts.items()}
 

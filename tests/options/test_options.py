@@ -74,6 +74,7 @@ WRONG = {
     "--count 2 --status-port 30001": "--port for iiwa of robot-1: expected another port than 30001, that of "
     "--status-port of robot-0",
     "--prot 1": "--prot: no such option, did you mean --port?",
+    "--cell cell.toml": "--cell: no such option, name the file alone: iiwa-sim CELL.toml",
     "a.toml foo\x1b[2J": r"foo\x1b[2J: unexpected argument",
     "a.toml --robot lbr_iiwa_7_r800": "--robot: expected no CELL.toml with it",
     "chek-cell a.toml": "chek-cell: no file and no command, did you mean check-cell?",

@@ -68,4 +68,4 @@ def test_without_matplotlib(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     told = told_by([moves, "-o", "picture.png"], capsys)
-    assert told == "iiwa-sim: this needs matplotlib: pip install 'iiwa-sim[plot]'\n"
+    assert told == f"iiwa-sim: this needs matplotlib: {sys.executable} -m pip install 'iiwa-sim[plot]'\n"
