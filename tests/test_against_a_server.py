@@ -57,7 +57,7 @@ def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
         )
 
 
-def test_what_cannot_be_played_ends_with_one_line(run: Run, tmp_path: Path) -> None:
+def test_an_unplayable_transcript_ends_with_one_line(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     path.write_text("> hello\n")
     assert run("replay", path, "127.0.0.1:1") == (
@@ -78,7 +78,7 @@ def test_what_cannot_be_played_ends_with_one_line(run: Run, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     "text", ["", "\n# session\n", "protocol krc4\n", "[0.1 0.1] client1 connects\n[0.2 0.2] client1 leaves\n"]
 )
-def test_a_recording_that_was_lost_does_not_pass(
+def test_a_transcript_without_commands_does_not_pass(
     text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "session.txt"
@@ -91,7 +91,7 @@ def test_a_recording_that_was_lost_does_not_pass(
     )
 
 
-def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_reports_on_the_simulator(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator() as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 0
     said = capsys.readouterr().out
@@ -102,6 +102,6 @@ def test_our_own_server_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     assert ", 0 DEVIATION, " in said
 
 
-def test_ports_that_are_none() -> None:
+def test_wrong_ports() -> None:
     for words in (("check", "host:1,2"), ("replay", "file", "host:1,"), ("replay", "file", "host:1,65536")):
         assert f"'{words[-1]}' is not HOST:PORT" in refused(*words)

@@ -34,7 +34,7 @@ async def simulator() -> AsyncIterator[Simulator]:
         ),
     ],
 )
-async def test_what_a_driver_sees_of_a_fault_of_the_robot(
+async def test_a_driver_sees_faults_of_the_robot(
     simulator: Simulator,
     caplog: pytest.LogCaptureFixture,
     fault: Callable[[Backdoor], None],
@@ -65,7 +65,7 @@ async def test_what_a_driver_sees_of_a_fault_of_the_robot(
     await driver.leaves()
 
 
-async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Simulator) -> None:
+async def test_the_driver_reads_pushes_and_inputs_of_the_backdoor(simulator: Simulator) -> None:
     driver, _ = await connect(simulator, "iiwa")
     simulator.backdoor.push((1, -2, 3, 0.5, 0, 0))
     assert await driver.ask("get cartesian force") == "1.0 -2.0 3.0 0.5 0.0 0.0"
@@ -82,7 +82,7 @@ async def test_the_driver_reads_what_the_bench_pushes_and_switches(simulator: Si
     await driver.leaves()
 
 
-async def test_in_haste_a_push_that_moves_the_robot_is_noticed() -> None:
+async def test_a_push_moves_a_resting_robot_on_a_fast_clock() -> None:
     async with Simulator(clock="fast", backdoor_port=0) as simulator:
         driver = await Client.connect(simulator.port)
         assert await driver.ask("start gravity : 500") == "done"

@@ -71,7 +71,7 @@ def test_rows_of_pixels_become_a_png() -> None:
     assert pixels(camera.png(rgb, 4, 3)) == (4, 3, [rgb[:12], rgb[12:24], rgb[24:]])
 
 
-def test_a_picture_shows_what_has_moved_and_changes_nothing(rendering: Simulator) -> None:
+def test_a_picture_shows_moved_bodies_and_changes_nothing(rendering: Simulator) -> None:
     with Simulator(cell=CELL, clock="stepped") as alone:
         pictures = []
         for _ in range(2):
@@ -101,7 +101,7 @@ def test_a_picture_shows_what_has_moved_and_changes_nothing(rendering: Simulator
         ("/camera/overview?depth=1", 400, "camera(name, width=640, height=480): Object contains unknown"),
     ],
 )
-def test_what_is_no_camera(simulator: Simulator, path: str, status: int, reason: str) -> None:
+def test_an_unknown_camera(simulator: Simulator, path: str, status: int, reason: str) -> None:
     found, _, body = asked(simulator, path)
     assert found == status
     assert json.loads(body)["error"]["reason"].startswith(reason)

@@ -21,7 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 @pytest.mark.parametrize("cell", ["no such.toml", "x" * 5000, "foo\nbar\x1b[2J", ""])
-def test_a_cell_that_is_not_there(
+def test_a_missing_cell(
     cell: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -33,7 +33,7 @@ def test_a_cell_that_is_not_there(
     assert len(err) < 300
 
 
-def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_cell_lists_the_contents_of_a_cell(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check-cell", str(EXAMPLES / "table.toml")]) == 0
     out, err = capsys.readouterr()
     assert err == ""
@@ -59,7 +59,7 @@ def helped(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_help_tells_common_options_and_commands_whatever_the_environment_says(
+def test_help_lists_common_options_and_commands_in_any_environment(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("IIWA_SIM_RATE", "none")
@@ -79,7 +79,7 @@ class Parsed(Exception):
     """A command line has been taken."""
 
 
-def test_a_command_has_examples_that_are_taken(
+def test_the_examples_of_a_command_are_accepted(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lines = {command: examples(helped(capsys, *command.split(), "--help")) for command in ("", *COMMANDS)}

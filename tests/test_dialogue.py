@@ -30,7 +30,7 @@ def robot() -> Robot:
     return Robot()
 
 
-def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
+def test_commands_lines_and_exchanges_of_a_dialogue(robot: Robot) -> None:
     robot.dialogue.event("driver", "connected", "iiwa")
     robot.say("hello", "hello", "hello")
     robot.say("Lin  MOVE:450 200 520 0 -1.57 0 0.5 0", "done", "lin move")
@@ -54,7 +54,7 @@ def test_commands_lines_and_exchanges_are_asked_for(robot: Robot) -> None:
         ("get status", 0, "expected 'get status' 0 times, was said 3 times"),
     ],
 )
-def test_a_failed_assertion_tells_what_was_said(
+def test_a_failed_assertion_lists_the_commands(
     robot: Robot, what: str, times: int | None, message: str
 ) -> None:
     robot.say("hello", "hello", "hello")
@@ -71,7 +71,7 @@ def test_a_misspelt_command_is_an_error(robot: Robot) -> None:
     robot.dialogue.assert_said("lin mvoe", times=1)
 
 
-def test_the_report_has_polls_once_and_counts_them(robot: Robot) -> None:
+def test_the_report_has_repeated_polls_once_with_their_count(robot: Robot) -> None:
     robot.say("lin move : 1", "done")
     for _ in range(1000):
         robot.say("get status", "moving", "get status")

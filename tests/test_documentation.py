@@ -43,7 +43,7 @@ def blocks(language: str) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("block", [code for _, code in blocks("telnet")])
-def test_a_session_is_answered_as_it_says(block: str) -> None:
+def test_a_session_has_the_documented_replies(block: str) -> None:
     lines = block.splitlines()
     with (
         Simulator(clock="stepped") as robot,

@@ -55,7 +55,7 @@ WRONG = {
 }
 
 
-def test_what_is_wrong_in_a_file_is_one_line(tmp_path: Path) -> None:
+def test_a_wrong_file_is_reported_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "fleet.toml"
     for text, told in WRONG.items():
         file.write_text(text)

@@ -18,7 +18,7 @@ closed_input = 2
 """
 
 
-def test_a_driver_closes_and_opens_it_and_a_bench_breaks_it(tmp_path: Path) -> None:
+def test_a_driver_closes_and_opens_the_gripper_and_the_backdoor_breaks_it(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(CELL)
     with (
         Simulator(cell=tmp_path / "cell.toml", clock="stepped", status_port=0) as simulator,

@@ -69,7 +69,7 @@ def test_boxes_are_the_same_to_the_last_bit_on_both_clocks(program: ModuleType, 
 
 
 @pytest.mark.slow
-def test_all_24_in_two_layers_each_time_the_same(program: ModuleType) -> None:
+def test_all_24_boxes_lie_in_two_layers_each_time_the_same(program: ModuleType) -> None:
     first, state = packed(program, "fast", 24)
     lower, upper = (
         [part.frame.z_mm for part in state.parts[:12]],

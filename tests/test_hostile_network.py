@@ -32,7 +32,7 @@ def said_to(port: int, data: bytes) -> bytes:
         return answer
 
 
-def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log(
+def test_connections_of_web_pages_are_closed_with_one_line_in_the_log(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     with Simulator(protocol=["iiwa", "krc4"], status_port=0, backdoor_port=0, rosbridge_port=0) as simulator:
@@ -70,7 +70,7 @@ def test_a_line_of_many_megabytes_is_refused_and_the_next_one_answered() -> None
         assert client.makefile().read() == "error\nbye\n"
 
 
-def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(
+def test_a_transcript_to_a_fifo_without_a_reader_stops_nothing(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = tmp_path / "fifo"

@@ -20,7 +20,7 @@ def simulator() -> Iterator[Simulator]:
 
 
 @pytest.mark.requirement("FRA101")
-def test_messages_come_in_any_packets_and_who_sends_no_more_gets_its_replies(simulator: Simulator) -> None:
+def test_messages_come_in_any_packets_and_a_half_closed_client_gets_its_replies(simulator: Simulator) -> None:
     with Krc4Client(simulator.port) as client:
         client.send(b"".join(attributes("Cmd", {"I0": number, "I1": 100}) for number in range(200)))
         for byte in request(200, "GOP"):
@@ -32,7 +32,7 @@ def test_messages_come_in_any_packets_and_who_sends_no_more_gets_its_replies(sim
     assert [reply.integers[:3] for reply in found[-2:]] == [(201, 320, 0), (0, 0, 3040)]
 
 
-def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
+def test_the_text_protocol_is_rejected_for_six_axes() -> None:
     told = refused("--robot", "kr_6_r900_sixx")
     expected = (
         "7 joints for protocol iiwa; for 6 there is: --protocol krc4, or protocol = 'krc4' in a [[robot]]\n"

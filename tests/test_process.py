@@ -19,7 +19,7 @@ FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
-def test_it_ends_in_good_order_while_the_robot_moves(number: int) -> None:
+def test_the_process_ends_in_good_order_while_the_robot_moves(number: int) -> None:
     with running() as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
         robot.joint_move(*FAR)
         assert simulator.ends(number) == (0, "")
@@ -50,7 +50,7 @@ sys.exit(main())
         pytest.param("pinocchio", marks=pytest.mark.slow),
     ],
 )
-def test_a_signal_while_it_loads_ends_it(module: str) -> None:
+def test_a_signal_during_the_start_ends_the_process(module: str) -> None:
     """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio."""
     command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module]
     done = ended(command)
@@ -66,14 +66,14 @@ def test_a_port_in_use() -> None:
         )
 
 
-def test_nobody_reads_what_it_prints() -> None:
+def test_stdout_without_a_reader() -> None:
     read, write = os.pipe()
     os.close(read)
     assert _printed_to(write, "--port", "0") == (2, "iiwa-sim: stdout has no reader\n")
 
 
 @pytest.mark.parametrize("words", [("--port", "0"), ("--version",)])
-def test_the_disk_is_full_for_what_it_prints(words: Sequence[str]) -> None:
+def test_stdout_on_a_full_disk(words: Sequence[str]) -> None:
     full = os.open("/dev/full", os.O_WRONLY)
     assert _printed_to(full, *words) == (2, "iiwa-sim: the disk of stdout is full\n")
 

@@ -14,7 +14,7 @@ from tests.states import on_the_status_port
 CAUSE = r"protective stop: collision: the external force at the TCP is [\d.]+ N, its threshold is 80 N"
 
 
-def test_it_shows_everywhere_the_error_is_told(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_protective_stop_appears_in_every_interface(caplog: pytest.LogCaptureFixture) -> None:
     with Simulator(cell=EXAMPLES / "protected.toml", clock="stepped", status_port=0) as simulator:
         simulator.backdoor.push((0.0, 0.0, 100.0, 0.0, 0.0, 0.0))
         simulator.advance(0.1)

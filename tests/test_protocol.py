@@ -50,14 +50,14 @@ APPENDIX_B = {
 TABLE = load_table("iiwa")
 
 
-def test_the_table_holds_appendix_b_and_what_else_it_holds_is_an_extension():
+def test_the_table_holds_appendix_b_and_extensions_marked_as_such():
     ours = {name for name, command in TABLE.commands.items() if command.extension}
     assert set(TABLE.commands) - ours == set(APPENDIX_B)
     assert not ours & set(APPENDIX_B)
 
 
 @pytest.mark.requirement("FRA005", "FRC001")
-def test_commands_take_and_answer_what_appendix_b_says():
+def test_parameters_and_replies_are_those_of_appendix_b():
     for name, (parameters, reply) in APPENDIX_B.items():
         command = TABLE.commands[name]
         assert [each.name for each in command.parameters] == parameters.split(), name

@@ -213,7 +213,7 @@ WRONG = {
 }
 
 
-def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
+def test_a_wrong_marker_is_reported_in_one_line(project: Project) -> None:
     result = project.tests(
         "\n".join(
             f"@pytest.mark.iiwa({arguments})\ndef test_wrong_{number}(iiwa):\n    pass\n"
@@ -226,7 +226,7 @@ def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
     result.stdout.no_fnmatch_line("*During handling*")
 
 
-def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) -> None:
+def test_the_unused_plugin_loads_nothing(project: Project, pytester: pytest.Pytester) -> None:
     pytester.makeconftest(
         """
         import sys
@@ -242,7 +242,7 @@ def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) ->
     result.stdout.no_fnmatch_line("*iiwa dialogue*")
 
 
-def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) -> None:
+def test_a_test_reads_the_dialogue_and_sets_canned_replies(project: Project) -> None:
     result = project.tests(
         """
         def test_said(iiwa, driver):
@@ -282,7 +282,7 @@ def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) 
     result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said 0 times; commands: hello*"])
 
 
-def test_a_test_has_as_many_robots_as_it_calls_for(project: Project, pytester: pytest.Pytester) -> None:
+def test_a_test_has_as_many_robots_as_it_requests(project: Project, pytester: pytest.Pytester) -> None:
     pytester.makefile(".toml", twelve='robot = "lbr_iiwa_14_r820"')
     result = project.tests(
         """

@@ -66,7 +66,7 @@ PORTS = ("krc4", "status", "rosbridge", "backdoor")
 OPTIONS = "--protocol iiwa,krc4 --status-port 0 --backdoor-port 0 --rosbridge-port 0"
 
 
-def test_clients_that_go_at_any_moment_are_no_fault() -> None:
+def test_clients_that_disconnect_at_any_moment_are_no_fault() -> None:
     with running(*OPTIONS.split()) as process:
         ports = {"iiwa": process.port}
         for name in PORTS:

@@ -167,7 +167,7 @@ def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
 
 
 @pytest.mark.slow
-async def test_roslibjs_asks_what_there_is(simulator: Simulator, roslibjs: Path) -> None:
+async def test_roslibjs_lists_topics_and_actions(simulator: Simulator, roslibjs: Path) -> None:
     script = roslibjs / "asks.mjs"
     script.write_text("""
         import { Ros, Topic } from "roslib";
@@ -205,7 +205,7 @@ async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) ->
     await telnet.leaves()
 
 
-async def test_a_client_that_goes_does_not_stop_the_robot(simulator: Simulator) -> None:
+async def test_a_client_that_disconnects_does_not_stop_the_robot(simulator: Simulator) -> None:
     async with client_of(simulator) as ros:
         slow = ptp(1, B, velocity=[0.2])  # so that the other one is there in time
         await ros.says("publish", topic="/command_list", msg={"commands": [slow]})
@@ -227,7 +227,7 @@ async def test_a_huge_frame_ends_its_connection_only(simulator: Simulator, ros: 
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
 
 
-async def test_a_client_that_asks_and_does_not_read_is_read_no_further(
+async def test_a_client_that_does_not_read_replies_is_read_no_further(
     simulator: Simulator, ros: Ros
 ) -> None:
     (connection,) = await asyncio.to_thread(websockets, ("127.0.0.1", simulator.rosbridge_port), 1)

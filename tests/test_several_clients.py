@@ -11,7 +11,7 @@ from tests.processes import running
 from tests.talking import DEADLINE_S, until
 
 
-def test_a_bye_ends_the_process_if_it_shall() -> None:
+def test_a_bye_ends_the_process_with_bye_shuts_down() -> None:
     with running("--bye-shuts-down", "--status-port", "0") as simulator:
         with Iiwa("127.0.0.1", simulator.port) as early:
             early.hello()
@@ -23,7 +23,7 @@ def test_a_bye_ends_the_process_if_it_shall() -> None:
 
 
 @pytest.mark.parametrize("name", ONE_OF_EACH_PROTOCOL)
-async def test_exclusive_means_one_after_the_other_of_all_protocols(name: str) -> None:
+async def test_exclusive_serves_one_client_at_a_time_in_all_protocols(name: str) -> None:
     scene = SCENES[name]
     async with scene.simulator(exclusive=True) as simulator:
         first, _ = await drivers.connect(simulator, scene.spoken)

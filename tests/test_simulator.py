@@ -17,7 +17,7 @@ NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
 
 
 @pytest.mark.requirement("FRA003", "FRA004", "FRA006", "FRA101", "FRA102", "FRA104")
-async def test_a_move_runs_while_the_client_goes_on_asking(simulator: Simulator, client: Client) -> None:
+async def test_a_move_runs_while_the_client_polls(simulator: Simulator, client: Client) -> None:
     assert await client.ask(NEAR) == "done"
     assert await client.until_stopped() > 0, "done means accepted, not arrived"
     assert await client.ask("get joint position") == "0.01 0.52 0.0 -1.04 0.0 1.57 0.0"
@@ -25,7 +25,7 @@ async def test_a_move_runs_while_the_client_goes_on_asking(simulator: Simulator,
 
 
 @pytest.mark.requirement("FRC021", "FRC026")
-async def test_an_error_is_told_to_everyone_and_reset_by_anyone(simulator: Simulator, client: Client) -> None:
+async def test_an_error_is_reported_to_all_and_reset_by_any(simulator: Simulator, client: Client) -> None:
     other = await Client.connect(simulator.port)
     assert await client.ask(FAR) == "done"
     simulator.controller.emergency_stop()
@@ -38,7 +38,7 @@ async def test_an_error_is_told_to_everyone_and_reset_by_anyone(simulator: Simul
 
 
 @pytest.mark.parametrize("how", ["vanishes", "bye", "sends no more"])
-async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
+async def test_a_client_that_disconnects_stops_the_robot_it_moved(
     simulator: Simulator, caplog: pytest.LogCaptureFixture, how: str
 ) -> None:
     client = await Client.connect(simulator.port)
@@ -64,7 +64,7 @@ async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
     await client.leaves()
 
 
-async def test_a_client_that_only_looks_on_may_go(simulator: Simulator, client: Client) -> None:
+async def test_a_client_that_only_reads_may_disconnect(simulator: Simulator, client: Client) -> None:
     looker_on = await Client.connect(simulator.port)
     assert await client.ask(FAR) == "done"
     assert await looker_on.ask("get status") == "moving"

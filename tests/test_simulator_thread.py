@@ -22,7 +22,7 @@ def left() -> tuple[int, list[str]]:
     return threading.active_count(), sorted(path.name for path in Path("/proc/self/fd").iterdir())
 
 
-def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
+def test_a_ready_simulator_listens_and_leaves_nothing_at_its_end() -> None:
     before = left()
     for _ in range(10):
         with (
@@ -70,7 +70,7 @@ def test_time_is_paused_and_its_pace_changed() -> None:
             simulator.set_clock("slow")
 
 
-def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
+def test_a_caller_that_waits_for_time_gets_an_error_when_the_robot_ends() -> None:
     told = list[str]()
 
     def wait(simulator: Simulator) -> None:

@@ -126,7 +126,7 @@ async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> Non
             await each.leaves()
 
 
-async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simulator: Simulator) -> None:
+async def test_a_status_port_in_use_is_reported_and_nothing_is_left_listening(simulator: Simulator) -> None:
     second = Simulator(status_port=simulator.status_port)
     with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.status_port}: "):
         await second.__aenter__()

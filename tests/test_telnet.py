@@ -14,7 +14,7 @@ from tests.talking import DEADLINE_S
 
 
 @pytest.mark.requirement("FRA003", "FRA004", "FRA006")
-def test_a_robot_you_can_telnet_into(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_telnet_session(caplog: pytest.LogCaptureFixture) -> None:
     with Simulator() as simulator:
         command = [program("telnet"), "127.0.0.1", str(simulator.port)]
         pipe = subprocess.PIPE

@@ -16,7 +16,7 @@ centre_mm = [0, 0, 80]
 """
 
 
-def test_a_driver_tells_the_load_and_feels_the_rest(tmp_path: Path) -> None:
+def test_a_driver_sets_the_load_and_reads_the_remaining_wrench(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(CELL)
     with (
         Simulator(cell=tmp_path / "cell.toml", clock="stepped", status_port=0) as simulator,

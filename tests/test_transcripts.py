@@ -23,7 +23,7 @@ REQUIREMENTS = (1, 2, 3, 4, 5, 7, 11, 13, 14, 16, 17, 18, 19, 20, 21, 22, 23, 24
 
 @pytest.mark.requirement("FRA005", *(f"FRC{number:03}" for number in REQUIREMENTS))
 @pytest.mark.parametrize("name", ALL)
-def test_a_transcript_is_answered_as_it_says(name: str) -> None:
+def test_a_transcript_has_its_expected_replies(name: str) -> None:
     transcript = ALL[name]
     robot = transcript.robot or ("kr_6_r900_sixx" if name.startswith("krc4/") else None)
     cell = PROTECTED if name.startswith("protection/") else None
@@ -33,12 +33,12 @@ def test_a_transcript_is_answered_as_it_says(name: str) -> None:
         assert [f"{name}:{each.line}: {each}" for each in played] == []
 
 
-def test_every_command_is_in_one() -> None:
+def test_every_command_is_in_a_transcript() -> None:
     said = set[str]().union(*(transcript.commands for transcript in TRANSCRIPTS.values()))
     assert set(load_table("iiwa").commands) <= said
 
 
-def test_every_message_is_carried_out_in_one_and_refused_in_one() -> None:
+def test_every_message_is_accepted_and_rejected_in_a_transcript() -> None:
     answered = {
         int(found[1])
         for step in (step for transcript in KRC4 for step in transcript.steps)

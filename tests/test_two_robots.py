@@ -176,7 +176,7 @@ def test_a_collision_stops_both_and_names_the_other(
             assert "protective stop" in cell.robots[name].dialogue.report()
 
 
-def test_a_named_state_is_one_of_the_whole_cell(cell: Simulator) -> None:
+def test_a_saved_state_is_that_of_the_whole_cell(cell: Simulator) -> None:
     left, right = (robot.backdoor for robot in cell.robots.values())
     with Drivers(cell) as drivers:
         for name, command, _ in HAND_OVER[:6]:
@@ -200,7 +200,7 @@ def test_a_named_state_is_one_of_the_whole_cell(cell: Simulator) -> None:
         assert states(cell)[1].parts[0].state == "held"
 
 
-def test_the_status_port_tells_of_each_robot_and_stops_all(cell: Simulator) -> None:
+def test_the_status_port_reports_each_robot_and_stops_all(cell: Simulator) -> None:
     schema = json.loads((Path(__file__).parents[1] / "protocol" / "status.schema.json").read_text())
     assert cell.status_port is not None
     with Drivers(cell) as drivers, socket.create_connection(("127.0.0.1", cell.status_port)) as reader:
@@ -256,7 +256,7 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
         Recorded(Path(f"{file}:middle"))
 
 
-def test_what_belongs_to_one_robot_is_not_the_simulators(cell: Simulator) -> None:
+def test_a_simulator_of_two_robots_has_no_attributes_of_one(cell: Simulator) -> None:
     for name in ("port", "controller", "backdoor", "dialogue", "joints"):
         with pytest.raises(AttributeError, match=r"robots\[NAME\] has what belongs to one"):
             getattr(cell, name)

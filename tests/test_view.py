@@ -17,5 +17,5 @@ from tests.processes import refused
         (["show", "run.mcap", "--host", "0.0.0.0"], "--host: no such option"),
     ],
 )
-def test_what_cannot_be_served_is_told_in_one_line(options: Sequence[str], told: str) -> None:
+def test_unusable_options_are_reported_in_one_line(options: Sequence[str], told: str) -> None:
     assert told in refused(*options)

@@ -124,7 +124,7 @@ async def test_a_connection_that_ends_now_stops_its_move(bench: Bench, reset: bo
     assert bench.simulator.joints != pytest.approx(bench.scene.far, abs=0.1)
 
 
-async def test_who_is_not_answered_is_answered_when_faults_are_cleared(bench: Bench) -> None:
+async def test_withheld_replies_are_sent_when_faults_are_cleared(bench: Bench) -> None:
     driver = bench.driver
     bench.backdoor.set_fault(Silence(), bench.number)
     driver.send(three(driver) + driver.SWITCH_ON)
@@ -157,7 +157,7 @@ async def test_refused_connections_and_accepted_ones(bench: Bench) -> None:
             await until(lambda gone=number: gone not in bench.simulator.backdoor.connections())
 
 
-def test_who_is_connected_when_connections_are_refused_is_served() -> None:
+def test_existing_connections_are_served_while_new_ones_are_refused() -> None:
     with Simulator() as simulator:
         for _ in range(10):
             with socket.create_connection((simulator.host, simulator.port), DEADLINE_S) as client:

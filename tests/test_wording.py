@@ -14,7 +14,7 @@ def test_harmless_text_is_one_line_that_prints(text: str) -> None:
     assert harmless(text) == text or not text.isprintable()
 
 
-def test_what_does_not_print_is_escaped() -> None:
+def test_unprintable_text_is_escaped() -> None:
     assert harmless("a\nb\x1b\u2028\udcff\u202e\u00e4") == r"a\nb\x1b\u2028\udcff\u202e" + "\u00e4"
 
 
@@ -31,7 +31,7 @@ def test_shortened_text_keeps_both_ends(text: str, longest: int) -> None:
 
 
 @given(st.floats(-7, 7), st.floats(-7, 7))
-def test_a_number_is_told_from_its_limits(value: float, limit: float) -> None:
+def test_a_number_is_distinct_from_its_limits(value: float, limit: float) -> None:
     shown, at_limit = distinct(value, limit)
     assert (float(shown) == float(at_limit)) == (value == limit)
 

@@ -123,7 +123,7 @@ def ask(
         connection.close()
 
 
-def test_each_call_does_over_http_what_its_method_does() -> None:
+def test_each_http_call_acts_like_its_method() -> None:
     assert {name for name, _ in SAID} | NEED_A_MOVE | TAKE_TIME | {"dialogue", "camera"} == set(CALLS)
     cell = replace(robot_alone(IIWA), handled=HANDLED)
     with (
@@ -142,7 +142,7 @@ def test_each_call_does_over_http_what_its_method_does() -> None:
             bench.lose_part()
 
 
-def test_what_reads_is_got_by_a_browser_bar_and_lists_itself(shared: Simulator) -> None:
+def test_reading_calls_answer_get_requests_and_are_listed(shared: Simulator) -> None:
     port = shared.backdoor_port
     assert ask(port, "GET", "/get_clock") == (200, "stepped")
     assert ask(port, "GET", "/dialogue?since=100000")[1]["lines"] == []
@@ -199,7 +199,7 @@ def test_what_is_wrong_is_refused_with_its_reason_and_changes_nothing(
         ),
     ],
 )
-def test_bytes_that_are_no_call_are_answered_as_such(shared: Simulator, sent: bytes, status: int) -> None:
+def test_malformed_requests_have_their_status(shared: Simulator, sent: bytes, status: int) -> None:
     with socket.create_connection(("127.0.0.1", shared.backdoor_port or 0), DEADLINE_S) as connection:
         connection.sendall(sent)
         connection.shutdown(socket.SHUT_WR)
@@ -216,12 +216,12 @@ def test_bytes_that_are_no_call_are_answered_as_such(shared: Simulator, sent: by
         {"Origin": "null"},
     ],
 )
-def test_web_pages_are_not_let_in(shared: Simulator, headers: dict[str, str]) -> None:
+def test_web_pages_are_rejected(shared: Simulator, headers: dict[str, str]) -> None:
     assert ask(shared.backdoor_port, "POST", "/emergency_stop", "{}", headers)[0] == 403
     assert shared.state().error.code == 0
 
 
-def test_with_a_token_only_who_knows_it_is_let_in_by_any_name() -> None:
+def test_with_a_token_only_its_holder_is_admitted_under_any_host_name() -> None:
     named = {"Host": "robot-0.robots:30080"}
     with Simulator(
         clock="stepped", backdoor_port=0, backdoor_host="0.0.0.0", backdoor_token=TOKEN
@@ -243,7 +243,7 @@ def test_with_a_token_only_who_knows_it_is_let_in_by_any_name() -> None:
         assert client_of(simulator, token=TOKEN).state()["error"]["code"] == 3030
 
 
-def test_connections_beyond_the_limit_are_turned_away_and_those_there_served(shared: Simulator) -> None:
+def test_connections_beyond_the_limit_are_closed_and_existing_ones_served(shared: Simulator) -> None:
     address = ("127.0.0.1", shared.backdoor_port or 0)
     first = http.client.HTTPConnection(*address, timeout=DEADLINE_S)
     others = [socket.create_connection(address, DEADLINE_S) for _ in range(MOST_CONNECTIONS - 1)]

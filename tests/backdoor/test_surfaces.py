@@ -35,7 +35,7 @@ def goes_down_to(bench: Bench, z_mm: float) -> None:
     bench.robot.runs_until_stopped()
 
 
-def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> None:
+def test_an_added_surface_pushes_back_and_a_removed_one_does_not() -> None:
     bench = above_a_floor()
     goes_down_to(bench, TOP_MM - 3.0)
     assert abs(force(bench)) == pytest.approx(STIFFNESS * 3e-3, rel=1e-6)
@@ -51,7 +51,7 @@ def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> N
     assert force(bench) == 0.0
 
 
-def test_a_state_comes_back_as_it_was() -> None:
+def test_a_saved_state_is_restored_exactly() -> None:
     bench = above_a_floor()
     bench.backdoor.set_tool(Frame(1, 2, 30, 0, 0.1, 0))
     bench.backdoor.push((1, 2, 3, 0, 0, 0))

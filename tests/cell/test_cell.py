@@ -96,7 +96,7 @@ def test_surfaces_in_metres(tmp_path: Path) -> None:
     assert rod.shape == Cylinder(0.01, 0.15)
 
 
-def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
+def test_bodies_fixed_to_the_flange(tmp_path: Path) -> None:
     text = "[tool]\nmass_kg = 1.5\ncentre_mm = [10, 0, 60]\ninertia_kgm2 = [0.001, 0.001, 0.002, 0, 0, 0]\n"
     cell = cell_from(tmp_path, text)
     assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0), ())
@@ -106,7 +106,7 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     assert touching.capsules == (("tool", 0, (0.0, 0.0, 0.0), (0.0, 0.01, 0.08), 0.02, 1.0),)
 
 
-def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
+def test_a_gripper_and_its_wiring(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
     jaws = (0.08, 0.1, 40.0, 0.02, 0.02, (0.02, 0.008, 0.05))
     assert cell.handled[:3] == (jaws, (16, 15, 0, 0, 3), ())
@@ -116,7 +116,7 @@ def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     assert cell_from(tmp_path, "").handled == NO_HANDLING
 
 
-def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
+def test_parts_lie_on_surfaces_and_fall_elsewhere(tmp_path: Path) -> None:
     standing = (
         PART + "x_mm = 600\nz_mm = 320.05\n" + PART.replace("cube", "other") + "x_mm = -600\nz_mm = 200\n"
     )
@@ -129,7 +129,7 @@ def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
     assert "part 'other' falls\n" in told
 
 
-def test_what_the_robot_watches(tmp_path: Path) -> None:
+def test_safety_limits(tmp_path: Path) -> None:
     text = (
         "[safety]\ncollision_force_n = 80\ntcp_speed_mm_per_s = 250\n"
         "box_min_mm = [200, -400, 250]\nbox_max_mm = [800, 400, 900]\n"
@@ -170,9 +170,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("text", "key", "value"), FAULTS)
-def test_a_fault_is_one_line_that_says_where_and_what(
-    tmp_path: Path, text: str, key: str, value: str
-) -> None:
+def test_a_fault_is_one_line_with_place_and_reason(tmp_path: Path, text: str, key: str, value: str) -> None:
     with pytest.raises(CellFault) as fault:
         cell_from(tmp_path, text).controller(0.002)
     place = f"{key} = {value}: expected " if key else f"expected {value}"
@@ -192,20 +190,20 @@ def test_a_fault_is_one_line_that_says_where_and_what(
         ("[safety]\nqqq = 1", "; there are box_max_mm, box_min_mm, collision_force_n, collision_torque_nm, "),
     ],
 )
-def test_a_misspelt_key_names_the_one_that_is_like_it(tmp_path: Path, text: str, near: str) -> None:
+def test_a_misspelt_key_names_the_similar_one(tmp_path: Path, text: str, near: str) -> None:
     with pytest.raises(CellFault) as fault:
         cell_from(tmp_path, text)
     assert f"expected no key of this name{near}" in str(fault.value)
 
 
-def test_a_robot_that_is_not_there(tmp_path: Path) -> None:
+def test_an_unknown_robot(tmp_path: Path) -> None:
     says = r"^robot .*/lbr_iiwa_7_r80: expected a folder, or one of kr_6.*, did you mean 'lbr_iiwa_7_r800'\?"
     with pytest.raises(RobotFault, match=says):
         cell_from(tmp_path, 'robot = "lbr_iiwa_7_r80"')
 
 
 @pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000])
-def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
+def test_an_unusable_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CellFault, match=r": expected (an existing|a regular|a readable text) file") as fault:
         load_cells(path)[0]
@@ -213,7 +211,7 @@ def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     assert len(str(fault.value)) < 300
 
 
-def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_ignored(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_bytes(b"\xef\xbb\xbfcontact_radius_mm = 4\r\n")
     assert load_cells(tmp_path / "cell.toml")[0].contact_radius_m == 0.004
 

@@ -87,7 +87,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize(("old", "new", "expected"), BROKEN.values(), ids=list(BROKEN))
-def test_a_broken_scene_is_told_in_one_line(tmp_path: Path, old: str, new: str, expected: str) -> None:
+def test_a_broken_scene_is_reported_in_one_line(tmp_path: Path, old: str, new: str, expected: str) -> None:
     text = SCENE.replace(old, new, 1)
     assert text != SCENE
     with pytest.raises(CellFault) as fault:
@@ -110,7 +110,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "key", "expected"), WRONG.values(), ids=list(WRONG))
-def test_a_wrong_wire_is_told_in_one_line(
+def test_a_wrong_wire_is_reported_in_one_line(
     tmp_path: Path, old: str, new: str, key: str, expected: str
 ) -> None:
     with pytest.raises(CellFault) as fault:
@@ -119,7 +119,7 @@ def test_a_wrong_wire_is_told_in_one_line(
     assert expected in str(fault.value)
 
 
-def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) -> None:
+def test_outputs_drive_a_scene_and_inputs_follow_its_sensors(tmp_path: Path) -> None:
     robot = robot_in(tmp_path)
     controller, changes = robot.controller, {}
     assert "scene: scene, belt, roller, door, pad\n" in summary(load_cells(tmp_path / "cell.toml"))
@@ -150,7 +150,7 @@ def test_a_scene_moves_what_outputs_drive_and_inputs_tell_of_it(tmp_path: Path) 
     assert later.bodies[2] != state.bodies[2], "the roller goes on"
 
 
-def test_a_kept_scene_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+def test_a_restored_scene_continues_with_the_same_bits(tmp_path: Path) -> None:
     robots = [robot_in(tmp_path) for _ in range(2)]
     runs = []
     for robot in robots:
@@ -226,7 +226,7 @@ def test_the_arm_pushes_a_drawer_and_objects_come_to_rest(tmp_path: Path) -> Non
     assert rise_mm == pytest.approx(2.0, abs=0.1), "0.5 mm/s are slow, but no rest"
 
 
-def test_each_robot_has_its_own_wires_and_a_belt_runs_on_beside_a_new_surface(tmp_path: Path) -> None:
+def test_each_robot_has_its_own_wires_and_a_belt_runs_on_after_a_new_surface(tmp_path: Path) -> None:
     wires = WIRES.splitlines()
     left, right = "\n".join(wires[1:3]), "\n".join(wires[3:])
     (tmp_path / "scene.xml").write_text(SCENE)

@@ -31,7 +31,7 @@ def found(findings: dict[str, Finding], verdict: Verdict) -> set[str]:
 
 
 @pytest.mark.slow  # the robot moves in real time
-async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulator) -> None:
+async def test_the_simulator_deviates_only_where_intended(simulator: Simulator) -> None:
     link = Link("127.0.0.1", simulator.port, allow_motion=True, timeout_s=30)
     findings = await asyncio.to_thread(checked, link)
     assert found(findings, Verdict.DEVIATION) == set(), findings
@@ -39,7 +39,7 @@ async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulato
     assert found(findings, Verdict.UNTRIED) == set()
 
 
-async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
+async def test_without_permission_no_command_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
     said: list[str] = []
     before = simulator.controller.joints
     simulator.dialogue.listeners.append(lambda told: said.append(told.text) if told.mark == ">" else None)
@@ -54,7 +54,7 @@ async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: 
     assert simulator.controller.joints == before
 
 
-def test_the_original_does_as_the_original() -> None:
+def test_the_original_has_no_deviations() -> None:
     with serving(Original) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=6))
     assert found(findings, Verdict.DEVIATION) == set()
@@ -71,7 +71,7 @@ def test_the_original_does_as_the_original() -> None:
         (original.MindsCase, "the dialogue lines.txt", "'HELLO': expected 'hello', got 'unknown command'"),
     ],
 )
-def test_a_deviation_is_told_by_its_name(kind: type[Deviating], event: str, words: str) -> None:
+def test_a_deviation_is_reported_by_its_name(kind: type[Deviating], event: str, words: str) -> None:
     with serving(kind) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=30))
     assert found(findings, Verdict.DEVIATION) == {event}

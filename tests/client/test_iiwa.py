@@ -30,7 +30,7 @@ def robot(simulator: Simulator) -> Iterator[Iiwa]:
         yield robot
 
 
-def test_it_needs_nothing_of_the_server() -> None:
+def test_the_client_imports_nothing_of_the_server() -> None:
     said = [sys.executable, "-c", "import sys, iiwa_sim.client; print(*sys.modules)"]
     loaded = set(subprocess.run(said, capture_output=True, text=True, check=True).stdout.split())
     assert not loaded & {"pinocchio", "numpy", "ruckig", "msgspec"}
@@ -38,7 +38,7 @@ def test_it_needs_nothing_of_the_server() -> None:
 
 
 @pytest.mark.requirement("FRA005")
-def test_moves_arrive_as_they_were_called(simulator: Simulator, robot: Iiwa) -> None:
+def test_moves_end_at_their_targets(simulator: Simulator, robot: Iiwa) -> None:
     robot.hello()
     robot.joint_move(JOINTS, speeds=[0.5] * 7)
     robot.wait_until_stopped(DEADLINE_S)

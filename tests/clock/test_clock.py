@@ -166,7 +166,7 @@ class TestFast:
         assert robot.ticks == 1000
         assert time.now_ns == start_ns + 9 * (HOLD_NS - 1) + HOLD_NS
 
-    def test_time_goes_on_for_a_driver_that_sends_no_more(self) -> None:
+    def test_time_continues_for_a_driver_that_sends_no_more(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)
         clock = started(robot, time, pace=FAST)
@@ -183,7 +183,7 @@ class TestFast:
         assert robot.ticks == 200
 
 
-class TestErrands:
+class TestAdvance:
     """Ticks that are asked for."""
 
     @pytest.mark.parametrize("pace", [REAL, FAST, STEPPED])
@@ -203,7 +203,7 @@ class TestErrands:
                 await asyncio.sleep(0)
         assert robot.ticks == ticks
 
-    async def test_a_robot_that_does_not_stop_within_the_limit_is_told(self) -> None:
+    async def test_a_robot_still_moving_at_the_limit_is_reported(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)
         clock = started(robot, time, pace=STEPPED)
@@ -215,7 +215,7 @@ class TestErrands:
             await waiting
         assert robot.ticks == 500
 
-    async def test_who_is_cancelled_gets_no_more_ticks(self) -> None:
+    async def test_a_cancelled_caller_gets_no_more_ticks(self) -> None:
         time = HandTime()
         robot = CountedRobot(time, tick_takes_ns=4000)
         clock = started(robot, time, pace=STEPPED)
@@ -229,7 +229,7 @@ class TestErrands:
         time.pass_until_woken()
         assert (robot.ticks, time.asked_ns) == (made, None)
 
-    async def test_a_clock_that_is_stopped_lets_nobody_wait(self) -> None:
+    async def test_a_stopped_clock_ends_all_waits(self) -> None:
         clock = started(CountedRobot(HandTime()), HandTime(), pace=STEPPED)
         waiting = asyncio.ensure_future(clock.advance(1.0))
         await asyncio.sleep(0)
@@ -257,7 +257,7 @@ class TestRest:
     """Ticks of a robot that is resting are left out, and made up for when somebody asks."""
 
     @given(pace=paces, rest_ns=st.lists(st.integers(0, 10 * SECOND_NS), min_size=1, max_size=20))
-    def test_all_ticks_of_a_rest_are_there_when_somebody_asks_and_none_is_dropped(
+    def test_all_ticks_of_a_rest_are_made_on_the_next_question_and_none_is_dropped(
         self, pace: Pace, rest_ns: list[int]
     ) -> None:
         time = HandTime()
@@ -271,7 +271,7 @@ class TestRest:
         assert (robot.ticks, clock.dropped_ticks) == (0, 0)
 
     @pytest.mark.parametrize("pace", [REAL, pace("10x")])
-    def test_what_begins_after_a_rest_begins_at_the_next_tick_of_the_pace(self, pace: Pace) -> None:
+    def test_a_move_after_a_rest_begins_at_the_next_tick_of_the_pace(self, pace: Pace) -> None:
         time = HandTime()
         start_ns = time.now_ns
         robot, clock = resting(time, pace)
@@ -303,7 +303,7 @@ class TestRest:
 
 
 @pytest.mark.parametrize("pace", [REAL, FAST, pace("10x")])
-def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace) -> None:
+def test_a_paused_clock_makes_no_ticks_and_resumes_without_catching_up(pace: Pace) -> None:
     time = HandTime()
     robot = CountedRobot(time)
     clock = started(robot, time, pace=pace)
@@ -320,7 +320,7 @@ def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace)
     assert not clock.paused
 
 
-def test_the_pace_changes_under_way() -> None:
+def test_the_pace_changes_in_mid_motion() -> None:
     time = HandTime()
     robot = CountedRobot(time)
     clock = started(robot, time, pace=STEPPED)
@@ -334,7 +334,7 @@ def test_the_pace_changes_under_way() -> None:
         assert clock.pace is changed
 
 
-def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes_on(
+def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_continues(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     class FailingRobot(CountedRobot):
@@ -360,6 +360,6 @@ def test_a_pace_has_a_name(fixed: Pace) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "x", "0x", "0.001x", "101x", "1e1x", "-1x", "nanx", " 10x", "Fast", 10])
-def test_a_pace_of_no_such_name_is_refused_with_the_range(name: Any) -> None:
+def test_an_unknown_pace_is_rejected_with_the_range(name: Any) -> None:
     with pytest.raises(ValueError, match="expected real, a multiple of real time from"):
         pace(name)

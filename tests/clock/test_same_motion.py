@@ -82,7 +82,7 @@ async def told(program: list[Any]) -> ProgrammedRobot:
     program=chains(len(load_robot().joints), stops=True, longest=8),
     late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),
 )
-def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(
+def test_a_program_has_the_same_motion_at_every_pace_despite_stalls(
     program: list[Any], late_ns: list[int]
 ) -> None:
     stepped = asyncio.run(told(program))

@@ -36,7 +36,7 @@ def pressed(depth: float, friction: float = 0.0, damping: float = 0.0) -> Contro
     return Controller(load_robot(), TICK_S, contact=World([table], RADIUS))
 
 
-def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> None:
+def test_a_surface_acts_from_the_start_along_the_axes_of_the_tcp() -> None:
     controller = pressed(0.001)
     up = np.array([0.0, 0.0, STIFFNESS * 0.001])
     rotation = np.reshape(ROBOT.tcp(controller.joints).rotation, (3, 3))

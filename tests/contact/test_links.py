@@ -103,7 +103,7 @@ def felt_at(name: str, placed: Surface, start: tuple[float, ...], joints: tuple[
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, parts, parts)
-def test_a_link_feels_stiffness_times_its_greatest_depth(
+def test_the_force_on_a_link_is_stiffness_times_its_greatest_depth(
     name: str, shape: Shape, pose: Transform, first: list[float], second: list[float]
 ) -> None:
     placed = surface(shape, pose, stiffness=STIFFNESS)
@@ -149,7 +149,7 @@ def test_torques_do_the_work_of_the_forces(
 
 
 @given(st.sampled_from(ARMS), st.sampled_from(SHAPES), poses, st.integers(0, 10**6))
-def test_nothing_is_missed_while_nothing_is_looked_at(
+def test_no_contact_is_missed_between_measurements(
     name: str, shape: Shape, pose: Transform, seed: int
 ) -> None:
     """Along a way, an arm that looks when it could touch feels what one feels that looks in each tick."""
@@ -174,7 +174,7 @@ def test_nothing_is_missed_while_nothing_is_looked_at(
         assert thrifty.forces.folded == anew.forces.folded
 
 
-def test_what_the_arm_stands_in_is_felt_only_after_all_of_it_has_been_out() -> None:
+def test_a_surface_around_the_arm_acts_only_after_the_arm_has_left_it() -> None:
     name = ARMS[0]
     home = MODELS[name].description.home
     links = links_of(name)

@@ -36,14 +36,14 @@ def within(shape: Shape, point: tuple[float, float, float]) -> bool:
 
 
 @given(st.one_of(solids, st.just(Plane())), points)
-def test_the_sign_tells_what_is_within(shape: Shape, point: tuple[float, float, float]) -> None:
+def test_the_distance_is_negative_inside(shape: Shape, point: tuple[float, float, float]) -> None:
     distance = shape.nearest(*point)[0]
     if abs(distance) > 1e-12:
         assert (distance < 0.0) == within(shape, point)
 
 
 @given(st.one_of(solids, st.just(Plane())), points)
-def test_the_direction_is_a_unit_vector_and_leads_to_the_surface(
+def test_the_normal_is_a_unit_vector_through_the_nearest_point(
     shape: Shape, point: tuple[float, float, float]
 ) -> None:
     distance, nx, ny, nz = shape.nearest(*point)

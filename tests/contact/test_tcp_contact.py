@@ -52,7 +52,7 @@ def line(start: Vector, end: Vector, ticks: int = 100) -> list[Vector]:
 
 
 @given(st.sampled_from(SHAPES), poses, st.tuples(metres, metres, metres))
-def test_at_rest_the_force_is_stiffness_times_depth_straight_out(
+def test_at_rest_the_force_is_stiffness_times_depth_along_the_normal(
     shape: Shape, pose: Transform, position: Vector
 ) -> None:
     placed = surface(shape, pose, friction=0.5)
@@ -125,7 +125,7 @@ def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, da
     assert all(world.feel(way[-1], REST, TICK_S) == first for _ in range(50))
 
 
-def test_who_lifts_off_comes_down_without_friction() -> None:
+def test_a_contact_after_lifting_off_begins_without_friction() -> None:
     world = World([surface(friction=0.3)], RADIUS)
     felt(world, line((0, 0, 0.004), (0.05, 0, 0.004)))
     felt(world, [(0.05, 0.0, 0.006)])
@@ -143,7 +143,7 @@ PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
     st.floats(0.001, 0.05),
     st.integers(1, 40),
 )
-def test_the_force_does_not_turn_round_in_a_thin_plate_nor_behind_it(
+def test_the_force_keeps_its_direction_in_and_behind_a_thin_plate(
     plate: Shape, pose: Transform, radius: float, deep: float, ticks: int
 ) -> None:
     """Down through it and up again, also where one tick leads from above it to below."""
@@ -170,7 +170,7 @@ def z_axis(pose: Transform) -> Vector:
     st.floats(0.0, 0.05),
     st.integers(200, 400),
 )
-def test_a_round_body_pushes_out_along_the_way_in_also_past_its_middle(
+def test_a_round_body_pushes_against_the_direction_of_entry_also_past_its_middle(
     body: Shape, pose: Transform, radius: float, beside: float, beyond: float, ticks: int
 ) -> None:
     """Nearly through the middle, and out again."""
@@ -190,7 +190,7 @@ def test_a_round_body_pushes_out_along_the_way_in_also_past_its_middle(
     assert all(rotate(transpose(pose.rotation), each.force)[0] >= -1e-9 for each in back)
 
 
-def test_a_surface_that_is_moved_takes_the_tcp_along_by_friction() -> None:
+def test_a_moved_surface_carries_the_tcp_along_by_friction() -> None:
     world = World([surface(friction=0.5)], RADIUS)
     felt(world, [(0.0, 0.0, 0.004)])
     world.move("it", at(0.0001, 0.0, 0.0005))
@@ -236,7 +236,7 @@ def test_a_mass_that_bounces_and_slides_gains_no_energy(
     assert (np.array(energies) <= highest + 1e-3 * abs(energies[0]) + 1e-9).all()
 
 
-def test_damping_takes_from_a_bounce_what_hunt_and_crossley_say() -> None:
+def test_damping_of_a_bounce_agrees_with_hunt_and_crossley() -> None:
     """Their coefficient of restitution for a small loss: 1 - 2/3 b v."""
     damping, speed = 0.1, 0.5
     energies = thrown(surface(damping=damping), (0.0, 0.0, 0.006), (0.0, 0.0, -speed), 0.0, 5000)

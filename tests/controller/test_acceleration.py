@@ -59,7 +59,7 @@ class Robot(SteppedRobot):
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
 @given(share=st.floats(0.05, 1.0))
-def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: float) -> None:
+def test_joints_keep_the_requested_acceleration(arm: str, kind: str, share: float) -> None:
     robot = Robot(arm)
     robot.moves(kind, accelerations=(share,))
     used = (robot.accelerations() / robot.description.acceleration).max()
@@ -70,14 +70,14 @@ def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: floa
 
 @pytest.mark.parametrize("arm", ARMS)
 @given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
-def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
+def test_an_acceleration_in_m_s2_is_that_of_the_tcp(arm: str, limit: float, speed_rel: float) -> None:
     robot = Robot(arm)
     robot.moves("lin", speed_rel, tcp_acceleration_m_s2=limit)
     assert robot.tcp_accelerations().max() <= TOLERANCE * limit
     assert_within_limits(robot)
 
 
-def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
+def test_a_line_in_m_s_to_the_present_frame_ends_at_once() -> None:
     """It is so, too, where 32 bits have rounded the pose."""
     robot = Robot("lbr_iiwa_7_r800")
     here = robot.tcp_frame(robot.home)
@@ -88,7 +88,7 @@ def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
 
 
 @pytest.mark.parametrize("speed_m_s", [0.05, 0.4])
-def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float) -> None:
+def test_the_tcp_on_a_line_reaches_its_speed_and_does_not_exceed_it(speed_m_s: float) -> None:
     robot = SteppedRobot()
     start = robot.controller.tool_frame()
     robot.controller.move(lin_move_at(start._replace(y_mm=start.y_mm + 250.0), speed_m_s, 0.0))

@@ -51,7 +51,7 @@ class Carried:
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_an_unknown_tool_acts_as_newton_and_euler_say(name: str) -> None:
+def test_an_unknown_tool_acts_by_newton_and_euler(name: str) -> None:
     """Its weight at random poses, and on a move to 1 % of the greatest wrench, in the same tick."""
     robot = carrying(name)
     controller, d = robot.controller, robot.description
@@ -95,7 +95,7 @@ def test_weight_acts_down_in_the_world_also_on_a_robot_on_a_wall() -> None:
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None:
+def test_a_correct_load_has_no_external_wrench_and_stops_no_motion(name: str) -> None:
     """Not even with the least thresholds; and the motion is bit for bit that of an arm without a tool."""
     robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, NO_TOOL)
     rng, d = np.random.default_rng(9), robot.description

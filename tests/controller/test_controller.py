@@ -111,7 +111,7 @@ def test_the_queue_is_bounded_and_takes_moves_again_when_one_has_begun() -> None
 
 
 @pytest.mark.requirement("FRC017", "FRC018", "FRA103")
-def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
+def test_the_robot_starts_in_the_tick_after_the_command_and_reports_its_position() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     controller.move(joint_move(AWAY, FULL))
@@ -134,7 +134,7 @@ finite = st.floats(allow_nan=False, allow_infinity=False)
     blending=st.floats(0.0, 1e300),
     redundancy=finite,
 )
-def test_whatever_the_numbers_a_move_is_accepted_or_refused(
+def test_a_move_with_any_numbers_is_accepted_or_rejected(
     frame: Frame, speed: float, blending: float, redundancy: float
 ) -> None:
     """The numbers are those that the protocols let through."""

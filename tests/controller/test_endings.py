@@ -48,7 +48,7 @@ def robot() -> SteppedRobot:
         (lambda robot: robot.controller.move(gravity_hold(100.0)), STOP_TRIGGERED, "replaced"),
     ],
 )
-def test_moves_that_are_stopped(
+def test_endings_of_stopped_moves(
     robot: SteppedRobot, endings: list[Ending], act: Callable[[SteppedRobot], object], code: int, words: str
 ) -> None:
     robot.controller.move(joint_move(FAR, SPEEDS))
@@ -59,7 +59,7 @@ def test_moves_that_are_stopped(
     assert all(words in ending.reason for ending in endings)
 
 
-def test_one_is_cancelled_and_the_queue_is_cleared(robot: SteppedRobot, endings: list[Ending]) -> None:
+def test_endings_of_a_cancelled_move_and_a_queue(robot: SteppedRobot, endings: list[Ending]) -> None:
     for target in (FAR, (-1.0, *NEAR[1:]), FAR, NEAR):
         robot.controller.move(joint_move(target, SPEEDS))
     robot.step(50)
@@ -88,7 +88,7 @@ def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, end
     assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, told)]
 
 
-def test_who_asked_for_a_move_is_told_of_its_end_and_of_no_other(robot: SteppedRobot) -> None:
+def test_the_callback_of_a_move_gets_its_ending_and_no_other(robot: SteppedRobot) -> None:
     told: dict[str, list[Ending]] = {"one": [], "other": []}
     robot.controller.move(joint_move(NEAR, SPEEDS), told["one"].append)
     robot.controller.move(joint_move(HOME, SPEEDS))

@@ -61,7 +61,7 @@ STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
 
 @pytest.mark.requirement("FRC021", "FRC026")
 @given(name=st.sampled_from(ARMS), how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
-def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how: str, ticks: int) -> None:
+def test_the_robot_stops_on_its_path_and_waiting_moves_are_dropped(name: str, how: str, ticks: int) -> None:
     robot, undisturbed = SteppedRobot(name), SteppedRobot(name)
     away, back = WAYS[name]
     for each in (robot, undisturbed):
@@ -202,7 +202,7 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("go", [joint_move, smart_joint_move])
-def test_the_robot_is_placed_and_goes_on_from_there(go: Callable[..., object]) -> None:
+def test_a_placed_robot_moves_from_its_new_position(go: Callable[..., object]) -> None:
     robot = SteppedRobot()
     controller = robot.controller
     controller.move(go(BACK, FULL))
@@ -231,7 +231,7 @@ def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
         controller.place(AWAY)
 
 
-def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
+def test_a_new_tool_changes_the_tcp_of_frames_and_moves() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()

@@ -17,7 +17,7 @@ IS_OPEN, IS_CLOSED = 4, 5
 STROKE_TICKS = 402
 
 
-def test_two_outputs_and_neither_leaves_it_where_it_is() -> None:
+def test_with_both_outputs_alike_the_gripper_keeps_its_opening() -> None:
     wiring = Wiring(CLOSE, OPEN, IS_OPEN, IS_CLOSED)
     robot = SteppedRobot(cell=replace(robot_alone(), handled=HandlingSetup(JAWS, wiring)))
     io, handling = robot.controller.io, robot.controller.handling

@@ -72,7 +72,7 @@ def off_m(robot: SteppedRobot, last: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("tick_s", "stiffness"), [(0.002, 5000.0), (0.01, 100.0)])
 @both
-def test_a_step_of_the_force_deflects_by_force_over_stiffness_as_a_damping_ratio_of_0_7_does(
+def test_a_force_step_deflects_by_force_over_stiffness_with_damping_ratio_0_7(
     name: str, tick_s: float, stiffness: float
 ) -> None:
     robot = yielding(name, stiffness, tick_s)
@@ -193,7 +193,7 @@ def test_without_forces_a_stiffness_move_is_the_move_itself(name: str, kind: str
     assert_within_limits(soft)
 
 
-def test_the_six_values_are_subtracted_from_what_acts() -> None:
+def test_the_six_values_are_subtracted_from_the_external_wrench() -> None:
     robot = at_start()
     here = robot.controller.tool_frame()
     pushed = (5.0, -3.0, 4.0, 0.5, 0.0, -0.5)
@@ -242,7 +242,7 @@ def test_a_hold_deflects_by_torque_over_stiffness(name: str, stiffness: float) -
 @pytest.mark.requirement("FRC013")
 @pytest.mark.parametrize("force", [0.0, 15.0])
 @both
-def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(name: str, force: float) -> None:
+def test_a_cancelled_stiffness_move_ends_on_its_path_still_compliant(name: str, force: float) -> None:
     robot = at_start(name)
     there = robot.tcp_frame(PLACES[name][1])
     first = robot.controller.move(lin_stiff_move(there, 0.3, 4000.0, NO_FORCE))
@@ -294,9 +294,7 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
 
 
 @pytest.mark.parametrize(("kind", "hz", "mm_per_s"), [("lin", 20, 20.0), ("ptp", 50, 100.0)])
-def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
-    kind: str, hz: int, mm_per_s: float
-) -> None:
+def test_a_stream_is_followed_evenly_with_the_documented_lag(kind: str, hz: int, mm_per_s: float) -> None:
     robot = SteppedRobot()
     frame = robot.controller.tool_frame()
 
@@ -321,7 +319,7 @@ def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
 
 @pytest.mark.requirement("FRC003", "FRC013")
 @both
-def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new_start(name: str) -> None:
+def test_a_stop_brakes_without_a_jump_and_the_next_move_starts_there(name: str) -> None:
     robot = deflected(name)
     before = speeds(robot, 2)[-1]
     assert before > 0.1

@@ -12,7 +12,7 @@ counts = st.integers(0, 40)
 
 @pytest.mark.requirement("FRC022", "FRC023", "FRC024")
 @given(counts, counts, st.lists(st.tuples(st.booleans(), st.integers(-2, 42), st.booleans())))
-def test_each_keeps_what_was_set_last_and_wrong_numbers_change_nothing(
+def test_inputs_and_outputs_keep_their_last_state_and_wrong_numbers_change_nothing(
     inputs: int, outputs: int, switched: list[tuple[bool, int, bool]]
 ) -> None:
     io = Io(tuple(f"i{k}" for k in range(inputs)), tuple(f"o{k}" for k in range(outputs)))
@@ -34,7 +34,7 @@ def test_each_keeps_what_was_set_last_and_wrong_numbers_change_nothing(
         assert io.outputs == tuple(expected[False])
 
 
-def test_there_are_16_of_each_unless_others_are_named() -> None:
+def test_there_are_16_inputs_and_outputs_by_default() -> None:
     assert len(Io().inputs) == len(Io().outputs) == 16
     io = Io(("door",), ())
     assert io.inputs == (False,)

@@ -211,7 +211,7 @@ def test_bad_trajectories_are_refused_with_their_reason_and_change_nothing() -> 
     assert following.robot.joints == other.robot.joints
 
 
-def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -> None:
+def test_the_robot_stops_on_its_path_and_holds_when_a_trajectory_is_cancelled() -> None:
     following = Following()
     number = following.sends([Knot(2.0, AWAY)])
     following.step(400)
@@ -248,7 +248,7 @@ def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Arra
         assert following.ends[number] == expected or ticks * TICK_S >= 1.5
 
 
-def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
+def test_a_stream_like_moveit_servos_is_followed_without_a_stop() -> None:
     following = Following()
     place = following.home
     for k in range(100):
@@ -327,7 +327,7 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
     assert_within_limits(following.robot)
 
 
-def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
+def test_a_trajectory_with_an_earlier_start_is_joined_at_its_present_point() -> None:
     following = Following()
     points = swinging(following, np.linspace(0.0, 2.0, 21), 0.15, np.ones(7))
     number = following.sends(points, delay_s=-0.5)

@@ -86,7 +86,7 @@ def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> N
 
 
 @pytest.mark.parametrize(("tick_s", "stiffness"), [(0.002, 2_000.0), (0.01, 1e7)])
-def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
+def test_an_arm_in_a_hold_that_is_pushed_against_a_wall_comes_to_rest(
     tick_s: float, stiffness: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tests.controller.test_links.TICK_S", tick_s)
@@ -110,7 +110,7 @@ def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
 FOLDED: Joints = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)
 
 
-def test_an_arm_that_folds_onto_itself_is_told_of_once_and_stopped() -> None:
+def test_an_arm_that_folds_onto_itself_is_reported_once_and_stopped() -> None:
     robot = Robot()
     robot.goes_to(FOLDED, speed=0.5)
     folds = [told for told in robot.told if told.startswith("links iiwa_link_0 and iiwa_link_")]

@@ -6,7 +6,7 @@ from iiwa_sim.controller.limits_watch import report_touches
 from tests.world.scenes import GRIPPER, HEAD, TABLE_MM, Scene, down, part, table
 
 
-def test_what_a_jaw_meets_is_told_by_name_and_kind() -> None:
+def test_contacts_of_a_jaw_are_reported_by_name_and_kind() -> None:
     head = HEAD.replace("radius_mm = 0", "radius_mm = 20") + GRIPPER  # the jaws stand for the sphere
     scene = Scene(part("block", (600, 100, TABLE_MM + 30.0)), table(), head=head)
     top_mm = TABLE_MM + 60.0

@@ -17,7 +17,7 @@ seeds = st.integers(0, 2**32 - 1)
 @pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
 @given(seeds, st.sampled_from([0.001, 0.002, 0.01]), st.booleans())
 @example(428, 0.001, False)  # once a clock all but stood still: 3.4 times the jerk
-def test_limits_hold_each_line_has_its_reply_and_ticks_at_rest_may_be_left_out(
+def test_random_commands_keep_limits_and_ticks_at_rest_may_be_left_out(
     seed: int, tick_s: float, forces: bool
 ) -> None:
     mix, again = (Mix(seed, tick_s, forces=forces, skips=skips) for skips in (False, True))

@@ -147,7 +147,7 @@ def test_the_relative_speeds_are_limits_of_each_joint(servo: str) -> None:
 
 @pytest.mark.requirement("FRC005", "FRC018")
 @pytest.mark.parametrize("servo", ["smart", "direct"])
-def test_a_cartesian_target_is_the_flanges_with_branch_and_redundancy_kept(servo: str) -> None:
+def test_a_cartesian_servo_target_moves_the_flange_and_keeps_branch_and_redundancy(servo: str) -> None:
     robot = SteppedRobot()
     robot.goes_to(START)
     target = flange_at(robot, START)._replace(z_mm=flange_at(robot, START).z_mm - 20.0)
@@ -175,7 +175,7 @@ def test_a_direct_target_is_at_most_0_087_rad_away_on_any_axis() -> None:
 
 
 @pytest.mark.parametrize("command", SERVOS)
-def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
+def test_a_servo_mode_without_commands_ends(command: str) -> None:
     robot = SteppedRobot(servo_timeout_s=0.03)
     robot.goes_to(START)
     for _ in range(10):
@@ -207,7 +207,7 @@ def sequences(draw: st.DrawFn) -> list[tuple[str, int, int]]:
 
 @pytest.mark.requirement("FRA104")
 @given(sequence=sequences())
-def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
+def test_any_commands_keep_the_limits_and_have_the_mode_of_the_table(
     sequence: list[tuple[str, int, int]],
 ) -> None:
     robot = SteppedRobot()

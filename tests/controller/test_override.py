@@ -60,7 +60,7 @@ def test_a_line_stays_a_line_and_ends_at_its_target(
 
 @pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize("command", [joint_move, smart_joint_move, direct_joint_move])
-def test_a_pause_takes_100_ms_and_the_way_back_300_ms(command: Any) -> None:
+def test_a_pause_takes_100_ms_and_its_end_300_ms(command: Any) -> None:
     robot = SteppedRobot()
     controller = robot.controller
     target = np.add(controller.joints, 0.08).tolist()
@@ -109,7 +109,7 @@ def speed_of(robot: SteppedRobot) -> float:
 
 @pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize("command", [joint_move, smart_joint_move])
-def test_set_while_the_robot_brakes_it_holds_for_what_begins_next(command: Any) -> None:
+def test_an_override_set_during_a_stop_holds_for_the_next_move(command: Any) -> None:
     braking, resting = SteppedRobot(), SteppedRobot()
     for robot, ticks_of_braking in ((braking, 20), (resting, 200)):
         robot.controller.move(joint_move(ELSEWHERE, FULL))

@@ -36,7 +36,7 @@ shifts = st.builds(Frame, mm, mm, mm, angles, angles, angles)
 
 @pytest.mark.requirement("FRC005")
 @given(angles, st.floats(-1.5, 1.5), angles, st.floats(0.991, 1.009), st.sampled_from([-1.0, 1.0]))
-def test_a_quaternion_is_the_orientation_that_it_came_from(
+def test_a_quaternion_gives_back_its_orientation(
     alpha: float, beta: float, gamma: float, length: float, sign: float
 ) -> None:
     frame = Frame(10.0, -20.0, 30.0, alpha, beta, gamma)
@@ -47,7 +47,7 @@ def test_a_quaternion_is_the_orientation_that_it_came_from(
 
 
 @pytest.mark.requirement("FRC005")
-def test_what_is_no_unit_quaternion_is_refused() -> None:
+def test_a_quaternion_that_is_not_of_unit_length_is_rejected() -> None:
     for quaternion in ((0.0,) * 4, (nan,) * 4, (inf, 0.0, 0.0, 1.0), (0.5, 0.5, 0.5, 0.4), (1e200,) * 4):
         with pytest.raises(Refused, match="a quaternion of length"):
             from_quaternion((0.0, 0.0, 0.0), quaternion)
@@ -55,7 +55,7 @@ def test_what_is_no_unit_quaternion_is_refused() -> None:
 
 @pytest.mark.requirement("FRC007")
 @given(shifts, shifts)
-def test_a_shift_turns_the_tool_on_the_spot_and_takes_it_along_the_axes(start: Frame, shift: Frame) -> None:
+def test_a_shift_turns_the_tool_in_place_and_moves_it_along_the_axes(start: Frame, shift: Frame) -> None:
     pose, way = start.to_transform(), shift.to_transform()
     r = np.reshape(pose.rotation, (3, 3))
     turn = np.reshape(way.rotation, (3, 3))
@@ -98,7 +98,7 @@ def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
 
 @pytest.mark.requirement("FRC007")
 @pytest.mark.parametrize("in_tool", [False, True])
-def test_a_relative_move_out_of_reach_is_told_with_its_target(in_tool: bool) -> None:
+def test_a_relative_move_out_of_reach_is_rejected_with_its_target(in_tool: bool) -> None:
     controller = SteppedRobot().controller
     way = Frame(1500.0, 0.0, -20.0, 0.0, 0.0, 0.0)
     for move in (lin_relative_move, ptp_relative_move):
@@ -126,7 +126,7 @@ def state(controller: Controller) -> tuple[object, ...]:
     st.one_of(st.none(), st.floats(-3.2, 3.2)),
     st.integers(0, 100),
 )
-def test_reachable_means_that_the_move_would_be_accepted_and_asking_changes_nothing(
+def test_a_move_to_a_reachable_target_is_accepted_and_the_question_changes_nothing(
     target: Frame, redundancy: float | None, ticks: int
 ) -> None:
     asked, silent, line, ptp = (SteppedRobot() for _ in range(4))

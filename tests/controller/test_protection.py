@@ -94,7 +94,7 @@ def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes
     assert len(robot.faults) == 1
 
 
-def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
+def test_after_a_reset_the_robot_may_move_out_but_not_farther_in() -> None:
     robot = watched(floor_mm=5.0)
     start = robot.controller.tool_frame()
     robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))

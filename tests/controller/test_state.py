@@ -95,7 +95,7 @@ def test_the_schema_describes_every_field_and_no_other() -> None:
 
 
 @pytest.mark.requirement("FRA007", "FRC017", "FRC018")
-def test_a_snapshot_holds_what_the_controller_says() -> None:
+def test_a_snapshot_agrees_with_the_controller() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     controller.load.wrench = (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
@@ -115,7 +115,7 @@ def test_a_snapshot_holds_what_the_controller_says() -> None:
     assert snapshot(controller).status == "stopped"
 
 
-def test_a_clock_in_haste_knows_whether_the_robot_will_stop_by_itself() -> None:
+def test_under_way_is_true_if_the_robot_will_stop_without_a_command() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     assert not controller.under_way

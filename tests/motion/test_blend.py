@@ -50,7 +50,7 @@ def cut_m(run: Run, corner: int) -> float:
 
 @pytest.mark.requirement("FRC012", "FRC015")
 @both
-def test_a_square_is_cut_within_the_spheres_and_the_sooner_the_larger_they_are(name: str) -> None:
+def test_a_square_is_blended_within_the_spheres_and_faster_with_larger_ones(name: str) -> None:
     squares = {radius_mm: square(name, radius_mm) for radius_mm in (0.0, 30.0, SIDE_MM / 2.0)}
     for radius_mm, recorder in squares.items():
         assert_keeps_all_promises(recorder)
@@ -81,7 +81,7 @@ def test_very_short_moves_between_long_ones_are_no_slower_than_stops(name: str) 
 
 @pytest.mark.requirement("FRC012", "FRC015")
 @pytest.mark.parametrize(("name", "speed_rel"), [(ARMS[0], 0.3), (ARMS[1], 0.2)])
-def test_lines_in_one_direction_go_on_at_full_speed(name: str, speed_rel: float) -> None:
+def test_lines_in_one_direction_continue_at_full_speed(name: str, speed_rel: float) -> None:
     whole, parted = in_the_open(name), in_the_open(name)
     whole.lin(0.0, 300.0, 0.0, 0.0, speed_rel)
     whole.finish()
@@ -93,7 +93,7 @@ def test_lines_in_one_direction_go_on_at_full_speed(name: str, speed_rel: float)
 
 
 @pytest.mark.requirement("FRC015")
-def test_a_chain_of_short_moves_runs_steadily() -> None:
+def test_a_blended_sequence_of_short_moves_runs_steadily() -> None:
     """As from a CAM program: moves of 2 mm along half a circle, blended by 1 mm."""
     recorder = in_the_open(ARMS[0])
     angles = np.linspace(0.0, np.pi, 51)
@@ -111,7 +111,7 @@ def test_a_chain_of_short_moves_runs_steadily() -> None:
 
 @pytest.mark.requirement("FRC015")
 @both
-def test_a_joint_move_blends_over_a_tenth_of_its_way(name: str) -> None:
+def test_a_joint_move_blends_over_a_tenth_of_its_distance(name: str) -> None:
     recorder = in_the_open(name)
     home = ROOMY[name]
     for offsets in (
@@ -152,7 +152,7 @@ def test_joint_moves_along_a_position_limit_blend_and_keep_the_limit(name: str) 
 @pytest.mark.requirement("FRC014", "FRC015")
 @settings(phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(name=names, left=st.integers(-30, 330), following=st.sampled_from([0.05, 0.4, 1.0]))
-def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
+def test_a_move_appended_at_any_time_keeps_paths_and_limits_and_ends_no_later(
     name: str, left: int, following: float
 ) -> None:
     whole = in_the_open(name)
@@ -211,7 +211,7 @@ def chains_of(name: str, **kind: Any) -> st.SearchStrategy[list[Any]]:
 @pytest.mark.parametrize("name", ALL_ROBOTS)
 @SETTINGS
 @given(data=st.data())
-def test_chains_sent_at_once_keep_their_promises_and_are_no_slower_than_stops(
+def test_sequences_sent_at_once_keep_paths_and_limits_and_are_no_slower_than_stops(
     name: str, data: st.DataObject
 ) -> None:
     recorder = recorded(data.draw(chains_of(name, kinds=FRAME_KINDS, at_once=True)), name)
@@ -222,7 +222,7 @@ def test_chains_sent_at_once_keep_their_promises_and_are_no_slower_than_stops(
 @pytest.mark.requirement("FRC003", "FRC005", "FRC012", "FRC013", "FRC014", "FRC015", "FRC016", "FRC025")
 @SETTINGS
 @given(data=st.data(), name=names, rate_hz=st.sampled_from([100, 250, 500, 1000]))
-def test_chains_keep_their_promises_whatever_is_done_in_their_midst(
+def test_sequences_keep_paths_and_limits_when_stopped_or_changed_in_mid_motion(
     data: st.DataObject, name: str, rate_hz: int
 ) -> None:
     """Moves of all kinds, and at any time between them stops and overrides.

@@ -64,7 +64,7 @@ def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
 
 
 @pytest.mark.requirement("FRC014", "FRC021")
-def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it() -> None:
+def test_a_move_impossible_from_there_is_reported_and_dropped_with_those_behind_it() -> None:
     robot = SteppedRobot()
     mirrored = [0.0, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
     beside = [0.1, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
@@ -95,7 +95,7 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     assert_within_limits(robot)
 
 
-def test_a_move_that_nothing_can_follow_is_cancelled_before_it_has_begun() -> None:
+def test_cancelling_before_the_start_drops_a_move_that_is_impossible_from_there() -> None:
     robot = SteppedRobot()
     for bent in (0.0, 0.1):  # the second one, a line, begins with the arm bent the other way
         target = [bent, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]

@@ -89,7 +89,7 @@ def over_optimum(corner: dict[str, Any], joints: Sequence[object]) -> float:
 @pytest.mark.slow
 @pytest.mark.requirement("FRC009", "FRC012", "FRC015")
 @both
-def test_corners_are_near_their_optimum_and_never_later_than_exact_stops(robot: str) -> None:
+def test_blends_are_near_their_optimum_and_never_slower_than_exact_stops(robot: str) -> None:
     ratios = []
     for corner in corners(robot):
         blended, exact = taken(robot, corner), taken(robot, corner, blending=False)
@@ -103,7 +103,7 @@ def test_corners_are_near_their_optimum_and_never_later_than_exact_stops(robot: 
 
 @pytest.mark.requirement("FRC012", "FRC015")
 @both
-def test_the_named_corners_are_passed_at_speed_near_their_optimum(robot: str) -> None:
+def test_the_named_blends_are_passed_at_speed_near_their_optimum(robot: str) -> None:
     for corner in corners(robot):
         if corner["name"] in SLOWEST_MM_S:
             joints, stepped = taken(robot, corner), SteppedRobot(robot)

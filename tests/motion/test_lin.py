@@ -77,7 +77,7 @@ def test_long_lines_from_anywhere_are_straight_and_keep_all_limits(name: str) ->
 
 
 @pytest.mark.requirement("FRC009")
-def test_a3_is_kept_without_and_goes_evenly_with_a_redundancy() -> None:
+def test_a3_is_kept_without_a_redundancy_and_moves_evenly_with_one() -> None:
     robot = SteppedRobot()
     target = robot.controller.tool_frame()._replace(y_mm=150.0)
     goes_straight_to(robot, target)
@@ -164,7 +164,7 @@ def test_lines_near_singular_poses_are_straight_and_calm_or_refused(
     assert refusal(robot, robot.tcp_frame(end.tolist()), speed_rel) in CODES
 
 
-def test_a_line_to_joints_on_another_branch_says_what_lies_between() -> None:
+def test_a_line_to_joints_on_another_branch_names_the_singular_pose() -> None:
     robot = SteppedRobot()
     robot.goes_to((0.3, 0.6, 0.4, -1.3, 0.3, 0.9, -0.5))
     inverse, here = Inverse(robot.model), robot.controller.joints
@@ -220,7 +220,7 @@ def test_a_line_to_joint_positions_ends_in_them(name: str, offsets: tuple[float,
 
 @pytest.mark.requirement("FRC009")
 @pytest.mark.parametrize("a6_deg", [-340, 170])
-def test_a_joint_goes_on_through_half_a_turn_and_further(a6_deg: int) -> None:
+def test_a_joint_turns_continuously_beyond_half_a_turn(a6_deg: int) -> None:
     """Turning about the axis of A6: the inverse starts again at 180 deg, the joint does not."""
     robot = SteppedRobot(KR6)
     robot.goes_to([*robot.description.home[:5], radians(a6_deg)])
@@ -249,7 +249,7 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 @given(parts=st.tuples(*[st.floats(0.01, 0.99)] * 7))
-def test_where_ptp_is_named_as_the_way_out_it_is_one(name: str, parts: tuple[float, ...]) -> None:
+def test_a_ptp_that_a_reason_recommends_is_accepted(name: str, parts: tuple[float, ...]) -> None:
     robot = SteppedRobot(name)
     controller, d = robot.controller, robot.description
     ranges = zip(d.position_min, d.position_max, parts, strict=False)

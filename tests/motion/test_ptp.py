@@ -78,7 +78,7 @@ def test_joint_moves_are_straight_and_exact_and_take_little_longer_than_the_opti
 @pytest.mark.requirement("FRC005", "FRC008")
 @BOTH
 @given(data=st.data())
-def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: st.DataObject) -> None:
+def test_ptp_to_a_frame_ends_in_the_frame(description: RobotDescription, data: st.DataObject) -> None:
     robot = SteppedRobot(description)
     target = robot.tcp_frame(data.draw(positions(description)))
     robot.controller.move(ptp_move(target, 1.0, 0.0))
@@ -91,7 +91,7 @@ def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: 
 
 @pytest.mark.requirement("FRC008")
 @given(joints=positions(DESCRIPTIONS[0]))
-def test_ptp_with_redundancy_comes_to_that_a3(joints: tuple[float, ...]) -> None:
+def test_ptp_with_a_redundancy_ends_with_that_a3(joints: tuple[float, ...]) -> None:
     robot = SteppedRobot()
     robot.controller.move(ptp_move(robot.tcp_frame(joints), 1.0, 0.0, joints[2]))
     robot.runs_until_stopped()

@@ -117,7 +117,7 @@ COMMANDS = st.lists(
     seed=st.integers(0, 1000),
     stops=st.booleans(),
 )
-def test_no_limit_is_passed_wherever_it_is_sent_and_a_stop_stays_on_the_course(
+def test_any_targets_keep_the_limits_and_a_stop_stays_on_the_trajectory(
     name: str,
     direct: bool,
     rate_hz: int,
@@ -171,7 +171,7 @@ def fastest_s(way: float, velocity: float, acceleration: float, jerk: float) -> 
 @pytest.mark.requirement("FRA103")
 @both_modes
 @given(name=names, seed=st.integers(0, 10_000), share=st.sampled_from([0.001, 0.03, 1.0]))
-def test_from_rest_it_starts_at_once_and_each_joint_arrives_as_soon_as_can_be(
+def test_from_rest_each_joint_starts_at_once_and_arrives_as_soon_as_possible(
     direct: bool, name: str, seed: int, share: float
 ) -> None:
     robot = Followed(direct, robot=name)
@@ -192,7 +192,7 @@ def test_from_rest_it_starts_at_once_and_each_joint_arrives_as_soon_as_can_be(
         assert (arrived - 1) * robot.tick_s <= least_s <= arrived * robot.tick_s + 0.01
 
 
-def test_sent_where_it_is_it_stays_or_comes_back() -> None:
+def test_a_target_at_the_present_position_keeps_the_robot_or_brings_it_back() -> None:
     robot = Followed()
     robot.heads_for(robot.home)
     robot.step(5)
@@ -207,7 +207,7 @@ def test_sent_where_it_is_it_stays_or_comes_back() -> None:
     assert_within_limits(robot)
 
 
-def test_a_way_on_which_ruckig_fails_is_run() -> None:
+def test_a_trajectory_on_which_ruckig_fails_is_run() -> None:
     """It needs full acceleration for no time at all: four phases of 40 ms."""
     robot = Followed()
     to = robot.home + 0.016 * robot.limits.velocity

@@ -33,7 +33,7 @@ def secret(tmp_path: Path) -> str:
     return str(path)
 
 
-def test_an_option_has_the_same_value_by_each_way(secret: str) -> None:
+def test_an_option_has_the_same_value_from_each_source(secret: str) -> None:
     values = dict(word.replace("SECRET", secret).split("=", 1) for word in VALUES.split())
     options = {option.key: option for option in OPTIONS.values()}
     assert values.keys() == options.keys()
@@ -56,7 +56,7 @@ def test_the_command_line_comes_before_the_environment_and_an_empty_variable_is_
     assert robots(IIWA_SIM_PORT="tcp://10.0.0.7:30000", IIWA_SIM_SERVICE_HOST="10.0.0.7") == robots()
 
 
-def test_unknown_variables_are_warned_of_unless_kubernetes_sets_them() -> None:
+def test_unknown_variables_are_logged_unless_kubernetes_sets_them() -> None:
     variables = {"IIWA_SIM_CLOK": "fast", "IIWA_SIM_PORT_30000_TCP": "tcp://10.0.0.7:30000"}
     assert from_environment(variables) == (
         {},
@@ -131,7 +131,7 @@ def test_the_pages_of_options_and_backdoor_are_current() -> None:
         assert (DOCS / f"{name}.md").read_text(encoding="utf-8") == page(), name
 
 
-def test_an_address_is_taken_as_it_is_printed() -> None:
+def test_a_printed_address_is_accepted() -> None:
     assert from_names({"host": "[::1]"}, Place("keyword", "="))["host"] == "::1"
     assert server("http://[::1]:8080/") == ("::1", [8080])
     assert server("127.0.0.1:30000,54600") == ("127.0.0.1", [30000, 54600])

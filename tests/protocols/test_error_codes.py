@@ -14,7 +14,7 @@ LONGEST_REPLY = 1000
 ROWS = load_error_codes()
 
 
-def test_it_has_the_codes_that_are_given_and_no_others() -> None:
+def test_the_table_has_exactly_the_codes_in_use() -> None:
     given = {
         value
         for module in (errors, nearest, io)
@@ -26,7 +26,7 @@ def test_it_has_the_codes_that_are_given_and_no_others() -> None:
 
 
 @pytest.mark.parametrize("code", ROWS)
-def test_a_row_says_all_of_it_in_a_line_that_help_can_answer(code: int) -> None:
+def test_help_answers_each_code_in_one_line(code: int) -> None:
     row = ROWS[code]
     assert all(text.isascii() and text.isprintable() for text in (row.meaning, row.cause, row.remedy))
     told = helped(load_table("iiwa"), str(code))

@@ -24,7 +24,7 @@ LIN = "lin move : 600 0 500 3 0 3 0.5 0"
 
 
 @pytest.mark.requirement("FRA006", "FRC001")
-def test_moves_reach_the_controller_as_they_were_said():
+def test_moves_reach_the_controller_with_their_values():
     robot = FakeRobot()
     talk = Conversation(robot)
     frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
@@ -61,7 +61,7 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert robot.stops == 1
 
 
-def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
+def test_a_fault_of_the_controller_is_an_error_and_the_session_continues():
     robot = FakeRobot()
     robot.breaks = ZeroDivisionError("ours")
     talk = Conversation(robot)
@@ -88,7 +88,7 @@ def test_telnets_question_after_ctrl_c_is_answered():
     assert talk.hear() == b"hello\r\n"
 
 
-def test_utf_16_is_no_text():
+def test_utf_16_is_rejected():
     talk = Conversation()
     talk.session.receive("hello\n".encode("utf-16-le"))
     assert talk.hear().startswith(b"unknown command\r\n")

@@ -53,7 +53,7 @@ def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Talk]:
 
 
 @given(st.sampled_from(["lbr_iiwa_7_r800", SIX_AXES]), st.integers(0, 10_000))
-def test_what_goa_tells_pta_takes(robot: str, seed: int) -> None:
+def test_joints_from_goa_are_accepted_by_pta(robot: str, seed: int) -> None:
     description = load_robot(robot)
     controller = Controller(description, 0.002)
     rng = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def test_what_goa_tells_pta_takes(robot: str, seed: int) -> None:
     assert talk.ask("PTA", *told).error is None
 
 
-def test_attributes_and_elements_mean_the_same_and_what_is_absent_is_0() -> None:
+def test_attributes_and_elements_are_equivalent_and_absent_values_are_0() -> None:
     _, talk = at_home()
     assert talk.says(attributes("Cmd", {"I0": 5, "I1": 100})) == talk.says(
         b"<Cmd><I0> 5 </I0><I1>\n100</I1></Cmd>"
@@ -96,7 +96,7 @@ SENSELESS: list[tuple[bytes, int, int]] = [
 ]
 
 
-def test_what_makes_no_sense_is_refused_and_changes_nothing_else() -> None:
+def test_wrong_messages_are_rejected_and_change_nothing_else() -> None:
     robot, talk = at_home()
     twin, other = at_home()
     for each in (talk, other):
@@ -123,7 +123,7 @@ def test_what_makes_no_sense_is_refused_and_changes_nothing_else() -> None:
     ],
     ids=lambda wire: repr(wire[:30]),
 )
-def test_what_is_no_xml_is_answered_without_ids_and_ends_the_connection(wire: bytes) -> None:
+def test_bytes_that_are_no_xml_are_answered_without_ids_and_end_the_connection(wire: bytes) -> None:
     robot, talk = at_home()
     found = talk.says(request(1, "FIN") + wire + request(2, "STO"))
     assert [reply.command for reply in found] == [100, 0]

@@ -47,7 +47,7 @@ def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
 
 @example([(b"<Cmd/>\0\xef\xbb\xbf", {}), (b"\xef\xbb\xbf<Cmd I0='1'/>", {"I0": "1"})], [])
 @given(st.lists(messages(), max_size=4), st.lists(st.integers(1, 40), max_size=20))
-def test_messages_come_whole_however_they_are_cut(
+def test_messages_are_the_same_from_any_packets(
     sent: list[tuple[bytes, dict[str, str]]], lengths: list[int]
 ) -> None:
     wire = b"".join(one for one, _ in sent)
@@ -91,7 +91,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("wire", BROKEN, ids=lambda wire: repr(wire[:30]))
-def test_what_is_no_message_breaks_the_stream_for_good(wire: bytes) -> None:
+def test_a_malformed_message_breaks_the_stream_for_good(wire: bytes) -> None:
     assert read(b"<Cmd I0='1'/>" + wire, b"", ends=True) == [
         Element("Cmd", {"I0": "1"}, ""),
         BROKEN[wire],
@@ -101,7 +101,7 @@ def test_what_is_no_message_breaks_the_stream_for_good(wire: bytes) -> None:
         assert in_parts == [BROKEN[wire]]
 
 
-def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
+def test_the_longest_message_is_accepted_and_one_byte_more_is_not() -> None:
     start, end = b"<Cmd><I0>", b"</I0></Cmd>"
     digits = MAX_MESSAGE_BYTES - len(start) - len(end)
     assert read(start + b"1" * digits + end) == [Element("Cmd", {"I0": "1" * digits}, "")]

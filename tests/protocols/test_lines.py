@@ -41,7 +41,7 @@ def read_by_the_book(stream: bytes) -> list[bytes]:
 
 
 @given((streams(text, ends) | streams(long_text, ends)).flatmap(lambda s: st.tuples(st.just(s), cut(s))))
-def test_lines_are_the_same_however_the_stream_is_cut_and_long_ones_are_told_of_once(case):
+def test_lines_are_the_same_from_any_packets_and_long_ones_are_reported_once(case):
     stream, packets = case
     assert lines_of(packets) == read_by_the_book(stream)
 
@@ -52,7 +52,7 @@ def test_telnets_commands_are_no_part_of_a_line(packets):
 
 
 @pytest.mark.parametrize("flood", [b"x" * 50_000, b"\xff" * 49_999, b"\0" * 50_000])
-def test_what_is_held_is_bounded(flood):
+def test_buffered_bytes_are_bounded(flood):
     splitter = LineSplitter()
     for _ in range(20):
         splitter.feed(flood)

@@ -60,7 +60,7 @@ def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
         ("set override : 0.5 0.5", 1),
     ],
 )
-def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, count: int) -> None:
+def test_surplus_values_are_ignored_and_logged_once_for_each_command(line: str, count: int) -> None:
     talk = Conversation(Controller(load_robot(), 0.002))
     wanted = "reachable" if line.startswith("is") else "done"
     assert [talk.ask(line) for _ in range(3)] == [wanted] * 3
@@ -73,7 +73,7 @@ def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, cou
     assert not talk.journal.refusals
 
 
-def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
+def test_a_strict_server_rejects_surplus_values_and_names_the_expected_ones() -> None:
     talk = Conversation(Controller(load_robot(), 0.002), strict=True)
     assert talk.ask(f"joint move : {SEVEN} {ONES} 10") == "error"
     assert talk.ask("get error") == "3040 joint move takes j0..j6 v0..v6: 14 values, got 15"

@@ -40,7 +40,7 @@ class Reader:
     st.lists(st.sampled_from([b"stop", b"stopp", b"bye", b"joint move : 1", b"", b"\xff\xf4\xff\xfd\x06"])),
     st.data(),
 )
-def test_stops_among_anything_else_cut_anywhere_are_counted(lines, data):
+def test_stop_lines_are_counted_among_other_bytes_in_any_packets(lines, data):
     reader = Reader()
     reader.says(*data.draw(cut(b"".join(line + b"\n" for line in lines))))
     assert reader.robot.stops == lines.count(b"stop")
@@ -56,7 +56,7 @@ def test_stops_among_anything_else_cut_anywhere_are_counted(lines, data):
         b"stop now",
     ],
 )
-def test_anything_else_is_refused_and_does_nothing(line):
+def test_other_lines_are_rejected_and_do_nothing(line):
     reader = Reader()
     assert reader.says(line + b"\r\n") == b""
     assert (reader.robot.stops, reader.robot.moves) == (0, [])
@@ -67,7 +67,7 @@ def test_anything_else_is_refused_and_does_nothing(line):
 
 
 @pytest.mark.requirement("FRA201", "FRA007")
-def test_lines_are_what_the_main_port_says_at_every_tick():
+def test_lines_agree_with_the_main_port_at_every_tick():
     controller = Controller(load_robot(), 0.002)
     talk = Conversation(controller)
     assert state(status_line(controller))["tick"] == 0

@@ -58,7 +58,7 @@ def test_angles_of_more_than_a_turn_are_remarked() -> None:
 
 
 @given(taking_numbers, st.integers(0, 20))
-def test_too_few_parameters_are_an_error_and_those_beyond_are_counted(command, count):
+def test_too_few_parameters_are_an_error_and_surplus_ones_are_counted(command, count):
     known = (*command.parameters, *command.optional)
     words = ([fitting(each) for each in known] + ["0.5"] * count)[:count]
     line = f"{command.name} : {' '.join(words)}"
@@ -75,5 +75,5 @@ def test_too_few_parameters_are_an_error_and_those_beyond_are_counted(command, c
     ["", " ", "\t \t", ":", " : ", "::", "get status::", "get status : :", "lin move : 1 : 2", "getstatus",
      "get", "lin move 1 2", "hello robot", "get\x0bstatus", "g\u00eat status", "\u017ftop"],
 )  # fmt: skip
-def test_what_names_no_command_is_unknown(line):
+def test_an_unknown_name_is_an_unknown_command(line):
     assert refusal(line) == UNKNOWN_COMMAND

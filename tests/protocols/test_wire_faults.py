@@ -13,7 +13,7 @@ REPLIES = st.lists(st.binary(max_size=12).map(lambda b: bytes(32 + x % 95 for x 
 
 
 @given(replies=REPLIES, seed=st.integers(0, 2**32 - 1))
-def test_garbled_is_all_but_the_line_end_and_the_same_for_a_seed(replies: list[bytes], seed: int) -> None:
+def test_a_garbled_reply_keeps_its_line_end_and_depends_on_the_seed(replies: list[bytes], seed: int) -> None:
     garbled = []
     for _ in range(2):
         faults = WireFaults()

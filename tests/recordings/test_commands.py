@@ -44,7 +44,7 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[in
     return code, out, err
 
 
-def test_plot_draws_what_is_in_it(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plot_draws_a_recording(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By what draws a file of commands, too, and from a file of any name."""
     (named := tmp_path / "run.txt").hardlink_to(run)
     drawn: list[Motion] = []

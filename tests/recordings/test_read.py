@@ -60,7 +60,7 @@ def outcome(data: bytes) -> tuple[int, bool] | str:
 @settings(max_examples=some(60))
 @given(share=st.floats(0.0, 1.0), change=st.none() | st.integers(1, 255))
 @example(share=0.0, change=None)
-def test_a_cut_or_a_wrong_byte_costs_what_follows_it_at_most(share: float, change: int | None) -> None:
+def test_a_cut_or_a_wrong_byte_loses_later_messages_only(share: float, change: int | None) -> None:
     place = min(round(share * len(whole())), len(whole()) - 1)
     data = bytearray(whole()[:place] if change is None else whole())
     if change is not None:

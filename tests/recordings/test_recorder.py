@@ -94,7 +94,7 @@ def test_times_are_those_of_the_robot(session: Path) -> None:
     assert periods == {VIEW_PERIOD_NS}
 
 
-def test_events_tell_what_happens(session: Path) -> None:
+def test_events_of_a_session_are_recorded(session: Path) -> None:
     events = contents(session, EVENTS)
     told = [(event["kind"], event["move"], event["code"], event["text"]) for event in events]
     assert ("mode", 0, 0, "unknown -> normal") in told
@@ -117,7 +117,7 @@ def test_events_tell_what_happens(session: Path) -> None:
     assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "emergency_stop(False)"]
 
 
-def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
+def test_frames_agree_with_the_recorded_state(session: Path) -> None:
     """The chain of frames from the base to the flange, multiplied, is the flange frame of that tick."""
     states = {found.log_ns: found.content for found in found_in(session, STATE)}
     for found in found_in(session, FRAMES)[::20]:
@@ -139,7 +139,7 @@ def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
             assert pose_of(name).rotation == pytest.approx(wanted.rotation, abs=1e-6)
 
 
-def test_the_meshes_of_the_arm_are_told_once(session: Path) -> None:
+def test_the_meshes_of_the_arm_are_recorded_once(session: Path) -> None:
     (arm,) = contents(session, ARM)
     links = {entity["id"]: entity["models"] for entity in arm["entities"] if entity["models"]}
     assert list(links) == [f"iiwa_link_{number}" for number in range(8)]

@@ -38,7 +38,7 @@ def below(mesh: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("name", ALL_ROBOTS)
-def test_capsules_and_shapes_of_links_fit_both_ways(name: str) -> None:
+def test_capsules_and_shapes_of_links_bound_each_other(name: str) -> None:
     description, bound, rng = load_robot(name), BOUND_MM[name], np.random.default_rng(0)
     for turn in TURNS_RAD if MANY else TURNS_RAD[1:]:
         for link, (near, own) in meshes(description, turn).items():

@@ -15,7 +15,7 @@ from iiwa_sim.robot.model import Model
 from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, copy_of_robot, edit, use
 
 
-def test_the_arms_that_come_along() -> None:
+def test_the_built_in_arms() -> None:
     assert set(built_in_robots()) == set(BUILT_IN)
     assert load_robot() == load_robot("lbr_iiwa_7_r800")
 

@@ -107,7 +107,7 @@ FAULTS = [
 
 
 @pytest.mark.parametrize(("spoil", "file", "key", "value"), FAULTS)
-def test_a_fault_is_one_line_that_says_where_and_what(
+def test_a_fault_is_one_line_with_place_and_reason(
     tmp_path: Path,
     capfd: pytest.CaptureFixture[str],
     spoil: Callable[[Path], None],
@@ -129,7 +129,7 @@ def test_a_fault_is_one_line_that_says_where_and_what(
 
 
 @pytest.mark.parametrize("folder", ["", "/no/such/arm", "x" * 300, "/tmp" + "/x" * 5000, "no\0such"])
-def test_a_folder_that_cannot_be(folder: str) -> None:
+def test_an_unusable_folder(folder: str) -> None:
     with pytest.raises(RobotFault, match=r"^robot .*: expected a folder, or one of .*iiwa_7") as fault:
         use(folder)
     assert str(fault.value).isprintable()
@@ -141,7 +141,7 @@ def test_a_folder_that_cannot_be(folder: str) -> None:
     ["nonsense", "", "<robot name='x'><link", "<a>" * 100_000, "<!DOCTYPE a>\n<?xml version='1.0'?>\n<a/>"],
     ids=["nonsense", "empty", "truncated", "deep", "doctype first"],
 )
-def test_a_urdf_that_is_not_xml_is_told_by_the_simulator(tmp_path: Path, text: str) -> None:
+def test_a_urdf_that_is_not_xml_is_reported_by_the_simulator(tmp_path: Path, text: str) -> None:
     """The simulator looks at the limits in it first of all."""
     folder = copy_of_robot(tmp_path / "robot")
     (folder / "robot.urdf").write_text(text)
@@ -150,7 +150,7 @@ def test_a_urdf_that_is_not_xml_is_told_by_the_simulator(tmp_path: Path, text: s
     assert "\n" not in str(fault.value)
 
 
-def test_the_program_ends_with_that_line(tmp_path: Path) -> None:
+def test_the_program_ends_with_the_line_of_the_fault(tmp_path: Path) -> None:
     folder = copy_of_robot(tmp_path / "mine")
     edit(folder / "robot.urdf", CYLINDER, CYLINDER.replace("0.098", "0,098"))
     line = refused("--port", "0", "--robot", str(folder))

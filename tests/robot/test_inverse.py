@@ -177,12 +177,12 @@ def test_out_of_reach_is_none(name: str, redundancy: float, status: int, beyond_
         ((0, -170, -30, 0, 0, 0), 0b001),
     ],
 )
-def test_status_is_what_kuka_means_by_it(joints_deg: tuple[int, ...], status: int) -> None:
+def test_status_has_kukas_meaning(joints_deg: tuple[int, ...], status: int) -> None:
     assert arm_named(SIX_AXES).inverse.status([math.radians(value) for value in joints_deg]) == status
 
 
 @pytest.mark.parametrize("axis", range(6))
-def test_joints_may_turn_the_other_way(tmp_path: Path, axis: int) -> None:
+def test_joints_may_turn_in_the_other_direction(tmp_path: Path, axis: int) -> None:
     """Another arm of the kind: a joint that turns the other way, and with it its limits."""
     folder = copy_of_robot(tmp_path / "mine", SIX_AXES)
     pieces = re.split(r'(<axis xyz="[^"]*"/>)', (folder / "robot.urdf").read_text())
@@ -212,7 +212,7 @@ def test_joints_may_turn_the_other_way(tmp_path: Path, axis: int) -> None:
         ('"0.455 0 0"/>\n    <axis', '"0 0 0"/>\n    <axis', "kinematics = 'opw'"),
     ],
 )
-def test_what_is_no_such_arm_is_said_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_an_unsupported_arm_is_reported_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     folder = copy_of_robot(tmp_path / "mine", SIX_AXES)
     joints = (folder / "robot.urdf").read_text().split("<joint ", 1)
     assert old in joints[1]

@@ -44,7 +44,7 @@ SIX, FLANGE = "kr_6_r900_sixx", "flange"
         (SIX, FLANGE, (10, -80, 70, 20, 30, 40), (575.025, -115.284, 930.502), (-120.285, 27.642, -110.644)),
     ],
 )
-def test_flange_is_where_the_real_arm_has_it(
+def test_the_flange_is_where_it_is_on_the_real_arm(
     robot: str,
     flange: str,
     joints_deg: tuple[float, ...],
@@ -60,13 +60,13 @@ def test_flange_is_where_the_real_arm_has_it(
 
 @pytest.mark.requirement("FRO001")
 @pytest.mark.parametrize(("robot", "weight_kg"), [(SEVEN, 23.9), (FOURTEEN, 29.9)])
-def test_urdf_weighs_what_the_arm_weighs(robot: str, weight_kg: float) -> None:
+def test_the_urdf_has_the_mass_of_the_arm(robot: str, weight_kg: float) -> None:
     links = ET.fromstring(arm_named(robot).description.urdf).iter("mass")
     assert sum(float(mass.attrib["value"]) for mass in links) == pytest.approx(weight_kg, abs=1e-9)
 
 
 @pytest.mark.requirement("FRO001")
-def test_urdf_has_a_body_to_look_at_and_to_collide_with(arm: Arm) -> None:
+def test_the_urdf_has_visual_and_collision_bodies(arm: Arm) -> None:
     robot = ET.fromstring(arm.description.urdf)
     moved = [joint.find("child") for joint in robot.findall("joint[@type='revolute']")]
     names = [child.attrib["link"] for child in moved if child is not None]
@@ -127,7 +127,7 @@ def by_pinocchio(model: Model, q: list[float]) -> tuple[Transform, np.ndarray]:
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(q=positions)
-def test_pinocchio_finds_the_same(name: str, q: list[float]) -> None:
+def test_pinocchio_agrees(name: str, q: list[float]) -> None:
     model = MODELS[name]
     q = q[: model.joint_count]
     tcp = model.tcp(TOOL)

@@ -41,7 +41,7 @@ def pairs(arm: Arm, seed: int, count: int) -> list[tuple[list[float], list[float
 
 
 @pytest.mark.requirement("FRC005", "FRC006")
-def test_redundancy_and_status_are_kept_where_that_serves(arm: Arm) -> None:
+def test_redundancy_and_status_are_kept_if_the_target_is_then_in_reach(arm: Arm) -> None:
     kept = 0
     for present, there in pairs(arm, 30, 100):
         flange = arm.model.flange(there)
@@ -92,7 +92,7 @@ def test_otherwise_another_branch_unless_the_status_is_to_be_kept(arm: Arm) -> N
 
 
 @pytest.mark.requirement("FRC005")
-def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
+def test_a_given_redundancy_is_used_exactly(arm: Arm) -> None:
     kept = changed = 0
     for present, there in pairs(arm, 34, 60):
         flange = arm.model.flange(there)

@@ -50,7 +50,7 @@ def test_a_list_is_carried_out_in_order_with_a_result_each(robot: RosRobot) -> N
         ("LIN", {"blending_type": "PERCENT", "blending": [30]}),
     ],
 )
-def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict[str, Any]) -> None:
+def test_moves_blend_as_requested(robot: RosRobot, kind: str, blending: dict[str, Any]) -> None:
     robot.goes_to(A)
     target = {"PTP": ptp, "LIN": lambda n, q, **f: lin(robot, n, q, **f)}[kind]
     robot.gets(target(1, B, **blending), target(2, C))
@@ -64,7 +64,7 @@ def test_moves_blend_as_they_are_told(robot: RosRobot, kind: str, blending: dict
 
 
 @pytest.mark.requirement("FRC021")
-def test_what_cannot_be_reached_gets_its_code_and_those_before_are_done(robot: RosRobot) -> None:
+def test_an_unreachable_target_gets_its_code_after_the_moves_before_it(robot: RosRobot) -> None:
     robot.gets(ptp(1, A), ptp(2, (9.0, *A[1:])), ptp(3, B))
     robot.runs_until_results(3)
     assert robot.results == [(1, SUCCESS), (2, CANNOT), (3, CANNOT)]
@@ -75,7 +75,7 @@ def test_what_cannot_be_reached_gets_its_code_and_those_before_are_done(robot: R
 
 
 @pytest.mark.requirement("FRC013", "FRC016")
-def test_a_list_that_replaces_stops_what_runs(robot: RosRobot) -> None:
+def test_a_replacing_list_stops_the_running_one(robot: RosRobot) -> None:
     robot.gets(ptp(1, B), ptp(2, A))
     robot.step(100)
     robot.gets(ptp(3, C), replace=True)
@@ -86,7 +86,7 @@ def test_a_list_that_replaces_stops_what_runs(robot: RosRobot) -> None:
     assert_within_limits(robot)
 
 
-def test_smart_commands_wait_for_each_other_or_take_their_place(robot: RosRobot) -> None:
+def test_smart_commands_wait_for_each_other_or_replace_each_other(robot: RosRobot) -> None:
     robot.goes_to(A)
     robot.gets(command(1, "SMART", "JOINTS", B), command(2, "SMART", "JOINTS", A))
     robot.runs_until_results(1)
@@ -105,7 +105,7 @@ def test_smart_commands_wait_for_each_other_or_take_their_place(robot: RosRobot)
 
 
 @pytest.mark.parametrize("kind", ["LINFORCE", "PTPFORCE"])
-def test_a_force_move_ends_at_a_contact_with_success_and_the_list_goes_on(robot: RosRobot, kind: str) -> None:
+def test_a_force_move_succeeds_at_a_contact_and_the_list_continues(robot: RosRobot, kind: str) -> None:
     robot.goes_to(A)
     x, y, z, *angles = robot.tcp_frame(A)
     down = [x / 1e3, y / 1e3, z / 1e3 - 0.2, *angles]
@@ -121,7 +121,7 @@ def test_a_force_move_ends_at_a_contact_with_success_and_the_list_goes_on(robot:
     assert robot.controller.joints == pytest.approx(A)
 
 
-def test_an_emergency_stop_ends_all_and_refuses_new_ones(robot: RosRobot) -> None:
+def test_an_emergency_stop_ends_all_commands_and_rejects_new_ones(robot: RosRobot) -> None:
     robot.gets(ptp(1, A), ptp(2, B), command(3, "SMART", "JOINTS", C))
     robot.step(50)
     robot.controller.emergency_stop()
@@ -167,12 +167,12 @@ def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
 
 @pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize(("value", "scale"), [(0.5, 0.5), (-0.1, 0.01), (1.5, 1.0)])
-def test_scale_speed_crops(robot: RosRobot, value: float, scale: float) -> None:
+def test_scale_speed_limits_its_value(robot: RosRobot, value: float, scale: float) -> None:
     assert robot.calls("/scale_speed", value=value) == {}
     assert robot.controller.override == scale
 
 
-def test_scale_speed_0_stops_and_cancels_and_holds_what_comes(robot: RosRobot) -> None:
+def test_scale_speed_0_stops_and_cancels_and_pauses_new_commands(robot: RosRobot) -> None:
     robot.gets(ptp(1, A), ptp(2, B))
     robot.step(60)
     robot.notice_mode()

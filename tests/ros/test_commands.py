@@ -152,5 +152,5 @@ def test_speeds_blending_forces_and_accelerations(fields: dict[str, Any], read_a
         ({"velocity": [inf]}, "velocity: expected finite numbers"),
     ],
 )
-def test_what_is_not_supported_is_refused_with_its_reason(fields: dict[str, Any], words: str) -> None:
+def test_unsupported_commands_are_rejected_with_a_reason(fields: dict[str, Any], words: str) -> None:
     assert words in refusal(**fields)

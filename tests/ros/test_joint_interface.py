@@ -110,7 +110,7 @@ def test_tolerances_have_the_codes_of_joint_trajectory_controller(
     assert (result["status"], result["values"]["error_code"], result["result"]) == (status, code, True)
 
 
-def test_points_and_ends_are_taken_as_joint_trajectory_controller_takes_them(
+def test_points_and_ends_are_accepted_as_by_joint_trajectory_controller(
     client: Client, robot: RosRobot
 ) -> None:
     """Times rise by as little as 1 ns, and the last velocity is 0 in a float32."""
@@ -141,7 +141,7 @@ def test_points_and_ends_are_taken_as_joint_trajectory_controller_takes_them(
         ({"action": "/other"}, "there is no action /other"),
     ],
 )
-def test_a_goal_that_is_rejected_says_why_and_moves_nothing(
+def test_a_rejected_goal_has_a_reason_and_moves_nothing(
     client: Client, robot: RosRobot, fields: dict[str, Any], words: str
 ) -> None:
     said = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory([(1.0, AWAY)])}}
@@ -177,7 +177,7 @@ def test_a_goal_while_the_emergency_stop_is_pressed_and_after_a_reset(
     assert responses["action_result"]["values"] == {"error_code": -1, "error_string": "stopped"}
 
 
-def test_trajectories_come_by_topic_and_a_bad_one_is_told(client: Client, robot: RosRobot) -> None:
+def test_trajectories_come_by_topic_and_a_bad_one_is_reported(client: Client, robot: RosRobot) -> None:
     kind = "trajectory_msgs/msg/JointTrajectory"
     assert client.says("advertise", topic=TRAJECTORY, type=kind) == []
     assert client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY)])) == []
@@ -189,7 +189,7 @@ def test_trajectories_come_by_topic_and_a_bad_one_is_told(client: Client, robot:
     assert robot.controller.joints == tuple(AWAY)
 
 
-def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
+def test_ros2_control_drives_the_robot_by_the_topics_of_its_hardware_interface(
     client: Client, robot: RosRobot
 ) -> None:
     client.says("subscribe", topic=STATES, type="sensor_msgs/msg/JointState", queue_length=1000)

@@ -78,7 +78,7 @@ def test_each_command_starts_a_robot_with_options_that_it_has(file: str, argumen
     assert robots(*words)[""].ros2
 
 
-def test_moveit_is_told_the_robot_and_where_its_action_is() -> None:
+def test_moveit_gets_the_robot_and_the_name_of_its_action() -> None:
     (line,) = [each for each in LINES if "moveit" in each[0]]
     nodes = {each.named.get("executable"): each.named for each in started_by(*line)}
     told: dict[str, Any] = {}

@@ -52,7 +52,7 @@ def test_fields_that_are_not_given_have_the_defaults_of_ros() -> None:
         ({"poses": []}, "`poses` - at `$.commands[0]"),
     ],
 )
-def test_what_does_not_fit_is_refused_with_its_place(fields: dict[str, Any], where: str) -> None:
+def test_a_wrong_field_is_rejected_with_its_place(fields: dict[str, Any], where: str) -> None:
     with pytest.raises(BadMessage) as refused:
         checked({"commands": [fields]}, LIST)
     assert where in str(refused.value)

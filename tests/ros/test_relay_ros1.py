@@ -136,7 +136,7 @@ def test_a_users_node_and_a_tool_drive_the_robot(robot: Process) -> None:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
 
 
-def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_master_the_end_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not Path("/usr/lib/python3/dist-packages/rospy").is_dir():
         lacks("ROS 1 of Debian's packages")
     uri = "http://127.0.0.1:1"

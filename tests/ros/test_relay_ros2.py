@@ -100,7 +100,7 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
 
 
 @pytest.mark.slow
-def test_a_namespace_that_is_none_is_told(python: Path) -> None:
+def test_a_wrong_namespace_is_reported(python: Path) -> None:
     said = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
     assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
 
@@ -115,7 +115,7 @@ def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyP
     assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
 
 
-def test_commands_end_with_results_services_answer_and_states_are_told(
+def test_commands_end_with_results_services_answer_and_states_are_published(
     python: Path, robot: Simulator
 ) -> None:
     told: dict[str, Any] = json.loads(succeeds(user(python, "commands")))

@@ -71,7 +71,7 @@ def test_a_call_that_fails_answers_false_and_a_string(
     assert robot.controller.override == 1.0
 
 
-def test_what_tools_ask_when_they_connect(client: Client) -> None:
+def test_questions_of_tools_that_connect_are_answered(client: Client) -> None:
     assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": [ACTION]}
     assert client.calls("/rosapi/topic_type", {"topic": "joint_states"})["values"] == {
         "type": "sensor_msgs/JointState"
@@ -95,7 +95,7 @@ def test_what_tools_ask_when_they_connect(client: Client) -> None:
         ("dance", {}, "op dance: expected advertise"),
     ],
 )
-def test_misuse_is_told_with_the_id_and_changes_nothing(
+def test_misuse_is_answered_with_its_id_and_changes_nothing(
     client: Client, robot: RosRobot, operation: str, fields: dict[str, Any], words: str
 ) -> None:
     assert words in client.is_told(operation, id="mine", **fields)
@@ -122,7 +122,7 @@ ROBOT = RosRobot()
 
 @settings(max_examples=some(30))
 @given(st.lists(st.tuples(_operations | st.text("a/ {\x00\u00e9", max_size=5), _fields), max_size=5))
-def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
+def test_the_session_continues_after_any_input(messages: list[tuple[str, dict[str, Any]]]) -> None:
     client = Client(ROBOT)  # its log raises what is a fault of ours
     for operation, fields in messages:
         client.says(operation, **fields)

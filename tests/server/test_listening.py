@@ -34,7 +34,7 @@ class NoneLeft:
         return self._real.accept()
 
 
-async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so(
+async def test_without_free_descriptors_the_server_retries_and_logs_it(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     scarce = NoneLeft(socket.create_server(("127.0.0.1", 0)), 3)

@@ -66,7 +66,7 @@ def send_all(connection: socket.socket, seed: int, count: int) -> None:
 
 @pytest.mark.requirement("FRA003", "FRA004", "FRA101")
 @pytest.mark.parametrize("commands", [10_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
-def test_as_many_replies_come_as_there_are_commands_and_in_order(commands: int) -> None:
+def test_each_command_has_one_reply_in_order(commands: int) -> None:
     seed, count = 20, commands // BLOCK
     received = 0
     logging.getLogger("iiwa_sim").setLevel(logging.ERROR)

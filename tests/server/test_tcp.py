@@ -23,7 +23,7 @@ def server_of(simulator: Simulator) -> TcpServer:
 
 
 @pytest.mark.requirement("FRA101")
-async def test_a_client_in_a_hurry_does_not_keep_others_waiting(simulator: Simulator) -> None:
+async def test_a_fast_client_does_not_delay_others(simulator: Simulator) -> None:
     hurried, other = await Client.connect(simulator.port), await Client.connect(simulator.port)
     backlog = 20_000
     hurried.send(b"get joint position\n" * backlog)
@@ -103,7 +103,7 @@ async def test_ipv6_is_served() -> None:
         ("a\nb\x1b[2J", 0, r"cannot listen on a\\nb\\x1b\[2J:0: "),
     ],
 )
-async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None, why: str) -> None:
+async def test_an_unusable_address(host: str, port: int | None, why: str) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         where = port if port is not None else taken.getsockname()[1]
         with pytest.raises(ListenFault, match=why) as caught:
@@ -122,7 +122,7 @@ async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None
         b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\nset override : 0.5\n",
     ],
 )
-async def test_nothing_of_what_browsers_send_is_a_command(
+async def test_requests_of_browsers_are_never_commands(
     simulator: Simulator, data: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     client = await Client.connect(simulator.port)

@@ -10,19 +10,19 @@ HERE = ["127.0.0.1:9090"]
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:9090", "localhost", "[::1]:9090", "robot.localhost:1"])
-def test_by_an_address_or_localhost(host: str) -> None:
+def test_requests_by_address_or_localhost_are_admitted(host: str) -> None:
     assert WebAccess().refusal([host], []) is None
 
 
 @pytest.mark.parametrize("origin", ["http://localhost:3000", "https://127.0.0.1", "http://[::1]:8080"])
-def test_pages_of_this_machine(origin: str) -> None:
+def test_pages_of_this_machine_are_admitted(origin: str) -> None:
     assert WebAccess().refusal(HERE, [origin]) is None
 
 
 @pytest.mark.parametrize(
     "origin", ["http://evil.example", "null", "http://localhost.evil.example", "x\x1b[2J", ""]
 )
-def test_pages_of_others_are_refused_in_one_line(origin: str) -> None:
+def test_pages_of_other_sites_are_rejected_in_one_line(origin: str) -> None:
     told = WebAccess().refusal(HERE, [origin])
     assert told is not None
     assert told.isprintable()

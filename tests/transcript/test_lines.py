@@ -25,7 +25,7 @@ from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
         ("\ud800\x1b[2J\n", r"\x1b"),
     ],
 )
-def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> None:
+def test_a_malformed_transcript_is_reported_with_its_line(text: str, told: str) -> None:
     with pytest.raises(TranscriptFault) as caught:
         read("one.txt", text)
     assert told in str(caught.value)
@@ -34,7 +34,7 @@ def test_what_is_no_transcript_is_told_with_its_line(text: str, told: str) -> No
 
 
 @given(st.binary())
-def test_any_line_can_be_written_and_is_sent_as_it_was(line: bytes) -> None:
+def test_any_line_is_recorded_and_sent_unchanged(line: bytes) -> None:
     written = repr(line)[2:-1]
     transcript = read("one", f"> {written}\n<? \n")
     (said, _) = transcript.steps
@@ -43,7 +43,7 @@ def test_any_line_can_be_written_and_is_sent_as_it_was(line: bytes) -> None:
 
 
 @given(st.text('<>?#[]{} .:09ac\\"\n\r\t\x00\x1b\u00e9\u2028\ufeff'))
-def test_any_text_is_read_or_told_of(text: str) -> None:
+def test_any_text_is_read_or_rejected(text: str) -> None:
     try:
         transcript = read("one", text)
     except TranscriptFault:

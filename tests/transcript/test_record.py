@@ -12,7 +12,7 @@ from iiwa_sim.transcript.lines import Kind, read_file
 from iiwa_sim.transcript.record import recorded
 
 
-def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
+def test_other_events_are_comments(tmp_path: Path) -> None:
     dialogue = Dialogue(lambda: 1.0)
     path = tmp_path / "session.txt"
     with recorded(path, dialogue, "a robot"):

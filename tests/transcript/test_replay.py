@@ -17,7 +17,7 @@ async def played(text: str, port: int, timeout_s: float = 30.0) -> list[tuple[in
     return [(each.line, str(each)) for each in found]
 
 
-async def test_every_deviation_is_told_with_its_line(simulator: Simulator) -> None:
+async def test_every_deviation_is_reported_with_its_line(simulator: Simulator) -> None:
     text = "# all wrong\n> hello\n< bye\n> get status\n< stopped\n\n> get mode\n< normal\n> a\\q\n<?\n"
     assert await played(text, simulator.port) == [
         (3, "'hello': expected 'bye', got 'hello'"),
@@ -39,20 +39,20 @@ async def test_several_clients_talk_to_one_robot(simulator: Simulator) -> None:
     assert await played(text, simulator.port) == [], "the robot stopped when its client left"
 
 
-async def test_a_server_that_closes_ends_the_play(simulator: Simulator) -> None:
+async def test_a_server_that_closes_ends_the_replay(simulator: Simulator) -> None:
     found = await played("> bye\n< bye\n> hello\n< hello\n> hello\n< hello\n", simulator.port)
     assert len(found) == 1
     assert found[0][0] in (3, 4)
     assert "connection" in found[0][1].lower()
 
 
-async def test_a_server_that_says_nothing_ends_the_play() -> None:
+async def test_a_silent_server_ends_the_replay() -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         found = await played("> hello\n< hello\n> hello\n< hello\n", silent.getsockname()[1], 0.05)
     assert found == [(2, "'hello': no reply within 0.05 s")]
 
 
-async def test_lines_with_times_are_said_at_their_time(simulator: Simulator) -> None:
+async def test_lines_with_times_are_sent_at_their_time(simulator: Simulator) -> None:
     said: list[tuple[str, int]] = []
     simulator.dialogue.listeners.append(lambda told: said.append((told.text, told.instant_ns)))
     text = "[0.2 0.0] > hello\n[0.2 0.0] < hello\n[0.3 0.0] > get status\n[0.3 0.0] < stopped\n"

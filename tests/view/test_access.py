@@ -50,7 +50,7 @@ def test_pages_of_others_open_nothing(page: Page, origin: str, host: str) -> Non
     assert refused.value.response.status_code == 403
 
 
-def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it() -> None:
+def test_a_browser_sends_the_token_once_and_then_a_cookie() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listening,
         open_page(listening, "swordfish") as page,
@@ -71,7 +71,7 @@ def test_with_a_token_a_browser_sends_it_once_and_a_cookie_stands_for_it() -> No
             viewer.until(lambda message: message["type"] == "ThemeConfigurationMessage")
 
 
-def test_it_hears_a_click_and_shares_itself_with_nobody(page: Page) -> None:
+def test_the_page_gets_clicks_and_is_not_shared(page: Page) -> None:
     server, port = page
     clicked: list[Any] = []
     server.gui.add_button("Click me").on_click(clicked.append)
@@ -93,7 +93,7 @@ def test_it_hears_a_click_and_shares_itself_with_nobody(page: Page) -> None:
     ],
     ids=["text", "no camera", "bytes"],
 )
-def test_a_client_that_sends_rubbish_is_dropped_and_others_see_on(
+def test_a_client_that_sends_rubbish_is_dropped_and_others_are_served(
     page: Page, rubbish: Callable[[Viewer], None]
 ) -> None:
     server, port = page

@@ -72,7 +72,7 @@ def test_the_camera_has_arm_and_surroundings_beside_the_panel(view: str) -> None
     assert -1.0 < y.min() < y.max() < 1.0
 
 
-def test_the_cell_is_drawn_and_what_touches_it(tmp_path: Path) -> None:
+def test_the_cell_and_its_contacts_are_drawn(tmp_path: Path) -> None:
     tool = "[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 30, 40, 0, 30, 25]]\n"
     (tmp_path / "cell.toml").write_text(
         GRIPPER.replace("[gripper]", f"{tool}[gripper]\njaw_mm = [30, 12, 70]")
@@ -138,7 +138,7 @@ def test_bodies_of_a_scene_are_drawn_and_move() -> None:
         )
 
 
-def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
+def test_the_arm_follows_a_drag_and_returns(simulator: Simulator, viewer: Viewer, robot: Iiwa) -> None:
     robot.start_gravity(300.0)
     viewer.shows("impedance")
     viewer.drags("link_7", "start", 0.6, 0.2, 0.6)
@@ -151,7 +151,7 @@ def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator, viewer: V
     assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
 
 
-def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> None:
+def test_a_viewer_that_vanishes_stops_pulling(simulator: Simulator) -> None:
     with page_at(place_of(simulator)) as port:
         with viewing(port) as viewer:
             viewer.shows("stopped")

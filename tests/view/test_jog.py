@@ -122,7 +122,7 @@ def test_a_joint_stops_before_its_limit(simulator: Simulator, viewer: Viewer) ->
     assert simulator.state().error.code == 0
 
 
-def test_it_refuses_while_another_client_moves_the_robot(simulator: Simulator, viewer: Viewer) -> None:
+def test_jogging_is_rejected_while_another_client_moves(simulator: Simulator, viewer: Viewer) -> None:
     with Iiwa(simulator.host, simulator.port) as robot:
         robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.05,) * 7)
         viewer.clicks("Enable")

@@ -69,7 +69,7 @@ def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> N
         viewer.shows(f">{wanted}<", "moving")
 
 
-def test_what_was_said_and_what_happened_is_told_up_to_there(run: Path, viewer: Viewer) -> None:
+def test_dialogue_and_events_are_shown_up_to_the_present_time(run: Path, viewer: Viewer) -> None:
     end_s = Timeline(run).end_s
     viewer.clicks("Time (s)", 0.5)
     viewer.shows("move begins 1")
@@ -79,13 +79,13 @@ def test_what_was_said_and_what_happened_is_told_up_to_there(run: Path, viewer: 
     viewer.shows("lin move : 2000", "3021")
 
 
-def test_it_plays_to_its_end(run: Path, viewer: Viewer) -> None:
+def test_a_recording_plays_to_its_end(run: Path, viewer: Viewer) -> None:
     viewer.clicks("Speed", FAST)
     viewer.clicks("Play")
     viewer.shows(f">{first_joint(run, 1e6)}<", "stopped")
 
 
-def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
+def test_the_command_serves_a_recording_and_ends_on_a_signal(run: Path) -> None:
     with started(*IIWA_SIM, "show", run, "--port", "0") as process:
         said = process.line()
         assert said.startswith("page on http://127.0.0.1:")

@@ -79,17 +79,17 @@ def check(case: Case) -> None:
 
 
 @pytest.mark.parametrize("case", FEW)
-def test_it_comes_to_rest(case: Case) -> None:
+def test_a_compliant_robot_comes_to_rest(case: Case) -> None:
     check(case)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_it_comes_to_rest_in_all_cases(case: Case) -> None:
+def test_a_compliant_robot_comes_to_rest_in_all_cases(case: Case) -> None:
     check(case)
 
 
-def test_it_puts_down_what_it_holds() -> None:
+def test_a_compliant_robot_puts_down_its_part() -> None:
     scene = Scene(part("block", (500, 0, 330)), table())
     scene.picks(500, 0, 330, 60)
     scene.controller.move(lin_stiff_move(down(500, 0, 328), 0.3, 2000.0, (0.0,) * 6))
@@ -101,7 +101,7 @@ def test_it_puts_down_what_it_holds() -> None:
     assert scene.controller.tool_frame().z_mm == pytest.approx(328.0, abs=0.01)
 
 
-def test_a_hold_is_calm_also_where_the_arm_is_stretched() -> None:
+def test_a_hold_does_not_oscillate_with_the_arm_stretched() -> None:
     """A part in the jaws is pressed on a wall under the TCP."""
     head = STRONG.replace("[0, 30, 0, -60, 0, 90, 0]", "[0, 80, 0, -10, 0, 5, 0]")
     empty = Scene(part("block", (0, 600, -300), kg=0.2), head=head)

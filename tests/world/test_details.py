@@ -59,7 +59,7 @@ def test_invweight_is_a_compliance_in_contacts_and_contacts_of_a_pair_follow_eac
     assert len([1 for a, b in pairwise(pairs) if a != b]) == 1
 
 
-def test_what_is_read_belongs_to_the_places_of_this_tick_and_the_law_is_read_at_run_time() -> None:
+def test_forces_belong_to_the_positions_of_this_tick_and_follow_a_changed_law() -> None:
     scene = Scene(sleep=False)
     details.set_imposed(scene.model, 2, np.full(6, 1e3))
     details.set_law(scene.model, 1, law_of_imposed(LAW), 2)
@@ -80,7 +80,7 @@ def test_dof_m0_makes_a_free_body_heavy_and_gravcomp_weightless() -> None:
     assert scene.data.qacc[12:15] == pytest.approx((0.0, 0.0, -G), abs=1e-9)
 
 
-def test_what_rests_sleeps_has_no_contacts_and_is_woken() -> None:
+def test_a_resting_body_sleeps_without_contacts_and_is_woken() -> None:
     scene = Scene()
     details.set_gone(scene.model, scene.data, 4, 3)
     scene.find()
@@ -92,7 +92,7 @@ def test_what_rests_sleeps_has_no_contacts_and_is_woken() -> None:
     assert scene.data.ncon == 8
 
 
-def test_what_is_imposed_changes_no_bit_of_what_it_does_not_touch() -> None:
+def test_an_imposed_body_changes_no_bit_of_bodies_it_does_not_touch() -> None:
     found = []
     for speed in (0.0, 3.0):
         scene = Scene()

@@ -41,7 +41,7 @@ def on_slope(deg: float, size: str, friction: float, kg: float = 0.3, stiffness:
 
 
 @pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 5e3), (0.2, 1e5), (2.0, 1e7)])
-def test_a_part_slides_as_far_as_coulomb_says(kg: float, stiffness: float) -> None:
+def test_a_part_slides_by_the_distance_of_coulombs_law(kg: float, stiffness: float) -> None:
     it = part("it", (400, -400, 315), "[40, 40, 30]", kg, 0.3, stiffness)
     scene = Scene(it, table(max(stiffness, 5e4)))
     scene.rests()
@@ -65,7 +65,7 @@ def test_a_part_stays_on_a_slope_below_its_friction_angle(kg: float, stiffness: 
 
 
 @pytest.mark.parametrize(("size", "inertia"), [("[20]", 0.4), ("[20, 60]", 0.5)])
-def test_what_is_round_rolls_down_a_slope(size: str, inertia: float) -> None:
+def test_round_parts_roll_down_a_slope(size: str, inertia: float) -> None:
     scene = on_slope(10.0, size, 0.5)
     scene.step(100)
     before = np.linalg.norm(scene.speeds[0, :3])

@@ -45,7 +45,7 @@ def told(scene: Scene) -> float:
     return above
 
 
-def test_jaws_grip_a_part_and_inputs_tell_it() -> None:
+def test_jaws_grip_a_part_and_inputs_report_it() -> None:
     scene = Scene(part("block", (550, -100, 330)), table())
     scene.rests()
     assert scene.part("block").state == "lies"
@@ -67,7 +67,7 @@ def test_jaws_grip_a_part_and_inputs_tell_it() -> None:
 
 @pytest.mark.parametrize("speed", [0.01, 0.25])
 @pytest.mark.parametrize(("stiffness", "deepest_m"), [(5e3, 0.01), (1e5, 0.002)])
-def test_a_held_part_presses_as_stiff_as_the_cell_says(
+def test_a_held_part_presses_with_the_stiffness_of_the_cell(
     stiffness: float, deepest_m: float, speed: float
 ) -> None:
     scene = holding(stiffness=stiffness, gripper=SLOPPY)
@@ -84,7 +84,7 @@ def test_a_held_part_presses_as_stiff_as_the_cell_says(
 
 
 @pytest.mark.parametrize("stiffness", [5e4, 1e6])
-def test_a_force_move_ends_where_the_stiffness_says(stiffness: float) -> None:
+def test_a_force_move_with_a_part_ends_at_threshold_over_stiffness(stiffness: float) -> None:
     scene = holding(stiffness=stiffness)
     above = told(scene)
     scene.controller.move(lin_force_move(down(550, -100, 320), 0.02, 0.0, (None, None, 8.0)))
@@ -107,7 +107,7 @@ def test_a_force_move_onto_a_free_part_ends_without_damping() -> None:
     assert 8.0 < k * deep < 9.0
 
 
-def test_weight_and_inertia_of_what_is_held_are_felt() -> None:
+def test_weight_and_inertia_of_a_held_part_act_on_the_robot() -> None:
     scene = holding()
     assert scene.force[2] == pytest.approx(0.5 * G, abs=1e-6)
     assert np.abs(np.array(scene.force[:2])).max() < 1e-6
@@ -163,7 +163,7 @@ def test_a_light_part_rides_on_a_held_one() -> None:
 
 
 @pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25)])
-def test_a_part_slips_where_twice_its_friction_is_passed(stiffness: float, speed: float) -> None:
+def test_a_part_slips_beyond_twice_its_friction(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness)
     above = told(scene)
     deep_mm = 12.0 if stiffness == 5e3 else 3.0
@@ -215,7 +215,7 @@ def test_a_part_that_is_lost_where_it_stands_is_gripped_again() -> None:
     assert scene.part("block").state == "held"
 
 
-def test_a_cup_holds_what_it_touches_up_to_its_force() -> None:
+def test_a_cup_holds_a_part_up_to_its_force() -> None:
     wired = "close_output = 1\nholds_input = 3\nclosed_input = 2\n"
     cup = f'[gripper]\nkind = "suction"\ngrip_force_n = 10\n{wired}'
     scene = Scene(

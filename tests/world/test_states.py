@@ -72,7 +72,7 @@ def carries(scene: Scene) -> str:
 
 
 @pytest.mark.parametrize(("made", "goes"), [(halfway, ploughs), (holding, carries)])
-def test_a_restored_state_goes_on_with_the_same_bits(
+def test_a_restored_state_continues_with_the_same_bits(
     made: Callable[[], Scene], goes: Callable[[Scene], str]
 ) -> None:
     scene = made()

@@ -205,7 +205,7 @@ def works(robot: Controller, step: Any) -> list[Any]:
     return seen
 
 
-def test_a_robot_feels_the_same_as_alone_while_it_touches_no_other() -> None:
+def test_a_robot_that_touches_no_other_has_the_same_forces_as_alone() -> None:
     block = part("block", (550, -100, 330))
     alone = Scene(block, table(), head=BACK + GRIPPER)
     expected = works(alone.controller, alone.controller.step)
