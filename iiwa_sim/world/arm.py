@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from iiwa_sim.world.world import World
 
 HOLDS = "the gripper holds part {!r}"
-LETS_GO = "part {!r} is let go: the jaws have opened"
-SLIPS = "part {!r} has slipped out of the jaws"
-LOSES = "part {!r} falls out of the jaws: made to through the backdoor"
+LETS_GO = "part {!r} is let go: the gripper has opened"
+SLIPS = "part {!r} has slipped out of the gripper"
+LOSES = "part {!r} falls out of the gripper: made to through the backdoor"
 LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4

@@ -60,7 +60,7 @@ def test_jaws_grip_a_part_and_inputs_report_it() -> None:
     assert scene.part("block").state == "held"
     assert scene.told == ["the gripper holds part 'block'"]
     scene.drives(closed=False)
-    assert scene.told[1:] == ["part 'block' is let go: the jaws have opened"]
+    assert scene.told[1:] == ["part 'block' is let go: the gripper has opened"]
     assert scene.part("block").state == "lies"
     assert scene.place_mm("block") == pytest.approx((550.0, -100.0, 330.0), abs=0.2)
 
@@ -192,7 +192,7 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert state.state == "closed"
     assert not scene.controller.io.input(HOLDS)
     assert scene.force == (0.0,) * 6
-    assert scene.told[-1] == "part 'block' falls out of the jaws: made to through the backdoor"
+    assert scene.told[-1] == "part 'block' falls out of the gripper: made to through the backdoor"
     with pytest.raises(Refused, match="the gripper holds no part"):
         scene.handling.lose()
     scene.drives(closed=False)
@@ -236,5 +236,5 @@ def test_a_cup_holds_a_part_up_to_its_force() -> None:
         assert scene.controller.io.input(HOLDS) == held
         scene.controller.io.set_output(CLOSE, False)
         scene.rests()
-    assert "part 'heavy' has slipped out of the jaws" in scene.told
+    assert "part 'heavy' has slipped out of the gripper" in scene.told
     assert scene.place_mm("block")[2] == pytest.approx(TABLE_MM + 30.0, abs=0.5)
