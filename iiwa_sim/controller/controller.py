@@ -133,12 +133,8 @@ class Controller:
         is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
         """
         left_out, handling = 0, self.handling
-        if handling is not None and at_most > 1:
-            if handling.skips:
-                left_out = self._leave_out(handling, at_most - 1)
-            elif handling.arm.jaws_move and self._stands:
-                left_out = handling.leave_out(at_most - 1)
-                self.skip(left_out)
+        if handling is not None and at_most > 1 and handling.skips:
+            left_out = self._leave_out(handling, at_most - 1)
         self.move_on()
         if handling is not None:
             handling.world.step()
@@ -227,16 +223,12 @@ class Controller:
         A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
         motion, in which the velocity becomes 0.
         """
-        return self._stands and (self.handling is None or self.handling.settled)
-
-    @property
-    def _stands(self) -> bool:
-        """True if the arm is `resting`; gripper and bodies may move."""
         if self.joints_before != self.motions.joints or self.endings.pending:
             return False
         if self._servo_timeout_s < inf and self.mode in SERVO_MODES:
             return False
-        return self.protection.tolerates() and self.motions.settled and self.load.settled
+        stands = self.protection.tolerates() and self.motions.settled and self.load.settled
+        return stands and (self.handling is None or self.handling.settled)
 
     def skip(self, ticks: int) -> None:
         """Make `ticks` ticks at once, while `resting`: with the same result, bit for bit."""

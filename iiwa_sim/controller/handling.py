@@ -155,22 +155,10 @@ class Handling:
     @property
     def skips(self) -> bool:
         """True if inputs, jaws and bodies stay as they are in coming ticks in which the arm meets nothing."""
-        return self._rested and self._stays
-
-    @property
-    def _stays(self) -> bool:
-        """True if bodies stay where they are, and outputs as they are."""
         world, gripper = self.world, self.gripper
         if gripper is None or self._driven != gripper.driven or self._driven_by is not self._io.outputs:
             return False
-        return world.quiet and world.behind and self.arm.base is None
-
-    def leave_out(self, ticks: int) -> int:
-        """Make at most so many ticks in which only jaws move, and meet nothing; return how many."""
-        at = self._jaws_at
-        if at is None or self._setup.inputs or not self._stays:
-            return 0
-        return self.arm.leave_out_jaws(ticks, at[0] - PLACED_M, at[0] + PLACED_M)
+        return self._rested and world.quiet and world.behind and self.arm.base is None
 
     def feel(self) -> None:
         """End a tick: take the forces of bodies on the robot, switch inputs."""

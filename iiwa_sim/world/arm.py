@@ -196,20 +196,6 @@ class Arm:
             world.changes += made
         return made
 
-    def leave_out_jaws(self, ticks: int, least_m: float, most_m: float) -> int:
-        """Make at most so many ticks of jaws that stay between two openings; return how many."""
-        gripper, h = self.gripper, self.world.tick_s
-        if gripper is None or gripper.blocked or self.held >= 0:
-            return 0
-        moved_m, least_m, most_m = abs(self._jaw_wants) * h, max(least_m, 0.0), min(most_m, gripper.stroke_m)
-        for made in range(ticks):
-            opening_m = gripper.opening_m + 2.0 * h * self._jaw_wants
-            if not least_m < opening_m < most_m or self.bounds[1] - moved_m < ROOM_M:
-                return made
-            gripper.opening_m = opening_m
-            self.bounds[1] -= moved_m
-        return ticks
-
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
         self._felt, self.torques = NO_WRENCH, None
