@@ -30,7 +30,7 @@ const send = (...points) => {
   return goal;
 };
 
-const there = send(point(1, [0.2, 0.4, 0, -1.2, 0, 1.4, 0]), point(2, [0, 0.5236, 0, -1.0472, 0, 1.5708, 0]));
+const there = send(point(5, [0.2, 0.4, 0, -1.2, 0, 1.4, 0]), point(6, [0, 0.5236, 0, -1.0472, 0, 1.5708, 0]));
 console.log("feedback of", (await there.feedback).joint_names.join(" "));
 console.log(await there.end);
 

@@ -38,7 +38,7 @@ def send(*points):
     return action.send_goal(goal, results.put, feedback.put, results.put)
 
 
-send(point(1, [0.2, 0.4, 0.0, -1.2, 0.0, 1.4, 0.0]), point(2, [0.0, 0.5236, 0.0, -1.0472, 0.0, 1.5708, 0.0]))
+send(point(5, [0.2, 0.4, 0.0, -1.2, 0.0, 1.4, 0.0]), point(6, [0.0, 0.5236, 0.0, -1.0472, 0.0, 1.5708, 0.0]))
 print("joint A1 is", round(feedback.get(timeout=PATIENCE_S)["actual"]["positions"][0], 3))
 print("reached:", results.get(timeout=PATIENCE_S))
 
