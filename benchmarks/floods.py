@@ -58,7 +58,7 @@ def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
     for connection in connections:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SLOW_BYTES)
         for topic in TOPICS:
-            connection.sendall(says("subscribe", topic=topic))
+            connection.sendall(operation("subscribe", topic=topic))
     return connections
 
 
@@ -68,9 +68,9 @@ def frame(text: bytes, opcode: int = 1) -> bytes:
     return bytes([0x80 | opcode]) + length + b"\0\0\0\0" + text
 
 
-def says(operation: str, **fields: object) -> bytes:
+def operation(name: str, **fields: object) -> bytes:
     """A frame with an operation of rosbridge."""
-    return frame(json.dumps({"op": operation, **fields}).encode())
+    return frame(json.dumps({"op": name, **fields}).encode())
 
 
 class Flood(NamedTuple):
@@ -89,9 +89,9 @@ _BACK = {
 }
 """A trajectory whose times go back: all of it is read, and refused."""
 _WRONG = {"command_type": "PTP", "pose_type": "JOINTS", "pose": [0.1] * 7, "velocity": []}
-_LISTS = says("publish", topic="/command_list", msg={"commands": [_WRONG] * 200})
-_CALLS = says("call_service", service="/get_io", args={"number": 1})
-_GOALS = says("send_action_goal", action=ACTION, id="one", args={"trajectory": _BACK})
+_LISTS = operation("publish", topic="/command_list", msg={"commands": [_WRONG] * 200})
+_CALLS = operation("call_service", service="/get_io", args={"number": 1})
+_GOALS = operation("send_action_goal", action=ACTION, id="one", args={"trajectory": _BACK})
 FLOODS = (
     Flood("iiwa", "rubbish", b"rubbish !\r\n"),
     Flood("iiwa", "valid queries", QUESTION),

@@ -1,8 +1,8 @@
-"""Where a robot that runs moves into each other was on their paths, told from its joints at every tick.
+"""Places on the paths of a blended sequence, found from the joints at every tick.
 
 At each tick the robot is somewhere on the exact path of a move, or inside the region round a corner in which
 blending lets it leave the paths: at the TCP a sphere, of `joint move` a ball in joint space. A run is sound
-if its ticks can be told so in the order of the moves, going forwards on each of them.
+if its ticks can be assigned so in the order of the moves, going forwards on each of them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SLACK_TICKS = 1.5  # between the last tick on a path and the first one off it th
 
 
 @dataclass(frozen=True)
-class Sent:
+class SentMove:
     """A move as it was accepted: where it begins and ends, and what its path may do at its end."""
 
     kind: str
@@ -77,11 +77,11 @@ class Run:
     first: int
     """The tick at which the robot rested before."""
     start: Joints
-    moves: list[Sent]
+    moves: list[SentMove]
     last: int = -1
     """The tick at which it rests after them."""
     stopped_at: int | None = None
-    """The tick after which it was told to stop."""
+    """Tick after which it was stopped."""
 
     @cached_property
     def ticks(self) -> Ticks:
@@ -184,7 +184,7 @@ class Places:
         return caps
 
 
-def progress(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Array, float]:
+def progress(robot: SteppedRobot, move: SentMove, ticks: Ticks) -> tuple[Array, Array, float]:
     """Where on the path of a move each tick would be (m,) and how far it is off, in tolerances (m,).
 
     And by how much the first may be off by rounding. Of a move that goes nowhere it is always half.
@@ -219,7 +219,7 @@ def progress(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Arra
     return s, off, rounding
 
 
-def distances(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Array]:
+def distances(robot: SteppedRobot, move: SentMove, ticks: Ticks) -> tuple[Array, Array]:
     """How far each tick is from the end of a move (m,), and from the next tick (m - 1,): m, or rad."""
     if move.blends_in_joints:
         return np.abs(ticks.q - move.corner).max(axis=1), np.abs(np.diff(ticks.q, axis=0)).max(axis=1)
@@ -227,7 +227,7 @@ def distances(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Arr
     return np.linalg.norm(ticks.p - corner, axis=1), np.linalg.norm(np.diff(ticks.p, axis=0), axis=1)
 
 
-def region_radius(robot: SteppedRobot, move: Sent, following: Sent) -> float:
+def region_radius(robot: SteppedRobot, move: SentMove, following: SentMove) -> float:
     """How far from the end of a move blending may go, clipped to half of both moves: m, or rad."""
     if move.blends_in_joints:
         radius = JOINT_MOVE_BLENDING * float(np.abs(np.subtract(move.corner, move.start)).max())
@@ -237,7 +237,7 @@ def region_radius(robot: SteppedRobot, move: Sent, following: Sent) -> float:
     return min(radius, _half_m(robot, move, at_end=True), _half_m(robot, following, at_end=False))
 
 
-def _half_m(robot: SteppedRobot, move: Sent, at_end: bool) -> float:
+def _half_m(robot: SteppedRobot, move: SentMove, at_end: bool) -> float:
     """How far from one end of a move the TCP gets within that half of it (m).
 
     No limit for a move that turns on the spot: half of its turn is one, which `Places` looks after.

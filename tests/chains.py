@@ -14,7 +14,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
-from tests.blended_path import Joints, Run, Sent
+from tests.blended_path import Joints, Run, SentMove
 from tests.samples import MANY
 from tests.stepped import Array, SteppedRobot
 
@@ -62,7 +62,7 @@ class ChainMove:
 
 
 @dataclass(frozen=True)
-class Between:
+class Interruption:
     """Something between two moves, and the ticks before what follows is sent; a pause ends then."""
 
     what: Literal["stop", "override"]
@@ -104,10 +104,10 @@ def chains(
     """2 to `longest` moves, with what is asked for between them."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
     if stops:
-        item = st.one_of(item, item, item, st.builds(Between, st.just("stop"), st.integers(0, 80)))
+        item = st.one_of(item, item, item, st.builds(Interruption, st.just("stop"), st.integers(0, 80)))
     if overrides:
         values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
-        item = st.one_of(item, st.builds(Between, st.just("override"), st.integers(0, 500), values))
+        item = st.one_of(item, st.builds(Interruption, st.just("override"), st.integers(0, 500), values))
     return st.integers(2, longest).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
@@ -149,7 +149,7 @@ class Recorder:
             self.scout.runs_until_stopped()
             self._orders.append((self.tick, order))
             speeds_rel = speeds if kind == "joint" else speeds[:1] * len(speeds)
-            self.runs[-1].moves.append(Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick))
+            self.runs[-1].moves.append(SentMove(kind, start, self.end, speeds_rel, blending_mm, self.tick))
         return accepted
 
     def send_move(self, move: ChainMove) -> None:
@@ -268,9 +268,9 @@ def aimed(
     return joints, robot.tcp_frame(joints)
 
 
-def send(robot: SteppedRobot, item: ChainMove | Between) -> bool:
+def send(robot: SteppedRobot, item: ChainMove | Interruption) -> bool:
     """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
-    if isinstance(item, Between):
+    if isinstance(item, Interruption):
         robot.stop()
         return True
     end = robot.controller.end_of_queue

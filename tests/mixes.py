@@ -1,4 +1,4 @@
-"""Mixes of all commands of the iiwa's table, as lines, and a robot that is told them at any tick."""
+"""Random mixes of all commands of the text protocol, and a robot that gets them at any tick."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.stepped import SteppedRobot
 TABLE = load_table("iiwa")
 MIXED = [command for name, command in TABLE.commands.items() if name not in ("bye", "help")]
 MODES = ("normal", "normal", "impedance", "smart", "direct")
-LOYALTY = 0.9  # a mode goes on for some commands
+LOYALTY = 0.9  # probability that a mode stays
 STEERING = ("stop", "set override", "clear queue", "cancel move")
 HOLD = "start gravity"
 EMERGENCY = "emergency stop"  # nothing on the wire presses it
@@ -24,7 +24,7 @@ RUBBISH = ("1e308", "-1e308", "1e400", "5e-324", "-0", "nan", "1_0", "0x10", "0.
 
 
 class Mix:
-    """A robot, what was said to it, and which moves it has accepted."""
+    """Robot that gets random commands, with its exchanges and accepted moves."""
 
     def __init__(self, seed: int, tick_s: float, *, forces: bool, skips: bool = False) -> None:
         """With `forces`, stiffness moves have some that push the robot off its plan.
@@ -37,22 +37,22 @@ class Mix:
         self.robot = SteppedRobot(tick_s=tick_s)
         self.journal = Journal()
         self._conversation = Conversation(self.robot.controller, self.journal)
-        self.said: list[tuple[int, str, str]] = []
+        self.exchanges: list[tuple[int, str, str]] = []
         self._mode = "normal"
         self._pending: set[int] = set()
         self._done: set[int] = set()
 
     def run(self, commands: int) -> None:
-        """Says so many lines at any ticks, then waits until the robot rests."""
+        """Send so many lines at any ticks, then waits until the robot rests."""
         for _ in range(commands):
-            self._say(self._line())
+            self._send(self._line())
             if self._random.random() < 0.2:
                 self._wait_until_stopped()
             self.step(self._random.choice([0, 0, 0, 1, 2, 3, self._random.randrange(100)]))
-        self._say("set override : 1")
+        self._send("set override : 1")
         self.step(5)
         if self.robot.controller.mode.value == "impedance":
-            self._say("stop")  # a hold would last for ever
+            self._send("stop")  # a hold would last for ever
         self.robot.runs_until_stopped()
         self._check()
         self.step(5)
@@ -73,7 +73,7 @@ class Mix:
                 break
             self.step(1)
 
-    def _say(self, line: str) -> None:
+    def _send(self, line: str) -> None:
         """One line, one reply; what is refused loses no move."""
         robot, controller = self.robot, self.robot.controller
         robot.notice_mode()
@@ -85,7 +85,7 @@ class Mix:
         waiting, mode = set(self._still_pending()), controller.mode
         before = controller.accepted
         reply = self._conversation.ask(line)
-        self.said.append((controller.tick, line, reply))
+        self.exchanges.append((controller.tick, line, reply))
         assert not self.journal.faults, line
         if reply in ("error", "unknown command"):
             assert waiting == set(self._still_pending()), line

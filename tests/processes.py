@@ -36,8 +36,8 @@ class Process:
     def ends(self, signal_number: int) -> tuple[int, str]:
         """Exit code after a signal, and what it wrote to stderr."""
         self.process.send_signal(signal_number)
-        _, said = self.process.communicate(timeout=DEADLINE_S)
-        return self.process.returncode, said
+        _, written = self.process.communicate(timeout=DEADLINE_S)
+        return self.process.returncode, written
 
 
 def ended(command: Sequence[str | Path], **more: Any) -> subprocess.CompletedProcess[str]:

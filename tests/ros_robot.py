@@ -18,7 +18,7 @@ NOW_NS = 1_700_000_000_250_000_000
 
 
 class RosRobot(SteppedRobot):
-    """All that it publishes on the topics that are heard is kept in `heard`, in the form of ROS 2."""
+    """Robot on ROS that keeps the messages of subscribed topics in `messages`, in the form of ROS 2."""
 
     def __init__(self, *, apply_reference: bool = True, **options: Any) -> None:
         super().__init__(**options)
@@ -26,11 +26,11 @@ class RosRobot(SteppedRobot):
         self.graph = Graph(self.controller, lambda: NOW_NS)
         self.appendix_a = AppendixA(self.graph, self.controller, self.log, apply_reference=apply_reference)
         self.joint_interface = JointInterface(self.graph, self.controller, self.appendix_a.joint_states)
-        self.heard: dict[str, list[dict[str, Any]]] = {}
-        self.hears("/command_result")
+        self.messages: dict[str, list[dict[str, Any]]] = {}
+        self.subscribes("/command_result")
 
-    def hears(self, topic: str) -> list[dict[str, Any]]:
-        messages = self.heard.setdefault(topic, [])
+    def subscribes(self, topic: str) -> list[dict[str, Any]]:
+        messages = self.messages.setdefault(topic, [])
         self.graph.listen(topic, messages.append)
         return messages
 
@@ -55,11 +55,11 @@ class RosRobot(SteppedRobot):
     @property
     def results(self) -> list[tuple[int, int]]:
         """Ids and codes, in the order in which they came."""
-        return [(r["command_id"], r["result_code"]) for r in self.heard["/command_result"]]
+        return [(r["command_id"], r["result_code"]) for r in self.messages["/command_result"]]
 
     @property
     def words(self) -> list[str]:
-        return [result["additional_information"] for result in self.heard["/command_result"]]
+        return [result["additional_information"] for result in self.messages["/command_result"]]
 
     def runs_until_results(self, count: int, limit_s: float = 60.0) -> None:
         ticks = 0
@@ -77,30 +77,30 @@ class RosClient:
         self.outbox = Outbox()
         self.session = RosbridgeSession(robot.graph, robot.joint_interface, self.outbox, robot.log, "test")
 
-    def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
-        """What is answered."""
+    def performs(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
+        """Return the messages that answer an operation."""
         return self.sends(json.dumps({"op": operation, **fields}).encode())
 
     def sends(self, text: bytes) -> list[dict[str, Any]]:
         self.session.receive(text)
-        return self.hears()
+        return self.receives()
 
-    def hears(self) -> list[dict[str, Any]]:
-        """All that may be sent now."""
-        heard = []
+    def receives(self) -> list[dict[str, Any]]:
+        """Return all messages that may be sent now."""
+        messages = []
         while (frame := self.outbox.next(self.robot.controller.tick * self.robot.tick_s)[0]) is not None:
-            heard.append(json.loads(frame))
-        return heard
+            messages.append(json.loads(frame))
+        return messages
 
-    def is_told(self, operation: str, **fields: Any) -> str:
-        """The words of the error that is the only answer."""
-        (status,) = self.says(operation, **fields)
+    def error_of(self, operation: str, **fields: Any) -> str:
+        """Return the message of the error that is the only answer."""
+        (status,) = self.performs(operation, **fields)
         assert (status["op"], status["level"]) == ("status", "error")
         assert status.get("id") == fields.get("id")
         return str(status["msg"])
 
     def calls(self, service: str, args: Any = None, **fields: Any) -> dict[str, Any]:
-        (response,) = self.says(
+        (response,) = self.performs(
             "call_service", service=service, **({} if args is None else {"args": args}), **fields
         )
         assert (response["op"], response["service"]) == ("service_response", service)
@@ -115,5 +115,10 @@ def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, An
 def command(
     identifier: int, kind: str, pose_type: str, pose: Sequence[float], **fields: Any
 ) -> dict[str, Any]:
-    whither = {"command_id": identifier, "command_type": kind, "pose_type": pose_type, "pose": list(pose)}
-    return {**whither, "velocity_type": "%", "velocity": [0.5], **fields}
+    fields_of_pose = {
+        "command_id": identifier,
+        "command_type": kind,
+        "pose_type": pose_type,
+        "pose": list(pose),
+    }
+    return {**fields_of_pose, "velocity_type": "%", "velocity": [0.5], **fields}

@@ -62,7 +62,7 @@ class SteppedRobot:
         self.controller = cell.controller(
             tick_s,
             servo_timeout_s=servo_timeout_s,
-            on_event=self._hears,
+            on_event=self._on_event,
         )
         self.model = Model(self.description)
         self.tick_s = tick_s
@@ -108,13 +108,13 @@ class SteppedRobot:
             self.may_stop()
         return goes_on
 
-    def _hears(self, event: RobotEvent) -> None:
+    def _on_event(self, event: RobotEvent) -> None:
         if isinstance(event, ErrorRecord):
             self.faults.append((event.code, event.reason))
         elif isinstance(event, Contact):
-            self._meets(event)
+            self._on_contact(event)
 
-    def _meets(self, contact: Contact) -> None:
+    def _on_contact(self, contact: Contact) -> None:
         self.contacts.append(contact)
         self._stop_ticks = self._longest_stop + 1  # it begins in the next tick
 

@@ -19,7 +19,7 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Runs a subcommand within this process; exit code, and what it said on stdout and stderr."""
+    """Run a subcommand in this process; return exit code, stdout and stderr."""
 
     def run(*arguments: str | Path) -> tuple[int, str, str]:
         return main([str(each) for each in arguments]), *capsys.readouterr()
@@ -46,9 +46,9 @@ def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path.write_text("\n".join("client1 wait stopped" if "< stopped" in line else line for line in lines))
     with Simulator(clock="fast") as another:
         server = f"127.0.0.1:{another.port}"
-        code, said, faults = run("replay", path, server)
+        code, output, faults = run("replay", path, server)
         assert (code, faults) == (0, "")
-        assert said.startswith("0 deviations in ")
+        assert output.startswith("0 deviations in ")
         path.write_text("> get mode\n< smart\n> hello\n< hello\n")
         assert run("replay", path, server) == (
             1,
@@ -94,12 +94,12 @@ def test_a_transcript_without_commands_does_not_pass(
 def test_check_reports_on_the_simulator(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator() as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     assert (
-        "\nas iiwa-sim      a second client (the original: waits until the first has gone; iiwa-sim" in said
+        "\nas iiwa-sim      a second client (the original: waits until the first has gone; iiwa-sim" in output
     )
-    assert "\nnot tried        the dialogue interrupted.txt: --allow-motion tries it\n" in said
-    assert ", 0 DEVIATION, " in said
+    assert "\nnot tried        the dialogue interrupted.txt: --allow-motion tries it\n" in output
+    assert ", 0 DEVIATION, " in output
 
 
 def test_wrong_ports() -> None:

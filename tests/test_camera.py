@@ -61,9 +61,9 @@ def asked(simulator: Simulator, path: str) -> tuple[int, str, bytes]:
     connection = HTTPConnection(simulator.host, simulator.backdoor_port, timeout=60)
     connection.request("GET", path)
     answer = connection.getresponse()
-    told = answer.status, answer.headers["Content-Type"], answer.read()
+    found = answer.status, answer.headers["Content-Type"], answer.read()
     connection.close()
-    return told
+    return found
 
 
 def test_rows_of_pixels_become_a_png() -> None:
@@ -132,6 +132,6 @@ def test_ros_gets_compressed_images(rendering: Simulator) -> None:
         client.send(json.dumps({"op": "call_service", "service": "/rosapi/topics"}))
         assert topic in json.loads(client.recv(60))["values"]["topics"]
         rendering.advance(0.1)
-        told = json.loads(client.recv(60))["msg"]
-    assert (told["header"]["frame_id"], told["format"]) == ("overview", "png")
-    assert pixels(base64.b64decode(told["data"]))[:2] == (640, 480)
+        found = json.loads(client.recv(60))["msg"]
+    assert (found["header"]["frame_id"], found["format"]) == ("overview", "png")
+    assert pixels(base64.b64decode(found["data"]))[:2] == (640, 480)

@@ -63,19 +63,19 @@ def test_help_lists_common_options_and_commands_in_any_environment(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("IIWA_SIM_RATE", "none")
-    told = helped(capsys, "--help")
-    assert told.count("\n") <= MOST_LINES
-    flags = {line.split()[0] for line in told.splitlines() if line.startswith("  ")}
+    text = helped(capsys, "--help")
+    assert text.count("\n") <= MOST_LINES
+    flags = {line.split()[0] for line in text.splitlines() if line.startswith("  ")}
     rare = {OPTIONS[key].flag for key in " ".join(NEEDS).split()}
     assert {each.flag for each in OPTIONS.values()} - flags == rare
-    assert all(f"\n  {name} " in told for name in COMMANDS)
-    assert f"{DEFAULT_ROBOT} if none" in told
-    assert "(a whole number from 100 to 1000 Hz; default: 500)" in told
-    told = helped(capsys, "--help-all")
-    assert all(f"\n  {each.flag}" in told for each in OPTIONS.values())
+    assert all(f"\n  {name} " in text for name in COMMANDS)
+    assert f"{DEFAULT_ROBOT} if none" in text
+    assert "(a whole number from 100 to 1000 Hz; default: 500)" in text
+    text = helped(capsys, "--help-all")
+    assert all(f"\n  {each.flag}" in text for each in OPTIONS.values())
 
 
-class Parsed(Exception):
+class CommandLineAccepted(Exception):
     """A command line has been taken."""
 
 
@@ -86,18 +86,18 @@ def test_the_examples_of_a_command_are_accepted(
 
     def parsed(parser: Parser, words: Sequence[str]) -> NoReturn:
         original(parser, words)
-        raise Parsed
+        raise CommandLineAccepted
 
     original = Parser.parsed
     monkeypatch.setattr(Parser, "parsed", parsed)
     for command, found in lines.items():
         assert found, command
         for line in found:
-            with pytest.raises(Parsed):
+            with pytest.raises(CommandLineAccepted):
                 main(shlex.split(line)[1:])
 
 
-def examples(told: str) -> list[str]:
+def examples(text: str) -> list[str]:
     return [
-        line.strip().partition("  ")[0] for line in told.splitlines() if line.strip().startswith("iiwa-sim ")
+        line.strip().partition("  ")[0] for line in text.splitlines() if line.strip().startswith("iiwa-sim ")
     ]

@@ -13,7 +13,7 @@ from tests.needed import program
 from tests.processes import succeeds
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-TOLD = {
+OUTPUT = {
     "02_client.py": ["there  y = 100.0 mm", "turned A7 = 0.67 rad"],
     "04_blending.py": ["with a stop in each corner "],
     "05_errors.py": [
@@ -37,20 +37,20 @@ TOLD = {
 """What each says, besides other things."""
 
 
-@pytest.mark.parametrize("name", TOLD)
+@pytest.mark.parametrize("name", OUTPUT)
 def test_a_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(EXAMPLES / name), run_name="__main__")
-    told = capsys.readouterr().out
-    for words in TOLD[name]:
-        assert words in told
+    output = capsys.readouterr().out
+    for words in OUTPUT[name]:
+        assert words in output
 
 
 def test_the_protocol_by_hand() -> None:
     with Simulator(clock="fast") as simulator:
         done = succeeds([program("bash"), EXAMPLES / "01_telnet.sh", "127.0.0.1", str(simulator.port)])
-    said = done.splitlines()
-    assert said[:2] == ["> hello", "< hello"]
-    assert said[-4:] == ["> get tool frame", "< 450.0 100.0 520.0 0.0 -1.57079 0.0", "> bye", "< bye"]
+    lines = done.splitlines()
+    assert lines[:2] == ["> hello", "< hello"]
+    assert lines[-4:] == ["> get tool frame", "< 450.0 100.0 520.0 0.0 -1.57079 0.0", "> bye", "< bye"]
 
 
 @pytest.mark.slow

@@ -76,10 +76,10 @@ def test_the_report_has_repeated_polls_once_with_their_count(robot: Robot) -> No
     for _ in range(1000):
         robot.say("get status", "moving", "get status")
     robot.say("get status", "stopped", "get status")
-    said = robot.report()
-    assert said[:3] == ["driver > lin move : 1", "       < done", "driver > get status"]
-    assert said[3] == "       < moving  (1000 times)"
-    assert said[4:] == ["driver > get status", "       < stopped"]
+    lines = robot.report()
+    assert lines[:3] == ["driver > lin move : 1", "       < done", "driver > get status"]
+    assert lines[3] == "       < moving  (1000 times)"
+    assert lines[4:] == ["driver > get status", "       < stopped"]
     robot.dialogue.assert_said("get status", times=1001)
 
 

@@ -30,19 +30,19 @@ def cpp_client(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return client
 
 
-def frames(said: str) -> dict[str, list[float]]:
+def frames(printed: str) -> dict[str, list[float]]:
     """What it said, by the first word of each line."""
-    lines = [line.split() for line in said.splitlines() if not line.startswith("refused")]
+    lines = [line.split() for line in printed.splitlines() if not line.startswith("refused")]
     return {line[0]: [float(word) for word in line[1:]] for line in lines}
 
 
 def assert_there_and_back(done: subprocess.CompletedProcess[str], axes: int = 7) -> None:
     assert done.returncode == 0, done.stderr
-    said = frames(done.stdout)
-    start = said["start"]
-    assert len(said["joints"]) == axes
-    assert said["there"] == pytest.approx([start[0], start[1] + 50, *start[2:]], abs=1e-3)
-    assert said["back"] == pytest.approx(start, abs=1e-3)
+    printed = frames(done.stdout)
+    start = printed["start"]
+    assert len(printed["joints"]) == axes
+    assert printed["there"] == pytest.approx([start[0], start[1] + 50, *start[2:]], abs=1e-3)
+    assert printed["back"] == pytest.approx(start, abs=1e-3)
 
 
 @pytest.mark.slow

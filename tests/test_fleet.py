@@ -57,9 +57,9 @@ WRONG = {
 
 def test_a_wrong_file_is_reported_in_one_line(tmp_path: Path) -> None:
     file = tmp_path / "fleet.toml"
-    for text, told in WRONG.items():
+    for text, reason in WRONG.items():
         file.write_text(text)
         line = refused("--fleet", file)
-        assert line.startswith(f"iiwa-sim: {file}: {told}"), line
+        assert line.startswith(f"iiwa-sim: {file}: {reason}"), line
     file.write_text("[robot.one]\nros2 = true\n[robot.two]\nros2 = true")
     assert refused("--fleet", file).startswith("iiwa-sim: --ros-namespace: expected a different one")

@@ -95,7 +95,7 @@ def test_a_box_that_is_lost_or_missing_is_noticed(program: ModuleType) -> None:
         robot.set_output(program.CLOSE, False)
         program.wait_for(robot, program.OPEN, wait=wait)
         program.pick(robot, *program.FROM[1], wait=wait)
-        assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6, abs=0.01)  # the load was told
+        assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6, abs=0.01)  # the load is set
         simulator.backdoor.lose_part()
         simulator.advance(1.0)
         assert robot.get_cartesian_force().fz < -1.5  # the controller still believes in it
@@ -126,5 +126,5 @@ def test_a_block_is_picked_from_the_moving_belt() -> None:
 @pytest.mark.slow
 def test_three_blocks_are_picked(capsys: pytest.CaptureFixture[str]) -> None:
     example("13_conveyor").main()
-    told = capsys.readouterr().out.splitlines()
-    assert [line.partition(" at ")[0] for line in told] == [f"block {number} lies" for number in (1, 2, 3)]
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(" at ")[0] for line in lines] == [f"block {number} lies" for number in (1, 2, 3)]

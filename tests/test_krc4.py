@@ -33,11 +33,11 @@ def test_messages_come_in_any_packets_and_a_half_closed_client_gets_its_replies(
 
 
 def test_the_text_protocol_is_rejected_for_six_axes() -> None:
-    told = refused("--robot", "kr_6_r900_sixx")
+    line = refused("--robot", "kr_6_r900_sixx")
     expected = (
         "7 joints for protocol iiwa; for 6 there is: --protocol krc4, or protocol = 'krc4' in a [[robot]]\n"
     )
-    assert told.endswith(expected)
+    assert line.endswith(expected)
     with pytest.raises(RobotFault, match="for protocol iiwa"):
         Simulator("kr_6_r900_sixx", protocol=["krc4", "iiwa"])
 

@@ -1,4 +1,4 @@
-"""Optional rooms and libraries: nobody loads them unasked, and a missing one is told in one line."""
+"""Optional packages and libraries are loaded on demand; a missing one is reported in one line."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ sys.exit(main(["plot", "a.mcap", "-o", "a.png"]))
 
 
 def test_rooms_and_libraries_are_loaded_only_for_a_robot_that_has_them() -> None:
-    told = ended([sys.executable, "-c", LOADED])
-    assert told.stdout == "\n"
-    assert told.returncode == 2
-    assert told.stderr == f"iiwa-sim: this needs mcap: {sys.executable} -m pip install 'iiwa-sim[record]'\n"
+    done = ended([sys.executable, "-c", LOADED])
+    assert done.stdout == "\n"
+    assert done.returncode == 2
+    assert done.stderr == f"iiwa-sim: this needs mcap: {sys.executable} -m pip install 'iiwa-sim[record]'\n"

@@ -97,10 +97,10 @@ def test_the_log_as_json() -> None:
             client.sendall(b"bye\r\n")
             while client.recv(1024):
                 pass
-        code, said = simulator.ends(signal.SIGTERM)
+        code, written = simulator.ends(signal.SIGTERM)
     assert code == 0
-    assert said.isascii()
-    events = [json.loads(line) for line in said.splitlines()]
+    assert written.isascii()
+    events = [json.loads(line) for line in written.splitlines()]
     ours = [event for event in events if event.get("session") == name]
     assert [event["level"] for event in ours] == [
         "info", "debug", "debug", "warning", "debug", "info"

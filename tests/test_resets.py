@@ -22,7 +22,7 @@ def request(method: str, path: str, body: str = "", *headers: str) -> bytes:
 ANSWER_S = 0.01  # for an answer, where there is one
 CLOSE = 8
 SUBSCRIBED = b'{"op": "subscribe", "topic": "/joint_states"}'
-SAID = {
+LINES = {
     "iiwa": [b"get status\r\nget mode\r\n", b"nonsense\r\n" * 3000],
     "krc4": [b"<RobotCommand/>", b"<a></b>"],
     "status": [b"stop\r\n", b"GET / HTTP/1.1\r\n\r\n"],
@@ -37,10 +37,10 @@ SAID = {
         OPENING + frame(b"\xff\xff"),
     ],
 }
-"""What a client says on a port before it resets the connection."""
+"""Bytes that a client sends on a port before it resets the connection."""
 
 
-def goes(process: Process, port: int, said: bytes, stage: str) -> None:
+def goes(process: Process, port: int, line: bytes, stage: str) -> None:
     """A client that is gone before the simulator, halted meanwhile, reads a byte; or when it is answered."""
     halted = stage != "resets, answered"
     if halted:
@@ -48,7 +48,7 @@ def goes(process: Process, port: int, said: bytes, stage: str) -> None:
     try:
         with socket.create_connection(("127.0.0.1", port), DEADLINE_S) as connection:
             connection.setblocking(not halted)
-            connection.send(said)
+            connection.send(line)
             if not halted:
                 connection.settimeout(ANSWER_S)
                 with contextlib.suppress(TimeoutError, ConnectionError):
@@ -70,10 +70,10 @@ def test_clients_that_disconnect_at_any_moment_are_no_fault() -> None:
     with running(*OPTIONS.split()) as process:
         ports = {"iiwa": process.port}
         for name in PORTS:
-            said = process.line().strip().rstrip("/")
-            assert name in said
-            ports[name] = int(said.rpartition(":")[2])
-        for port, line in [(ports[name], line) for name in SAID for line in SAID[name]]:
+            line = process.line().strip().rstrip("/")
+            assert name in line
+            ports[name] = int(line.rpartition(":")[2])
+        for port, line in [(ports[name], line) for name in LINES for line in LINES[name]]:
             for stage in STAGES:
                 goes(process, port, line, stage)
             goes(process, port, line[: len(line) // 2], "resets")

@@ -19,7 +19,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from benchmarks.floods import says, websockets
+from benchmarks.floods import operation, websockets
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable
@@ -40,20 +40,20 @@ class Ros:
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
 
-    async def says(self, operation: str, **fields: Any) -> None:
-        await self.connection.send(json.dumps({"op": operation, **fields}))
+    async def performs(self, name: str, **fields: Any) -> None:
+        await self.connection.send(json.dumps({"op": name, **fields}))
 
-    async def hears(self) -> dict[str, Any]:
+    async def receives(self) -> dict[str, Any]:
         async with asyncio.timeout(DEADLINE_S):
-            heard: dict[str, Any] = json.loads(await self.connection.recv())
-        return heard
+            message: dict[str, Any] = json.loads(await self.connection.recv())
+        return message
 
     async def calls(self, service: str, **args: Any) -> dict[str, Any]:
         """The response; what comes before is passed over."""
-        await self.says("call_service", service=service, args=args, id="call")
-        while (heard := await self.hears()).get("id") != "call":
+        await self.performs("call_service", service=service, args=args, id="call")
+        while (message := await self.receives()).get("id") != "call":
             pass
-        return heard
+        return message
 
 
 @asynccontextmanager
@@ -79,10 +79,10 @@ async def ros(simulator: Simulator) -> AsyncIterator[Ros]:
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_roslibpy_drives_the_robot() -> None:
     with Simulator(rosbridge_port=0) as simulator:
-        said = succeeds(
+        printed = succeeds(
             [sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", str(simulator.rosbridge_port)]
         )
-    at, *results, scale, set_io, get_io, stop, set_ios, get_ios = said.splitlines()
+    at, *results, scale, set_io, get_io, stop, set_ios, get_ios = printed.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert results[:3] == ["command 1 -> 0 ", "command 2 -> 0 ", "command 3 -> 0 "]
     assert results[3].startswith("command 4 -> 3000 command_type 'CIRC'")
@@ -97,10 +97,10 @@ def test_roslibpy_drives_the_robot() -> None:
 @pytest.mark.slow
 def test_roslibpy_sends_goals_as_on_ros_2() -> None:
     with Simulator(rosbridge_port=0) as simulator:
-        said = succeeds(
+        printed = succeeds(
             [sys.executable, str(EXAMPLES / "ros2_roslibpy.py"), "127.0.0.1", str(simulator.rosbridge_port)]
         )
-    at, moving, reached, cancelled, rejected = said.splitlines()
+    at, moving, reached, cancelled, rejected = printed.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert at.endswith("['nanosec', 'sec']")
     assert re.match(r"joint A1 is -?0\.", moving)
@@ -135,8 +135,8 @@ def roslibjs(pytestconfig: pytest.Config) -> Path:
 def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros_roslibjs.mjs", roslibjs)
     with Simulator(rosbridge_port=0) as simulator:
-        said = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}/dnb-rosbridge"])
-    assert said.splitlines() == [
+        printed = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}/dnb-rosbridge"])
+    assert printed.splitlines() == [
         "command 1 -> 0 ",
         "command 2 -> 0 ",
         "command 3 -> 3000 command_type 'CIRC': expected one of LIN, PTP, SMART, DIRECT, LINFORCE, PTPFORCE",
@@ -152,8 +152,8 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
 def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros2_roslibjs.mjs", roslibjs)
     with Simulator(rosbridge_port=0) as simulator:
-        said = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}"])
-    *lines, rejected, kind, stamp = said.splitlines()
+        printed = succeeds(["node", str(script), f"ws://127.0.0.1:{simulator.rosbridge_port}"])
+    *lines, rejected, kind, stamp = printed.splitlines()
     cancelled = 'GoalError: Action was canceled: {"error_code":0,"error_string":"cancelled"}'
     assert lines == [
         "action /joint_trajectory_controller/follow_joint_trajectory",
@@ -172,14 +172,14 @@ async def test_roslibjs_lists_topics_and_actions(simulator: Simulator, roslibjs:
     script.write_text("""
         import { Ros, Topic } from "roslib";
         const ros = new Ros({ url: process.argv[2] });
-        const told = (ask) => new Promise((done, failed) => ask(done, failed));
-        await told((done) => ros.on("connection", done));
-        const { topics, types } = await told((...then) => ros.getTopics(...then));
+        const promised = (ask) => new Promise((done, failed) => ask(done, failed));
+        await promised((done) => ros.on("connection", done));
+        const { topics, types } = await promised((...then) => ros.getTopics(...then));
         const name = topics[types.indexOf("sensor_msgs/JointState")];
         const topic = new Topic({ ros, name, compression: "cbor" });
-        const { position } = await told((done) => topic.subscribe(done));
+        const { position } = await promised((done) => topic.subscribe(done));
         console.log(name, position.length);
-        console.log((await told((...then) => ros.getActionServers(...then))).length);
+        console.log((await promised((...then) => ros.getActionServers(...then))).length);
         ros.close();
     """)
     url = f"ws://127.0.0.1:{simulator.rosbridge_port}"
@@ -187,19 +187,19 @@ async def test_roslibjs_lists_topics_and_actions(simulator: Simulator, roslibjs:
         "node", str(script), url, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     async with asyncio.timeout(DEADLINE_S):
-        said, faults = await node.communicate()
+        printed, faults = await node.communicate()
     assert node.returncode == 0, faults
-    assert said.decode().splitlines() == ["/joint_states 7", "1"]
+    assert printed.decode().splitlines() == ["/joint_states 7", "1"]
 
 
 async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) -> None:
-    await ros.says("subscribe", topic="/command_result")
-    await ros.says("publish", topic="/command_list", msg={"commands": [ptp(1, A), ptp(2, B)]})
+    await ros.performs("subscribe", topic="/command_result")
+    await ros.performs("publish", topic="/command_list", msg={"commands": [ptp(1, A), ptp(2, B)]})
     telnet = await Client.connect(simulator.port)
     while await telnet.ask("get status") != "moving":
         pass
     assert await telnet.ask("stop") == "done"
-    results = [(await ros.hears())["msg"] for _ in range(2)]
+    results = [(await ros.receives())["msg"] for _ in range(2)]
     assert [(result["command_id"], result["result_code"]) for result in results] == [(1, 3060), (2, 3060)]
     assert results[0]["additional_information"] == "stopped"
     await telnet.leaves()
@@ -208,11 +208,11 @@ async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) ->
 async def test_a_client_that_disconnects_does_not_stop_the_robot(simulator: Simulator) -> None:
     async with client_of(simulator) as ros:
         slow = ptp(1, B, velocity=[0.2])  # so that the other one is there in time
-        await ros.says("publish", topic="/command_list", msg={"commands": [slow]})
+        await ros.performs("publish", topic="/command_list", msg={"commands": [slow]})
         assert (await ros.calls("/rosapi/nodes"))["result"] is True
     async with client_of(simulator) as other:
-        await other.says("subscribe", topic="/command_result")
-        assert (await other.hears())["msg"]["result_code"] == 0
+        await other.performs("subscribe", topic="/command_result")
+        assert (await other.receives())["msg"]["result_code"] == 0
     assert simulator.controller.joints == pytest.approx(B)
 
 
@@ -221,17 +221,15 @@ async def test_a_huge_frame_ends_its_connection_only(simulator: Simulator, ros: 
         with contextlib.suppress(ConnectionClosed):  # perhaps while it is being sent
             await huge.connection.send("x" * (LONGEST_FRAME_BYTES + 1))
         with pytest.raises(ConnectionClosed) as closed:
-            await huge.hears()
+            await huge.receives()
     assert closed.value.rcvd is not None
     assert closed.value.rcvd.code == TOO_BIG
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
 
 
-async def test_a_client_that_does_not_read_replies_is_read_no_further(
-    simulator: Simulator, ros: Ros
-) -> None:
+async def test_a_client_that_does_not_read_replies_is_read_no_further(simulator: Simulator, ros: Ros) -> None:
     (connection,) = await asyncio.to_thread(websockets, ("127.0.0.1", simulator.rosbridge_port), 1)
-    question = says("call_service", service="/rosapi/services")
+    question = operation("call_service", service="/rosapi/services")
 
     def blocks() -> bool:
         connection.settimeout(0.5)
@@ -252,7 +250,7 @@ async def test_after_the_context_nothing_listens_and_clients_are_closed() -> Non
         port = simulator.rosbridge_port
         connection = await connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S)
     with pytest.raises(ConnectionClosed):
-        await Ros(connection).hears()
+        await Ros(connection).receives()
     with pytest.raises(ConnectionRefusedError):
         await connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S)
 

@@ -18,8 +18,8 @@ def test_a_bye_ends_the_process_with_bye_shuts_down() -> None:
         with Iiwa("127.0.0.1", simulator.port) as robot:
             robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
             robot.bye()
-            _, said = simulator.process.communicate(timeout=DEADLINE_S)
-        assert (simulator.process.returncode, said) == (0, "")
+            _, errors = simulator.process.communicate(timeout=DEADLINE_S)
+        assert (simulator.process.returncode, errors) == (0, "")
 
 
 @pytest.mark.parametrize("name", ONE_OF_EACH_PROTOCOL)

@@ -40,7 +40,7 @@ def test_a_move_of_ten_seconds_is_run_at_once() -> None:
         robot.joint_move(THERE, SLOWLY)
         assert robot.get_status() == "moving"
         home = simulator.joints
-        assert simulator.state().tick == 0, "nothing moves before it is told"
+        assert simulator.state().tick == 0, "nothing moves without a command"
         simulator.advance(1.0)
         assert simulator.state().time_s == 1.0
         assert simulator.joints != home
@@ -71,13 +71,13 @@ def test_time_is_paused_and_its_pace_changed() -> None:
 
 
 def test_a_caller_that_waits_for_time_gets_an_error_when_the_robot_ends() -> None:
-    told = list[str]()
+    raised = list[str]()
 
     def wait(simulator: Simulator) -> None:
         try:
             simulator.advance(86400.0)
         except RuntimeError as fault:
-            told.append(str(fault))
+            raised.append(str(fault))
 
     with Simulator(clock="stepped") as simulator:
         # Not at rest, a day of which would be over at once.
@@ -87,7 +87,7 @@ def test_a_caller_that_waits_for_time_gets_an_error_when_the_robot_ends() -> Non
         while simulator.state().tick == 0:
             pass
     thread.join(60)
-    assert len(told) == 1
+    assert len(raised) == 1
 
 
 def test_an_exit_in_the_robots_thread_is_that_of_its_caller() -> None:

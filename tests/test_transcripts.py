@@ -34,8 +34,8 @@ def test_a_transcript_has_its_expected_replies(name: str) -> None:
 
 
 def test_every_command_is_in_a_transcript() -> None:
-    said = set[str]().union(*(transcript.commands for transcript in TRANSCRIPTS.values()))
-    assert set(load_table("iiwa").commands) <= said
+    commands = set[str]().union(*(transcript.commands for transcript in TRANSCRIPTS.values()))
+    assert set(load_table("iiwa").commands) <= commands
 
 
 def test_every_message_is_accepted_and_rejected_in_a_transcript() -> None:

@@ -124,7 +124,7 @@ def test_a_part_is_handed_over_twice_with_the_same_bits() -> None:
 
 def answers(simulator: Simulator, name: str) -> list[str]:
     """Return replies to a driver, while others rest."""
-    said = []
+    replies = []
     with Drivers(simulator) as drivers:
         for command in (
             "hello",
@@ -140,9 +140,9 @@ def answers(simulator: Simulator, name: str) -> list[str]:
             "set output : 2 1",
             "get outputs",
         ):
-            said.append(drivers.ask(name, command))
+            replies.append(drivers.ask(name, command))
             simulator.advance(0.05)
-    return said
+    return replies
 
 
 def test_each_driver_is_answered_as_alone(tmp_path: Path) -> None:
@@ -242,10 +242,10 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
     assert ticks[0] == ticks[1] == list(range(len(ticks[0])))
     ends = [[*each.contents(STATE)][-1].joint_position for each in (left, right)]
     assert ends[0] != ends[1]
-    said = [
+    commands = [
         [line.text[:14] for line in each.contents(DIALOGUE) if line.mark == ">"] for each in (left, right)
     ]
-    assert said == [[], ["lin move : 400"]]
+    assert commands == [[], ["lin move : 400"]]
     frames = [each.content["transforms"] for each in found_in(file, "/left/tf", "/right/tf")][:2]
     children = [{(each["parent_frame_id"], each["child_frame_id"]) for each in found} for found in frames]
     assert ("world", "left/iiwa_link_0") in children[0]
@@ -324,20 +324,20 @@ def test_the_command_line_serves_each_robot_on_its_port_and_all_on_the_page(
         client.close()
         page = int(lines[-1].rstrip("/").rpartition(":")[2])
         shows_both(page)
-        code, said = server.ends(signal.SIGTERM)
+        code, errors = server.ends(signal.SIGTERM)
         with pytest.raises(OSError, match="refused"):
             socket.create_connection(("127.0.0.1", page), 60)
     assert code == 0
-    assert "warning right 127.0.0.1:" in said, "the log names the robot"
-    assert "lost" not in said
+    assert "warning right 127.0.0.1:" in errors, "the log names the robot"
+    assert "lost" not in errors
     assert "> wrong" in (tmp_path / "said-right.txt").read_text()
     assert "> wrong" not in (tmp_path / "said-left.txt").read_text()
-    told = f"iiwa-sim: --port, --protocol: expected none: {file} has those of each robot\n"
-    assert refused(file, "--port", "5") == told
+    text = f"iiwa-sim: --port, --protocol: expected none: {file} has those of each robot\n"
+    assert refused(file, "--port", "5") == text
     assert main(["check-cell", str(file)]) == 0
-    told = capsys.readouterr().out
-    assert all(f"robot {name}: LBR iiwa 7 R800, its TCP starts at " in told for name in ("left", "right"))
-    assert told.count("part 'bar' lies\n") == 2
+    text = capsys.readouterr().out
+    assert all(f"robot {name}: LBR iiwa 7 R800, its TCP starts at " in text for name in ("left", "right"))
+    assert text.count("part 'bar' lies\n") == 2
 
 
 def test_the_fixture_has_all_robots_and_its_report_their_dialogues(pytester: pytest.Pytester) -> None:

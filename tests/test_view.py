@@ -10,12 +10,12 @@ from tests.processes import refused
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "reason"),
     [
         (["--view-host", "::1"], "--view-host: expected --view-port with it"),
         (["--view-port", "0", "--view-host", "0.0.0.0"], "--view-token or --view-token-file with it"),
         (["show", "run.mcap", "--host", "0.0.0.0"], "--host: no such option"),
     ],
 )
-def test_unusable_options_are_reported_in_one_line(options: Sequence[str], told: str) -> None:
-    assert told in refused(*options)
+def test_unusable_options_are_reported_in_one_line(options: Sequence[str], reason: str) -> None:
+    assert reason in refused(*options)

@@ -87,11 +87,11 @@ async def test_late_replies_come_in_their_order(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "heard", "broken"),
+    ("fault", "replies", "broken"),
     [(CloseBefore(), 1, False), (CloseAfter(), 2, False), (ResetBefore(), 1, True)],
 )
 async def test_a_connection_that_ends_at_a_reply(
-    bench: Bench, fault: Fault, heard: int, broken: bool
+    bench: Bench, fault: Fault, replies: int, broken: bool
 ) -> None:
     driver = bench.driver
     bench.backdoor.set_fault(Pass(), bench.number, 1)
@@ -101,7 +101,7 @@ async def test_a_connection_that_ends_at_a_reply(
         with pytest.raises(ConnectionResetError):
             await driver.rest()
     else:
-        assert await driver.rest() == b"".join(driver.ANSWERS[:heard])
+        assert await driver.rest() == b"".join(driver.ANSWERS[:replies])
     await bench.a_while()
     assert not any(bench.simulator.state().outputs), "what is behind it is not carried out"
     again, _ = await bench.connects(bench.scene.spoken)

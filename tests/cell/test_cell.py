@@ -124,9 +124,9 @@ def test_parts_lie_on_surfaces_and_fall_elsewhere(tmp_path: Path) -> None:
     (cube, _), (other, pose) = cell.handled.parts
     assert cube == ("cube", Box(0.02, 0.02, 0.02), 0.2, 0.5, 1e5)
     assert (other.name, pose.translation) == ("other", (-0.6, 0.0, 0.2))
-    told = summary([cell])
-    assert "part 'cube' lies\n" in told
-    assert "part 'other' falls\n" in told
+    lines = summary([cell])
+    assert "part 'cube' lies\n" in lines
+    assert "part 'other' falls\n" in lines
 
 
 def test_safety_limits(tmp_path: Path) -> None:
@@ -251,7 +251,7 @@ THIRD = '[[robot]]\nname = "third"\n'
 
 
 @pytest.mark.parametrize(
-    ("added", "says"),
+    ("added", "reason"),
     [
         ('[[robot]]\nname = "left"', "robot[2].name = 'left': expected another name than that of robot[0]"),
         ('[[robot]]\nname = "a/b"', "robot[2].name = 'a/b': expected up to 40 letters, digits, - and _"),
@@ -269,17 +269,17 @@ THIRD = '[[robot]]\nname = "third"\n'
         ("[tool]\nmass_kg = 1.0", "tool = {'mass_kg': 1.0}: expected none beside [[robot]]"),
     ],
 )
-def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str, says: str) -> None:
+def test_a_wrong_entry_of_several_robots_is_one_line(tmp_path: Path, added: str, reason: str) -> None:
     with pytest.raises(CellFault) as fault:
         cell_from(tmp_path, TWO + added)
-    assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {says}")
+    assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {reason}")
     assert str(fault.value).isprintable()
 
 
 def test_robots_that_collide_at_the_start_are_named(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(TWO.replace("x_mm = 1000", "x_mm = 50"))
-    says = r"expected iiwa_\w+ of robot 'left' at most 1 mm inside iiwa_\w+ of robot 'right' at .*, not \d+"
-    with pytest.raises(CellFault, match=says):
+    reason = r"expected iiwa_\w+ of robot 'left' at most 1 mm inside iiwa_\w+ of robot 'right' at .*, not \d+"
+    with pytest.raises(CellFault, match=reason):
         shared_world(load_cells(tmp_path / "cell.toml"), 0.002)
 
 

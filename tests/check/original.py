@@ -23,13 +23,13 @@ NUMBERS = {
 REPLIES = {"hello": "hello", "bye": "bye", "stop": "done", "get status": "stopped", **NUMBERS}
 
 
-class Original(TCPServer):
+class OriginalServer(TCPServer):
     """Serves one client after the other, with a robot that stands still. It has no extensions."""
 
     request_queue_size = 100
 
     def __init__(self) -> None:
-        self.heard: list[str] = []
+        self.received: list[str] = []
         """Every line of every client."""
         super().__init__(("127.0.0.1", 0), BaseRequestHandler)
         self.port: int = self.socket.getsockname()[1]
@@ -56,7 +56,7 @@ class Original(TCPServer):
     def answer(self, connection: socket.socket, line: bytes) -> bool:
         """Whether the connection stays."""
         text = line.decode()
-        self.heard.append(text)
+        self.received.append(text)
         reply = self.reply(text)
         self.write(connection, reply)
         return reply != "bye"
@@ -72,25 +72,25 @@ class Original(TCPServer):
         connection.sendall(reply.encode() + b"\r\n")
 
 
-class Deviating(ThreadingMixIn, Original):
+class ConcurrentServer(ThreadingMixIn, OriginalServer):
     """Serves all clients at once."""
 
 
-class Bare(Deviating):
+class NewlineServer(ConcurrentServer):
     r"""Ends its replies with \n."""
 
     def write(self, connection: socket.socket, reply: str) -> None:
         connection.sendall(reply.encode() + b"\n")
 
 
-class MindsCase(Deviating):
+class CaseServer(ConcurrentServer):
     """Takes small letters only."""
 
     def reply(self, text: str) -> str:
         return super().reply(text) if text == text.lower() else "unknown command"
 
 
-class Moving(Deviating):
+class MovingServer(ConcurrentServer):
     """Its robot moves."""
 
     def reply(self, text: str) -> str:
@@ -98,7 +98,7 @@ class Moving(Deviating):
 
 
 @contextmanager
-def serving(kind: type[Original]) -> Iterator[Original]:
+def serving(kind: type[OriginalServer]) -> Iterator[OriginalServer]:
     """A server of a kind, until the context is left."""
     with kind() as server:
         thread = threading.Thread(target=server.serve_forever, args=[0.01])

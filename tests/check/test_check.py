@@ -11,7 +11,7 @@ from iiwa_sim.check.probes import Finding, Link, Verdict
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.texts import TranscriptFault, command_of
 from tests.check import original
-from tests.check.original import Deviating, Original, serving
+from tests.check.original import ConcurrentServer, OriginalServer, serving
 
 BLANKS = "blanks and tabs between the words of a command"
 ON_PURPOSE = {
@@ -40,12 +40,12 @@ async def test_the_simulator_deviates_only_where_intended(simulator: Simulator) 
 
 
 async def test_without_permission_no_command_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
-    said: list[str] = []
+    texts: list[str] = []
     before = simulator.controller.joints
-    simulator.dialogue.listeners.append(lambda told: said.append(told.text) if told.mark == ">" else None)
+    simulator.dialogue.listeners.append(lambda line: texts.append(line.text) if line.mark == ">" else None)
     link = Link("127.0.0.1", simulator.port, allow_motion=False, timeout_s=30)
     findings = await asyncio.to_thread(checked, link)
-    sent = {command_of(text.replace("\\t", " ")) for text in said}
+    sent = {command_of(text.replace("\\t", " ")) for text in texts}
     assert sent & COMMANDS.keys() <= HARMLESS
     assert not {name for name in sent & set(COMMANDS) if COMMANDS[name].mode != "any"}
     moving = {f"the dialogue {name}.txt" for name in ("interrupted", "moves", "servo")}
@@ -55,23 +55,23 @@ async def test_without_permission_no_command_is_sent_that_could_move_a_robot(sim
 
 
 def test_the_original_has_no_deviations() -> None:
-    with serving(Original) as server:
+    with serving(OriginalServer) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=6))
     assert found(findings, Verdict.DEVIATION) == set()
     assert found(findings, Verdict.OURS) == set()
-    heard = {command_of(line) for line in server.heard}
-    assert heard & COMMANDS.keys() <= HARMLESS
+    received = {command_of(line) for line in server.received}
+    assert received & COMMANDS.keys() <= HARMLESS
     assert "too many parameters" in found(findings, Verdict.UNTRIED)
 
 
 @pytest.mark.parametrize(
     ("kind", "event", "words"),
     [
-        (original.Bare, "any reply", r"compares with 'hello\r\n'"),
-        (original.MindsCase, "the dialogue lines.txt", "'HELLO': expected 'hello', got 'unknown command'"),
+        (original.NewlineServer, "any reply", r"compares with 'hello\r\n'"),
+        (original.CaseServer, "the dialogue lines.txt", "'HELLO': expected 'hello', got 'unknown command'"),
     ],
 )
-def test_a_deviation_is_reported_by_its_name(kind: type[Deviating], event: str, words: str) -> None:
+def test_a_deviation_is_reported_by_its_name(kind: type[ConcurrentServer], event: str, words: str) -> None:
     with serving(kind) as server:
         findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=30))
     assert found(findings, Verdict.DEVIATION) == {event}
@@ -80,6 +80,6 @@ def test_a_deviation_is_reported_by_its_name(kind: type[Deviating], event: str, 
 
 def test_a_robot_that_moves_is_left_alone() -> None:
     moves = pytest.raises(TranscriptFault, match=r"says .*'moving' to 'get status'")
-    with serving(original.Moving) as server, moves:
+    with serving(original.MovingServer) as server, moves:
         checked(Link("127.0.0.1", server.port, allow_motion=True))
-    assert server.heard == ["hello", "get status"]
+    assert server.received == ["hello", "get status"]

@@ -31,8 +31,8 @@ def robot(simulator: Simulator) -> Iterator[Iiwa]:
 
 
 def test_the_client_imports_nothing_of_the_server() -> None:
-    said = [sys.executable, "-c", "import sys, iiwa_sim.client; print(*sys.modules)"]
-    loaded = set(subprocess.run(said, capture_output=True, text=True, check=True).stdout.split())
+    command = [sys.executable, "-c", "import sys, iiwa_sim.client; print(*sys.modules)"]
+    loaded = set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split())
     assert not loaded & {"pinocchio", "numpy", "ruckig", "msgspec"}
     assert all(name.startswith("iiwa_sim.client") for name in loaded if name.startswith("iiwa_sim."))
 

@@ -65,7 +65,7 @@ def paced(program: list[Any], pace: Pace, late_ns: list[int]) -> ProgrammedRobot
     return robot
 
 
-async def told(program: list[Any]) -> ProgrammedRobot:
+async def run_stepped(program: list[Any]) -> ProgrammedRobot:
     robot, time = ProgrammedRobot(program), HandTime()
     clock = Clock(pace=STEPPED, now_ns=time.now, call_at=time.call_at)
     clock.start(robot)
@@ -85,7 +85,7 @@ async def told(program: list[Any]) -> ProgrammedRobot:
 def test_a_program_has_the_same_motion_at_every_pace_despite_stalls(
     program: list[Any], late_ns: list[int]
 ) -> None:
-    stepped = asyncio.run(told(program))
+    stepped = asyncio.run(run_stepped(program))
     for each in PACES:
         robot = paced(program, each, late_ns)
         assert robot.answers == stepped.answers

@@ -26,7 +26,7 @@ def carrying(name: str = ARMS[0], tool: Tool = TOOL, **safety: float) -> Stepped
     return SteppedRobot(cell=cell)
 
 
-class Carried:
+class CarriedBody:
     """A body on the flange of a massless arm, as Pinocchio has it."""
 
     def __init__(self, robot: SteppedRobot) -> None:
@@ -56,7 +56,7 @@ def test_an_unknown_tool_acts_by_newton_and_euler(name: str) -> None:
     robot = carrying(name)
     controller, d = robot.controller, robot.description
     controller.set_tool_load(NO_TOOL.load)
-    reference, still = Carried(robot), np.zeros(len(d.joints))
+    reference, still = CarriedBody(robot), np.zeros(len(d.joints))
     rng = np.random.default_rng(4)
     for q in rng.uniform(d.position_min, d.position_max, (20, len(still))):
         controller.place(q.tolist())

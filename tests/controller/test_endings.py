@@ -1,4 +1,4 @@
-"""How each move ended, told once."""
+"""Endings of moves: each is reported once."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ SPEEDS = (1.0,) * 7
 
 @pytest.fixture
 def endings(robot: SteppedRobot) -> list[Ending]:
-    told: list[Ending] = []
-    robot.controller.endings.listeners.append(told.append)
-    return told
+    reported: list[Ending] = []
+    robot.controller.endings.listeners.append(reported.append)
+    return reported
 
 
 @pytest.fixture
@@ -84,22 +84,22 @@ def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, end
     assert endings[1:] == [Ending(2, SUCCESS, "")]
     robot.controller.move(smart_joint_move(HOME, [0.01] * 7))
     robot.step(300)
-    told = "no smart command for 0.5 s: the robot stops"
-    assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, told)]
+    reported = "no smart command for 0.5 s: the robot stops"
+    assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, reported)]
 
 
 def test_the_callback_of_a_move_gets_its_ending_and_no_other(robot: SteppedRobot) -> None:
-    told: dict[str, list[Ending]] = {"one": [], "other": []}
-    robot.controller.move(joint_move(NEAR, SPEEDS), told["one"].append)
+    reported: dict[str, list[Ending]] = {"one": [], "other": []}
+    robot.controller.move(joint_move(NEAR, SPEEDS), reported["one"].append)
     robot.controller.move(joint_move(HOME, SPEEDS))
-    robot.controller.move(joint_move(FAR, SPEEDS), told["other"].append)
-    while not told["one"]:
+    robot.controller.move(joint_move(FAR, SPEEDS), reported["other"].append)
+    while not reported["one"]:
         assert robot.controller.motions.is_pending(1)
         robot.step()
-    assert told == {"one": [Ending(1, SUCCESS, "")], "other": []}
+    assert reported == {"one": [Ending(1, SUCCESS, "")], "other": []}
     robot.stop()
-    assert told["one"] == [Ending(1, SUCCESS, "")]
-    assert told["other"] == [Ending(3, STOP_TRIGGERED, "stopped")]
+    assert reported["one"] == [Ending(1, SUCCESS, "")]
+    assert reported["other"] == [Ending(3, STOP_TRIGGERED, "stopped")]
     assert not robot.controller.endings.pending
 
 
@@ -107,8 +107,8 @@ def test_the_callback_of_a_move_gets_its_ending_and_no_other(robot: SteppedRobot
 def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
     recorder = Recorder(load_robot(name))
     robot = recorder.robot
-    told: list[Ending] = []
-    robot.controller.endings.listeners.append(told.append)
+    reported: list[Ending] = []
+    robot.controller.endings.listeners.append(reported.append)
     recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=5)))
-    assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
-    assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
+    assert sorted(ending.move for ending in reported) == list(range(1, robot.controller.accepted + 1))
+    assert {ending.code for ending in reported} <= {SUCCESS, STOP_TRIGGERED}

@@ -78,7 +78,7 @@ def test_the_robot_stops_on_its_path_and_waiting_moves_are_dropped(name: str, ho
     off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
     assert off <= np.abs(np.diff(way, axis=0)).max(), "it rests between two places of the way it was on"
     assert robot.controller.errors.last == cause
-    assert robot.faults == [(cause.code, cause.reason)], "and the log hears of it"
+    assert robot.faults == [(cause.code, cause.reason)], "and in the log"
     status = robot.controller.status()
     assert (status.in_error, status.error_code, status.motion_possible) == (1, cause.code, 0)
     assert status.drives_powered == (how == "fault")
@@ -135,7 +135,7 @@ def test_an_error_refuses_moves_until_it_is_reset(
             move(controller)
         assert refused.value.code == code
         controller.errors.record(refused.value.code, refused.value.reason)
-        assert controller.errors.last is cause, "the cause is told as long as it stands"
+        assert controller.errors.last is cause, "the cause is reported as long as it lasts"
     robot.step(10)
     assert controller.joints == rest
     controller.errors.reset()

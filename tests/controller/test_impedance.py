@@ -306,9 +306,9 @@ def test_a_stream_is_followed_evenly_with_the_documented_lag(kind: str, hz: int,
         move(frame._replace(y_mm=frame.y_mm + mm_per_s * (k + 1) / hz), 0.5, 2000.0, NO_FORCE)
         robot.step(period)
     y_mm = np.array([robot.tcp_frame(q).y_mm for q in robot.joints]) - frame.y_mm
-    told = mm_per_s * robot.tick_s * np.arange(len(y_mm))
+    commanded = mm_per_s * robot.tick_s * np.arange(len(y_mm))
     settled = slice(len(y_mm) // 4, None)
-    lag_s = (told - y_mm)[settled] / mm_per_s
+    lag_s = (commanded - y_mm)[settled] / mm_per_s
     assert lag_s.max() <= 1.0 / hz + 0.02
     speed = np.diff(y_mm)[settled] / robot.tick_s
     assert speed == pytest.approx(mm_per_s, rel=0.05)

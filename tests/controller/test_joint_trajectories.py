@@ -28,8 +28,8 @@ TICK_S = 0.002
 EVERY = 10  # ticks between looks at how the robot follows
 
 
-class Following:
-    """A robot that is sent trajectories, and what it is told of their ends."""
+class TrajectoryRobot:
+    """A robot that is sent trajectories, with their endings and its deviation from them."""
 
     def __init__(self, name: str = ARMS[0], tick_s: float = TICK_S) -> None:
         """Not even links that meet each other stop it: some random programs fold the arm."""
@@ -43,7 +43,7 @@ class Following:
 
     def sends(self, points: Sequence[Knot], **more: Any) -> int:
         def ended(ending: Ending) -> None:
-            assert ending.move not in self.ends, "told twice"
+            assert ending.move not in self.ends, "reported twice"
             self.ends[ending.move] = ending
 
         self.robot.notice_mode()
@@ -74,9 +74,10 @@ class Following:
         return worst
 
 
-def swinging(robot: Following, times: Array, size: float, turns: Array, *, bent: bool = True) -> list[Knot]:
-    """Points of a smooth motion that begins and ends at rest, with velocities, and `bent` with
-    accelerations."""
+def swinging(
+    robot: TrajectoryRobot, times: Array, size: float, turns: Array, *, bent: bool = True
+) -> list[Knot]:
+    """Return points of a smooth motion from rest to rest, with velocities, and `bent` accelerations."""
     whole = float(times[-1])
     x = times / whole
     polynomial = np.polynomial.Polynomial([0, 0, 0, 64.0]) * np.polynomial.Polynomial([1, -1]) ** 3
@@ -102,7 +103,7 @@ signs = st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7).map(np.array)
 def test_a_smooth_trajectory_with_velocities_is_followed_closely(
     count: int, whole_s: float, size: float, turns: Array, bent: bool
 ) -> None:
-    following = Following()
+    following = TrajectoryRobot()
     points = swinging(following, np.linspace(0.0, whole_s, count + 1), size, turns, bent=bent)
     following.sends(points)
     following.runs()
@@ -118,7 +119,7 @@ def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
     parts: list[tuple[float, Array]], gentle: bool
 ) -> None:
     """Straight lines from point to point; the average rounds their corners."""
-    following = Following()
+    following = TrajectoryRobot()
     speed = (0.1 if gentle else 0.9) * np.array(following.robot.description.velocity)
     time, place, points = 0.0, following.home, []
     for seconds, turns in parts:
@@ -135,7 +136,7 @@ def test_points_at_speed_or_with_corners_are_followed_within_the_limits(
 
 
 def test_joints_may_come_in_any_order() -> None:
-    following, mixed = Following(), Following()
+    following, mixed = TrajectoryRobot(), TrajectoryRobot()
     points = swinging(following, np.linspace(0.0, 2.0, 9), 0.5, np.linspace(-1.0, 1.0, 7))
     following.sends(points)
     order = [3, 0, 6, 1, 5, 2, 4]
@@ -190,9 +191,9 @@ BAD = {
 }
 
 
-def under_way() -> tuple[Following, int]:
+def under_way() -> tuple[TrajectoryRobot, int]:
     """A robot 0.4 s after the begin of a trajectory, and the number of that."""
-    following = Following()
+    following = TrajectoryRobot()
     number = following.sends([Knot(1.0, NEAR), Knot(3.0, AWAY)])
     following.step(200)
     return following, number
@@ -212,7 +213,7 @@ def test_bad_trajectories_are_refused_with_their_reason_and_change_nothing() -> 
 
 
 def test_the_robot_stops_on_its_path_and_holds_when_a_trajectory_is_cancelled() -> None:
-    following = Following()
+    following = TrajectoryRobot()
     number = following.sends([Knot(2.0, AWAY)])
     following.step(400)
     following.robot.may_stop()
@@ -232,7 +233,7 @@ def test_the_robot_stops_on_its_path_and_holds_when_a_trajectory_is_cancelled() 
 
 @given(st.lists(st.tuples(st.integers(1, 400), signs, st.booleans()), min_size=2, max_size=4))
 def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Array, bool]]) -> None:
-    following = Following()
+    following = TrajectoryRobot()
     numbers, target = [], following.home
     for ticks, turns, smooth in parts:
         target = following.home + 0.35 * turns
@@ -249,7 +250,7 @@ def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Arra
 
 
 def test_a_stream_like_moveit_servos_is_followed_without_a_stop() -> None:
-    following = Following()
+    following = TrajectoryRobot()
     place = following.home
     for k in range(100):
         time = 0.01 * (k + 1)
@@ -267,7 +268,7 @@ def test_a_stream_like_moveit_servos_is_followed_without_a_stop() -> None:
 
 
 def test_time_runs_at_the_override() -> None:
-    following = Following()
+    following = TrajectoryRobot()
     following.controller.set_override(0.5)
     points = swinging(following, np.linspace(0.0, 0.8, 9), 0.5, np.ones(7))
     number = following.sends(points)
@@ -298,7 +299,7 @@ def test_time_runs_at_the_override() -> None:
 )
 def test_a_robot_that_is_beyond_a_tolerance_stops(tolerances: dict[str, Any], reason: str) -> None:
     """To and fro in straight lines, which the robot follows with a delay."""
-    following = Following()
+    following = TrajectoryRobot()
     places = [(following.home + 0.3 * (k % 2)).tolist() for k in range(4)]
     number = following.sends([Knot(0.5 * k, places[k]) for k in (1, 2, 3)], **tolerances)
     following.robot.may_stop()
@@ -311,7 +312,7 @@ def test_a_robot_that_is_beyond_a_tolerance_stops(tolerances: dict[str, Any], re
 
 
 def test_other_motions_and_trajectories_stop_each_other() -> None:
-    following = Following()
+    following = TrajectoryRobot()
     following.controller.move(joint_move(AWAY, [1.0] * 7))
     following.step(150)
     first = following.sends([Knot(1.0, NEAR)])
@@ -328,7 +329,7 @@ def test_other_motions_and_trajectories_stop_each_other() -> None:
 
 
 def test_a_trajectory_with_an_earlier_start_is_joined_at_its_present_point() -> None:
-    following = Following()
+    following = TrajectoryRobot()
     points = swinging(following, np.linspace(0.0, 2.0, 21), 0.15, np.ones(7))
     number = following.sends(points, delay_s=-0.5)
     following.runs()

@@ -30,22 +30,22 @@ def wall(stiffness: float = 50_000.0, y: float = WALL_Y, damping: float = 0.0) -
 
 
 class Robot:
-    """One among surfaces, with all that is told of it."""
+    """A robot among surfaces, with its events."""
 
     def __init__(self, *surfaces: Surface, start: Joints = STRETCHED, unbreakable: bool = False) -> None:
         self.faults: list[tuple[int, str]] = []
-        self.told: list[str] = []
+        self.events: list[str] = []
         self.controller = Controller(
             strong(IIWA) if unbreakable else load_robot(IIWA),
             TICK_S,
             start=start,
             contact=TcpContact(surfaces, 0.0),
-            on_event=self._hears,
+            on_event=self._on_event,
         )
 
-    def _hears(self, event: RobotEvent) -> None:
+    def _on_event(self, event: RobotEvent) -> None:
         if isinstance(event, str):
-            self.told.append(event)
+            self.events.append(event)
         elif isinstance(event, ErrorRecord):
             self.faults.append((event.code, event.reason))
 
@@ -67,7 +67,7 @@ def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> N
     while not c.load.link_contacts:
         assert set(c.joint_torque()) == {0.0}
         c.step()
-    assert robot.told == [f"link {c.load.link_contacts[0].link} touches surface 'wall'"]
+    assert robot.events == [f"link {c.load.link_contacts[0].link} touches surface 'wall'"]
     assert c.joint_torque()[0] < 0.0, "it holds A1 back"
     assert c.cartesian_force() == (0.0,) * 6, "nothing touches the TCP"
     while not robot.faults:
@@ -113,9 +113,9 @@ FOLDED: Joints = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)
 def test_an_arm_that_folds_onto_itself_is_reported_once_and_stopped() -> None:
     robot = Robot()
     robot.goes_to(FOLDED, speed=0.5)
-    folds = [told for told in robot.told if told.startswith("links iiwa_link_0 and iiwa_link_")]
-    assert folds == robot.told
-    assert len(robot.told) == 1
+    folds = [event for event in robot.events if event.startswith("links iiwa_link_0 and iiwa_link_")]
+    assert folds == robot.events
+    assert len(robot.events) == 1
     (fault,) = robot.faults
     assert fault[0] == STOP_TRIGGERED
     assert "external torque" in fault[1]

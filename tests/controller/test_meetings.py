@@ -12,10 +12,10 @@ def test_contacts_of_a_jaw_are_reported_by_name_and_kind() -> None:
     top_mm = TABLE_MM + 60.0
     scene.goes(down(600, 100, top_mm + 80.0), straight=False)
     scene.drives(closed=True)
-    told: list[str] = []
+    events: list[str] = []
     touching = set[str]()
     scene.goes(down(600, 100, top_mm - 1.0), 0.05)
     for _ in range(3):
-        touching = report_touches(scene.controller.load, touching, told.append)
-    assert "jaw 1 touches part 'block'" in told
-    assert len(told) == len(set(told)), "each is told once"
+        touching = report_touches(scene.controller.load, touching, events.append)
+    assert "jaw 1 touches part 'block'" in events
+    assert len(events) == len(set(events)), "each is reported once"

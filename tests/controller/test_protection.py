@@ -39,7 +39,7 @@ def watched(
         TICK_S,
         contact=TcpContact(surfaces, 0.0),
         safety=Safety(**safety),  # type: ignore[arg-type]
-        on_event=robot._hears,
+        on_event=robot._on_event,
     )
     robot.joints = [robot.controller.joints]
     return robot
@@ -66,7 +66,7 @@ def largest_part(robot: SteppedRobot) -> float:
 
 
 def assert_stopped_itself(robot: SteppedRobot, *words: str) -> None:
-    """In error with one reason, told once, and no move is taken before a reset."""
+    """Check for one error, reported once, which rejects moves until a reset."""
     assert len(robot.faults) == 1
     code, reason = robot.faults[0]
     assert code == STOP_TRIGGERED

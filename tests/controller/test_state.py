@@ -21,8 +21,8 @@ READY = (0.0, 0.4, 0.0, -1.2, 0.0, 1.2, 0.0)
 NO_FORCE = [0.0] * 6
 
 
-def told(robot: SteppedRobot) -> tuple[float, ...]:
-    """The goal, told in three ways that have to agree."""
+def checked_goal(robot: SteppedRobot) -> tuple[float, ...]:
+    """Return the goal, of which joints, frame and distance have to agree."""
     controller = robot.controller
     goal = controller.motions.goal
     assert controller.goal_frame() == robot.tcp_frame(goal)
@@ -50,23 +50,23 @@ def test_the_goal_of_a_servo_is_its_target_and_of_a_stop_its_end() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     controller.move(smart_joint_move(AWAY, FULL))
-    assert told(robot) == AWAY, "it has not begun to move"
+    assert checked_goal(robot) == AWAY, "it has not begun to move"
     robot.step(80)
     controller.move(smart_joint_move(ELSEWHERE, FULL))
-    assert told(robot) == ELSEWHERE
+    assert checked_goal(robot) == ELSEWHERE
     robot.step(80)
     controller.move(joint_move(AWAY, FULL))
-    rest = told(robot)
+    rest = checked_goal(robot)
     assert rest not in (AWAY, ELSEWHERE), "first the robot stops"
-    while told(robot) == rest:
+    while checked_goal(robot) == rest:
         robot.step()
     assert robot.joints[-2:].count(rest) >= 1, "it has come to rest there"
-    assert told(robot) == AWAY
+    assert checked_goal(robot) == AWAY
     robot.step(80)
     controller.stop()
-    rest = told(robot)
+    rest = checked_goal(robot)
     robot.runs_until_stopped(0.1)
-    assert told(robot) == rest == controller.joints
+    assert checked_goal(robot) == rest == controller.joints
 
 
 def aside(robot: SteppedRobot, y_mm: float) -> Frame:

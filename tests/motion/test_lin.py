@@ -176,8 +176,8 @@ def test_a_line_to_joints_on_another_branch_names_the_singular_pose() -> None:
     others = [q for q in branches.values() if q is not None and (np.clip(q, low, high) == q).all()]
     assert others
     for joints in others:
-        told = "a line to that pose ends in other joint positions, with the arm bent another way"
-        with pytest.raises(Refused, match=told) as refused:
+        reason = "a line to that pose ends in other joint positions, with the arm bent another way"
+        with pytest.raises(Refused, match=reason) as refused:
             robot.controller.move(lin_joint_move(joints, 1.0, 0.0))
         assert refused.value.code == CROSSING_SINGULARITY
 
@@ -241,10 +241,10 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
         robot.controller.move(lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0))
     assert refused.value.code == JOINT_LIMIT
     limit = robot.description.position_max[5]
-    told = (
+    reason = (
         rf"A6 would pass its limit of {limit:.7g} rad \(350 deg\) after [\d.]+% of the line: PTP gets there"
     )
-    assert re.fullmatch(told, refused.value.reason)
+    assert re.fullmatch(reason, refused.value.reason)
 
 
 @pytest.mark.parametrize("name", ARMS)

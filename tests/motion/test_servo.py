@@ -25,7 +25,7 @@ names = st.sampled_from(ARMS)
 both_modes = pytest.mark.parametrize("direct", [False, True])
 
 
-class Followed(SteppedRobot):
+class ServoRobot(SteppedRobot):
     """A robot in smart or direct mode; no torque stops it."""
 
     def __init__(
@@ -80,7 +80,7 @@ def ramp(name: str, speed_rel: float | Array, duration_s: float) -> tuple[Curve,
 ANYWHERE, CORNER, NEARBY, HERE, AHEAD, LIMIT_AHEAD = range(6)
 
 
-def target(kind: int, robot: Followed, direct: bool, rng: np.random.Generator) -> Array:
+def target(kind: int, robot: ServoRobot, direct: bool, rng: np.random.Generator) -> Array:
     here = np.array(robot.controller.joints)
     velocity = (here - robot.joints[-2]) / robot.tick_s if len(robot.joints) > 1 else np.zeros_like(here)
     to = {
@@ -125,7 +125,7 @@ def test_any_targets_keep_the_limits_and_a_stop_stays_on_the_trajectory(
     seed: int,
     stops: bool,
 ) -> None:
-    robots = Followed(direct, 1.0 / rate_hz, name), Followed(direct, 1.0 / rate_hz, name)
+    robots = ServoRobot(direct, 1.0 / rate_hz, name), ServoRobot(direct, 1.0 / rate_hz, name)
     robot, on = robots
     rng = np.random.default_rng(seed)
     to = robot.home
@@ -174,7 +174,7 @@ def fastest_s(way: float, velocity: float, acceleration: float, jerk: float) -> 
 def test_from_rest_each_joint_starts_at_once_and_arrives_as_soon_as_possible(
     direct: bool, name: str, seed: int, share: float
 ) -> None:
-    robot = Followed(direct, robot=name)
+    robot = ServoRobot(direct, robot=name)
     rng = np.random.default_rng(seed)
     home = robot.home
     speeds_rel = rng.uniform(0.1, 1.0, len(home)).tolist()
@@ -193,7 +193,7 @@ def test_from_rest_each_joint_starts_at_once_and_arrives_as_soon_as_possible(
 
 
 def test_a_target_at_the_present_position_keeps_the_robot_or_brings_it_back() -> None:
-    robot = Followed()
+    robot = ServoRobot()
     robot.heads_for(robot.home)
     robot.step(5)
     assert set(robot.joints) == {tuple(robot.home)}
@@ -209,7 +209,7 @@ def test_a_target_at_the_present_position_keeps_the_robot_or_brings_it_back() ->
 
 def test_a_trajectory_on_which_ruckig_fails_is_run() -> None:
     """It needs full acceleration for no time at all: four phases of 40 ms."""
-    robot = Followed()
+    robot = ServoRobot()
     to = robot.home + 0.016 * robot.limits.velocity
     robot.heads_for(to)
     robot.runs_until_stopped()
@@ -232,7 +232,7 @@ def test_a_ragged_stream_is_followed_with_bounded_lag_and_never_overtaken(
 ) -> None:
     """Direct targets come without the gap: behind it they would be out of reach."""
     curve, speed = ramp(name, np.array(speeds_rel[: len(strong(name).home)]) * (0.2 if direct else 1.0), 0.9)
-    robot = Followed(direct, robot=name, start=curve(0.0))
+    robot = ServoRobot(direct, robot=name, start=curve(0.0))
     turns = np.arange(1.0, round(0.9 / period_s))
     times = (turns + np.random.default_rng(seed).uniform(-JITTER, JITTER, len(turns))) * period_s
     if gap_at_s is not None and not direct:
@@ -253,7 +253,7 @@ def test_an_even_stream_is_followed_smoothly(
     direct: bool, period_s: float, name: str, speed_rel: float
 ) -> None:
     curve, speed = ramp(name, speed_rel, 1.5)
-    robot = Followed(direct, robot=name, start=curve(0.0))
+    robot = ServoRobot(direct, robot=name, start=curve(0.0))
     arrivals = (np.arange(1.0, round(1.5 / period_s)) * period_s).tolist()
     behind = robot.follows(curve, arrivals, 1.5)
     steady = slice(600, 740)

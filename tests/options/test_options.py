@@ -90,9 +90,9 @@ WRONG = {
 
 
 def test_a_wrong_command_line_ends_with_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    for words, told in WRONG.items():
+    for words, reason in WRONG.items():
         line = refused(*words.split(" "))
-        assert line.startswith(f"iiwa-sim: {told}"), line
+        assert line.startswith(f"iiwa-sim: {reason}"), line
         assert line[:-1].isprintable()
     monkeypatch.setenv("IIWA_SIM_RATE", "99")
     assert refused() == "iiwa-sim: IIWA_SIM_RATE=99: expected a whole number from 100 to 1000 Hz\n"
@@ -110,7 +110,7 @@ def test_keywords_and_settings_of_a_simulator() -> None:
 
 
 @pytest.mark.parametrize(
-    ("keywords", "told"),
+    ("keywords", "reason"),
     [
         ({"stirct": True}, "stirct: no such option, did you mean strict?"),
         ({"rate_hz": 5}, "rate_hz=5: expected a whole number from 100 to 1000 Hz"),
@@ -120,8 +120,8 @@ def test_keywords_and_settings_of_a_simulator() -> None:
         ({"log_level": "debug"}, "log_level: expected on the command line"),
     ],
 )
-def test_wrong_keywords(keywords: dict[str, object], told: str) -> None:
-    with pytest.raises(SettingError, match=told) as caught:
+def test_wrong_keywords(keywords: dict[str, object], reason: str) -> None:
+    with pytest.raises(SettingError, match=reason) as caught:
         Simulator(**keywords)
     assert isinstance(caught.value, ValueError)
 

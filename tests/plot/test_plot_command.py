@@ -20,7 +20,7 @@ def moves(tmp_path: Path) -> Path:
     return path
 
 
-def told_by(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> str:
+def message_of(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> str:
     """The one line on stderr with which it ends."""
     try:
         code = main(["plot", *map(str, arguments)])
@@ -41,13 +41,13 @@ def test_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_refused_command_leaves_no_picture(
     moves: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = told_by([moves, "-o", tmp_path / "picture.png"], capsys)
-    assert told.startswith(f"iiwa-sim: {moves}: line 3: 'lin move : 9000 0 0 0 0 0 1 0': 3021 the TCP at ")
+    message = message_of([moves, "-o", tmp_path / "picture.png"], capsys)
+    assert message.startswith(f"iiwa-sim: {moves}: line 3: 'lin move : 9000 0 0 0 0 0 1 0': 3021 the TCP at ")
     assert not (tmp_path / "picture.png").exists()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["moves.txt"], "the following arguments are required: -o/--output"),
         (["moves.txt", "-o", "p.pdf"], "-o/--output: p.pdf does not end in .png or .svg"),
@@ -57,8 +57,10 @@ def test_a_refused_command_leaves_no_picture(
         (["run.mcap", "-o", "p.png", "--rate", "500"], "--rate: expected none with a recording"),
     ],
 )
-def test_wrong_arguments(arguments: list[str | Path], told: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert told in told_by(arguments, capsys)
+def test_wrong_arguments(
+    arguments: list[str | Path], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert message in message_of(arguments, capsys)
 
 
 def test_without_matplotlib(
@@ -67,5 +69,5 @@ def test_without_matplotlib(
     for name in [name for name in sys.modules if name.startswith(("matplotlib", "iiwa_sim.plot.draw"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    told = told_by([moves, "-o", "picture.png"], capsys)
-    assert told == f"iiwa-sim: this needs matplotlib: {sys.executable} -m pip install 'iiwa-sim[plot]'\n"
+    message = message_of([moves, "-o", "picture.png"], capsys)
+    assert message == f"iiwa-sim: this needs matplotlib: {sys.executable} -m pip install 'iiwa-sim[plot]'\n"

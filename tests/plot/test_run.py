@@ -36,7 +36,7 @@ def test_moves_have_names_and_end_at_their_goals(text: str, names: list[str], tm
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("hello\n\nlin move : 1 2", "line 3: 'lin move : 1 2': 3040 lin move takes x y z alpha"),
         (f"{LIN}\nbye\n{LIN}", f"line 3: '{LIN}': "),
@@ -46,8 +46,10 @@ def test_moves_have_names_and_end_at_their_goals(text: str, names: list[str], tm
         ),
     ],
 )
-def test_a_rejected_command_is_named_with_file_line_and_reason(text: str, told: str, tmp_path: Path) -> None:
+def test_a_rejected_command_is_named_with_file_line_and_reason(
+    text: str, message: str, tmp_path: Path
+) -> None:
     with pytest.raises(RecordingFault) as caught:
         moved(tmp_path, text, rate_hz=100)
     assert "moves.txt: line " in str(caught.value)
-    assert told in str(caught.value)
+    assert message in str(caught.value)

@@ -1,4 +1,4 @@
-"""A robot that only remembers what it was told, and a conversation with it."""
+"""A robot that only records its commands, and a conversation with it."""
 
 from collections.abc import Iterable
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ from tests.journal import Journal
 
 
 class FakeRobot:
-    """Stands for the controller: plans nothing, accepts every move unless told otherwise."""
+    """Stand-in for the controller: it plans nothing, and accepts every move unless `breaks` is set."""
 
     status = staticmethod(lambda: RobotStatus(2, 0, 1, 1, 0, 0, 0))
     tool_frame = staticmethod(lambda: Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5))
@@ -73,10 +73,10 @@ class Conversation:
         answered = b""
         for packet in packets:
             self.session.receive(packet)
-            answered += self.hear()
+            answered += self.receive()
         return replies(answered)
 
-    def hear(self) -> bytes:
+    def receive(self) -> bytes:
         answered = b""
         while self.session.waiting:
             answered += self.session.answer()

@@ -29,6 +29,6 @@ def test_the_table_has_exactly_the_codes_in_use() -> None:
 def test_help_answers_each_code_in_one_line(code: int) -> None:
     row = ROWS[code]
     assert all(text.isascii() and text.isprintable() for text in (row.meaning, row.cause, row.remedy))
-    told = helped(load_table("iiwa"), str(code))
-    assert all(text in told for text in (str(code), row.meaning, row.cause, row.remedy))
-    assert len(told) < LONGEST_REPLY
+    answer = helped(load_table("iiwa"), str(code))
+    assert all(text in answer for text in (str(code), row.meaning, row.cause, row.remedy))
+    assert len(answer) < LONGEST_REPLY

@@ -83,15 +83,15 @@ def test_help_is_understood_without_a_colon(line):
 def test_telnets_question_after_ctrl_c_is_answered():
     talk = Conversation()
     talk.session.receive(b"\xff\xf4\xff\xfd\x06")
-    assert talk.hear() == b"\xff\xfc\x06"
+    assert talk.receive() == b"\xff\xfc\x06"
     talk.session.receive(b"hello\r\n")
-    assert talk.hear() == b"hello\r\n"
+    assert talk.receive() == b"hello\r\n"
 
 
 def test_utf_16_is_rejected():
     talk = Conversation()
     talk.session.receive("hello\n".encode("utf-16-le"))
-    assert talk.hear().startswith(b"unknown command\r\n")
+    assert talk.receive().startswith(b"unknown command\r\n")
 
 
 @pytest.mark.requirement("FRA005")

@@ -21,19 +21,19 @@ AWAY_DEG = (20.0, -80.0, 80.0, 10.0, 60.0, -200.0)
 ABOVE = (445.0, 100.0, 700.0, 180.0, 0.0, 180.0)  # X Y Z mm, A B C deg: the flange points down
 
 
-class Talk:
+class Krc4Conversation:
     """A conversation without sockets."""
 
     def __init__(self, controller: Controller) -> None:
         self.journal = Journal()
         self.session = Krc4Session(controller, self.journal, "a test")
 
-    def says(self, wire: bytes) -> list[Reply]:
+    def sends(self, wire: bytes) -> list[Reply]:
         """The replies to bytes."""
         self.session.receive(wire)
-        return self.hears()
+        return self.receives()
 
-    def hears(self) -> list[Reply]:
+    def receives(self) -> list[Reply]:
         answered = b""
         while self.session.waiting:
             answered += self.session.answer()
@@ -41,15 +41,15 @@ class Talk:
         return replies(answered)
 
     def ask(self, tag: str, *reals: float, **integers: int) -> Reply:
-        (reply,) = self.says(request(7, tag, *reals, **integers))
+        (reply,) = self.sends(request(7, tag, *reals, **integers))
         assert reply.id == 7
         assert abs(reply.command) == IDS[tag]
         return reply
 
 
-def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Talk]:
+def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Krc4Conversation]:
     stepped = SteppedRobot(robot)
-    return stepped, Talk(stepped.controller)
+    return stepped, Krc4Conversation(stepped.controller)
 
 
 @given(st.sampled_from(["lbr_iiwa_7_r800", SIX_AXES]), st.integers(0, 10_000))
@@ -59,22 +59,22 @@ def test_joints_from_goa_are_accepted_by_pta(robot: str, seed: int) -> None:
     rng = np.random.default_rng(seed)
     joints = np.degrees(rng.uniform(description.position_min, description.position_max)).tolist()
     joints[0] = round(degrees(description.position_max[0]), 9)
-    talk = Talk(controller)
+    talk = Krc4Conversation(controller)
     assert talk.ask("PTA", *joints).error is None
     while controller.moving:
         controller.step()
-    told = talk.ask("GOA").reals[: len(joints)]
-    assert told == pytest.approx(joints, abs=1e-8)
-    assert talk.ask("PTA", *told).error is None
+    present = talk.ask("GOA").reals[: len(joints)]
+    assert present == pytest.approx(joints, abs=1e-8)
+    assert talk.ask("PTA", *present).error is None
 
 
 def test_attributes_and_elements_are_equivalent_and_absent_values_are_0() -> None:
     _, talk = at_home()
-    assert talk.says(attributes("Cmd", {"I0": 5, "I1": 100})) == talk.says(
+    assert talk.sends(attributes("Cmd", {"I0": 5, "I1": 100})) == talk.sends(
         b"<Cmd><I0> 5 </I0><I1>\n100</I1></Cmd>"
     )
-    assert talk.says(b"<Cmd I1='100'/>")[0].id == 0
-    (reply,) = talk.says(b"<Cmd I0='-12' I1='25'/>")  # all joints at zero
+    assert talk.sends(b"<Cmd I1='100'/>")[0].id == 0
+    (reply,) = talk.sends(b"<Cmd I0='-12' I1='25'/>")  # all joints at zero
     assert (reply.id, reply.command) == (-12, 25)
 
 
@@ -104,7 +104,7 @@ def test_wrong_messages_are_rejected_and_change_nothing_else() -> None:
         each.ask("PTA", *AWAY_DEG)
     robot.step(30)
     for wire, message_id, command in SENSELESS:
-        (reply,) = talk.says(wire)
+        (reply,) = talk.sends(wire)
         assert reply == Reply(message_id, command, (message_id, command, 3040, *[0] * 7), (0.0,) * 10), wire
         assert not talk.session.closing
     robot.runs_until_stopped()
@@ -125,11 +125,11 @@ def test_wrong_messages_are_rejected_and_change_nothing_else() -> None:
 )
 def test_bytes_that_are_no_xml_are_answered_without_ids_and_end_the_connection(wire: bytes) -> None:
     robot, talk = at_home()
-    found = talk.says(request(1, "FIN") + wire + request(2, "STO"))
+    found = talk.sends(request(1, "FIN") + wire + request(2, "STO"))
     assert [reply.command for reply in found] == [100, 0]
     assert found[1].integers == (0, 0, 3040, *[0] * 7)
     assert talk.session.closing
-    assert talk.says(request(3, "PTA", *AWAY_DEG)) == []
+    assert talk.sends(request(3, "PTA", *AWAY_DEG)) == []
     assert not robot.controller.moving
     talk.session.lost()
     assert robot.controller.errors.last is not None
@@ -142,7 +142,7 @@ def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> Non
     robot, talk = at_home()
     message = request(1, "DIS")
     cut = place % len(message)
-    talk.says(message[:cut] + wire + message[cut:])
+    talk.sends(message[:cut] + wire + message[cut:])
     assert talk.journal.faults == []
     assert not robot.controller.moving
     assert robot.controller.joints == robot.description.home

@@ -1,4 +1,4 @@
-"""What readers of the status port are told, and what becomes of what they say."""
+"""Lines of the status port, and the lines that it accepts."""
 
 import json
 
@@ -26,7 +26,7 @@ class Reader:
         self.journal = Journal()
         self.session = StatusSession([self.robot], self.journal, "reader")
 
-    def says(self, *packets: bytes) -> bytes:
+    def sends(self, *packets: bytes) -> bytes:
         answered = b""
         for packet in packets:
             self.session.receive(packet)
@@ -42,7 +42,7 @@ class Reader:
 )
 def test_stop_lines_are_counted_among_other_bytes_in_any_packets(lines, data):
     reader = Reader()
-    reader.says(*data.draw(cut(b"".join(line + b"\n" for line in lines))))
+    reader.sends(*data.draw(cut(b"".join(line + b"\n" for line in lines))))
     assert reader.robot.stops == lines.count(b"stop")
     assert reader.robot.moves == []
 
@@ -58,7 +58,7 @@ def test_stop_lines_are_counted_among_other_bytes_in_any_packets(lines, data):
 )
 def test_other_lines_are_rejected_and_do_nothing(line):
     reader = Reader()
-    assert reader.says(line + b"\r\n") == b""
+    assert reader.sends(line + b"\r\n") == b""
     assert (reader.robot.stops, reader.robot.moves) == (0, [])
     ((name, text, code, reason),) = reader.journal.refusals
     assert (name, code, reason) == ("reader", 3040, NOTHING_ELSE)
@@ -86,7 +86,7 @@ def test_lines_agree_with_the_main_port_at_every_tick():
             for asked in ("status", "mode"):
                 assert seen[asked] == talk.ask(f"get {asked}")
             for asked in ("joint position", "flange frame", "tool frame", "cartesian force", "joint torque"):
-                said = [float(word) for word in talk.ask(f"get {asked}").split()]
-                assert seen[asked.replace(" ", "_")] == pytest.approx(said, abs=1e-9)
+                expected = [float(word) for word in talk.ask(f"get {asked}").split()]
+                assert seen[asked.replace(" ", "_")] == pytest.approx(expected, abs=1e-9)
             error = seen["error"]
             assert f"{error['code']} {error['reason']}" == talk.ask("get error")

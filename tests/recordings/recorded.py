@@ -23,7 +23,7 @@ RATE_HZ = 500
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 
 
-class Found(NamedTuple):
+class RecordedMessage(NamedTuple):
     topic: str
     schema_name: str
     schema: bytes
@@ -31,12 +31,14 @@ class Found(NamedTuple):
     content: dict[str, Any]
 
 
-def found_in(path: Path, *topics: str) -> list[Found]:
+def found_in(path: Path, *topics: str) -> list[RecordedMessage]:
     """All messages of a whole file, or those of some topics, in the order of time."""
     with path.open("rb") as file:
         messages = make_reader(file, validate_crcs=True).iter_messages(topics or None)
         return [
-            Found(channel.topic, schema.name, schema.data, message.log_time, json.loads(message.data))
+            RecordedMessage(
+                channel.topic, schema.name, schema.data, message.log_time, json.loads(message.data)
+            )
             for schema, channel, message in messages
             if schema is not None
         ]

@@ -61,6 +61,6 @@ def test_recordings_of_failed_tests_are_kept_and_named(project: pytest.Pytester)
     for path in kept:
         assert path.name.startswith("test_recordings_of_failed_tests_are_kept_and_named.py_test_fails")
         assert f"\n{path}\nto look at it: iiwa-sim show {path}" in report
-        said = [each["text"] for each in contents(path, "/dialogue")]
-        assert said == ["connected", "get status", "stopped", "disconnected"]
+        texts = [each["text"] for each in contents(path, "/dialogue")]
+        assert texts == ["connected", "get status", "stopped", "disconnected"]
         assert contents(path, "/state")[-1]["status"] == "stopped"

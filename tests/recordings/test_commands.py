@@ -38,7 +38,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[int, str, str]:
+def run_command(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[int, str, str]:
     code = main([str(each) for each in arguments])
     out, err = capsys.readouterr()
     return code, out, err
@@ -88,7 +88,7 @@ def test_rubbish_ends_in_one_line(
     path = tmp_path / "a.mcap"
     if content is not None:
         path.write_bytes(content)
-    code, out, err = said(capsys, *(word.format(path) for word in command))
+    code, out, err = run_command(capsys, *(word.format(path) for word in command))
     assert (code, out) == (2, "")
     assert err.startswith(f"iiwa-sim: {path}: ")
     assert err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""Recordings that were cut off anywhere are read up to the last whole chunk; rubbish is told in one line."""
+"""Truncated recordings are read up to the last whole chunk; other bytes are rejected in one line."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def chunk_ends() -> list[tuple[int, int]]:
 
 
 def outcome(data: bytes) -> tuple[int, bool] | str:
-    """Return the number of messages in some bytes, and True for a cut; or what is told of their fault."""
+    """Return the number of messages in some bytes, and True for a cut; or their fault."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "a.mcap")
         path.write_bytes(data)

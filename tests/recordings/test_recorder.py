@@ -96,22 +96,22 @@ def test_times_are_those_of_the_robot(session: Path) -> None:
 
 def test_events_of_a_session_are_recorded(session: Path) -> None:
     events = contents(session, EVENTS)
-    told = [(event["kind"], event["move"], event["code"], event["text"]) for event in events]
-    assert ("mode", 0, 0, "unknown -> normal") in told
-    assert ("mode", 0, 0, "normal -> smart") in told
-    assert ("move accepted", 1, 0, "normal") in told
-    assert ("move begins", 1, 0, "normal") in told
-    assert ("move ends", 1, 0, "at its target") in told
+    recorded = [(event["kind"], event["move"], event["code"], event["text"]) for event in events]
+    assert ("mode", 0, 0, "unknown -> normal") in recorded
+    assert ("mode", 0, 0, "normal -> smart") in recorded
+    assert ("move accepted", 1, 0, "normal") in recorded
+    assert ("move begins", 1, 0, "normal") in recorded
+    assert ("move ends", 1, 0, "at its target") in recorded
     contact = next(event for event in events if event["kind"] == "contact")
     assert contact["move"] == 4
     assert "along z of the TCP" in contact["text"]
-    assert ("move ends", 4, 0, contact["text"]) in told
+    assert ("move ends", 4, 0, contact["text"]) in recorded
     refused = next(event for event in events if event["kind"] == "refused")
     assert refused["code"] == 3021
     assert "'lin move : 2000" in refused["text"]
-    assert ("fault", 0, 3030, "emergency stop") in told
-    assert ("move ends", 7, 3030, "emergency stop") in told
-    calls = [text for kind, *_, text in told if kind == "backdoor"]
+    assert ("fault", 0, 3030, "emergency stop") in recorded
+    assert ("move ends", 7, 3030, "emergency stop") in recorded
+    calls = [text for kind, *_, text in recorded if kind == "backdoor"]
     assert calls[0] == "push((0, 0, 5, 0, 0, 0))"
     assert calls[1].startswith("add_surface(BoxSettings(name='box'")
     assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "emergency_stop(False)"]
@@ -152,15 +152,15 @@ def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> N
     with session.open("rb") as file:
         reader = make_reader(file)
         attached = {each.name: each.data for each in reader.iter_attachments()}
-        said = {each.name: each.metadata for each in reader.iter_metadata()}
+        found = {each.name: each.metadata for each in reader.iter_metadata()}
     assert attached["cell.toml"] == (ROOT / "examples" / "table.toml").read_bytes()
     assert attached["robot.urdf"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.urdf").read_bytes()
     assert attached["robot.toml"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.toml").read_bytes()
-    head = said["iiwa_sim"]
+    head = found["iiwa_sim"]
     assert (head["robot"], head["clock"], head["rate_hz"]) == ("LBR iiwa 7 R800", "fast", "500")
     assert head["seed"] == "none"
     assert head["version"]
-    assert said["iiwa_sim_end"] == {"lost_messages": "0"}
+    assert found["iiwa_sim_end"] == {"lost_messages": "0"}
 
 
 def test_a_state_is_a_line_of_the_status_port(tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_recording_begins_and_ends_while_the_robot_moves(tmp_path: Path) -> None
     assert [state["tick"] for state in contents(first, STATE)] == list(range(50, 151))
     ticks = [state["tick"] for state in contents(second, STATE)]
     assert ticks == list(range(100, 201, 5))
-    said = contents(second, DIALOGUE)
-    assert [each["text"] for each in said] == ["get status", "moving"]
+    found = contents(second, DIALOGUE)
+    assert [each["text"] for each in found] == ["get status", "moving"]
     assert contents(tmp_path / "third.mcap", STATE)[-1]["status"] in ("moving", "stopped")
     left.close()

@@ -34,9 +34,9 @@ def test_a_disk_that_fills_up_ends_the_recording_with_one_line(
     robot.goes_to(*FAR)
     robot.step(500)
     writer.close()
-    told = [record for record in caplog.records if record.levelno >= logging.ERROR]
-    assert len(told) == 1
-    assert "the recording ends here" in told[0].getMessage()
+    errors = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert len(errors) == 1
+    assert "the recording ends here" in errors[0].getMessage()
 
 
 def test_blocks_without_room_are_dropped_and_counted(
@@ -58,8 +58,8 @@ def test_blocks_without_room_are_dropped_and_counted(
     writer.close()
     assert len(contents(path, LOG)) == 21
     with path.open("rb") as file:
-        said = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
-    assert said["iiwa_sim_end"] == {"lost_messages": "20"}
+        metadata = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
+    assert metadata["iiwa_sim_end"] == {"lost_messages": "20"}
     (record,) = caplog.records
     assert record.getMessage().endswith(": the recording has lost 20 messages")
 

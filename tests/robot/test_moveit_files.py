@@ -1,4 +1,4 @@
-"""What MoveIt and ros2_control are told of the robots that come along: robots/NAME/moveit/."""
+"""Files for MoveIt and ros2_control of the built-in robots: robots/NAME/moveit/."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def test_the_files_name_joints_links_limits_and_topics_of_the_robot(name: str) -
     assert all("." in number for number in re.findall(r": (\d\S*)$", text, re.MULTILINE)), "MoveIt's doubles"
     limits = yaml.safe_load(text)["joint_limits"]
     assert tuple(limits) == robot.joints
-    for told, velocity, acceleration in zip(
+    for given, velocity, acceleration in zip(
         limits.values(), robot.velocity, robot.direct_acceleration, strict=True
     ):
-        assert 0.5 * velocity <= told["max_velocity"] <= velocity
-        assert told["max_acceleration"] == pytest.approx(acceleration)
+        assert 0.5 * velocity <= given["max_velocity"] <= velocity
+        assert given["max_acceleration"] == pytest.approx(acceleration)
 
     manager = yaml.safe_load((folder / "moveit_controllers.yaml").read_text())[
         "moveit_simple_controller_manager"
@@ -50,5 +50,5 @@ def test_the_files_name_joints_links_limits_and_topics_of_the_robot(name: str) -
     topics = [each.text for each in control.iter("param")]
     assert topics == [f"/robot{COMMANDS}", f"/robot{STATES}"]
     assert tuple(str(each.get("name")) for each in control.findall("joint")) == robot.joints
-    told = yaml.safe_load((folder / "ros2_controllers.yaml").read_text())
-    assert tuple(told["joint_trajectory_controller"]["ros__parameters"]["joints"]) == robot.joints
+    given = yaml.safe_load((folder / "ros2_controllers.yaml").read_text())
+    assert tuple(given["joint_trajectory_controller"]["ros__parameters"]["joints"]) == robot.joints

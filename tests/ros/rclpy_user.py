@@ -63,21 +63,21 @@ def answer(ask):
     return until(responded)[0].result()
 
 
-def hear(topic, kind, latched=False):
+def subscribe(topic, kind, latched=False):
     """Return the list of a topic's messages, which grows from when somebody publishes it."""
     qos = QoSProfile(depth=DEPTH)
     if latched:
         qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
-    heard = []
-    node.create_subscription(class_of(kind), topic, lambda each: heard.append(plain(each)), qos)
+    messages = []
+    node.create_subscription(class_of(kind), topic, lambda each: messages.append(plain(each)), qos)
     until(lambda: node.count_publishers(topic))
-    return heard
+    return messages
 
 
 def newest(topic, kind, latched=False):
     """Return a message of a topic."""
-    heard = hear(topic, kind, latched)
-    return until(lambda: heard)[-1]
+    messages = subscribe(topic, kind, latched)
+    return until(lambda: messages)[-1]
 
 
 def call(service, kind, **request):
@@ -99,10 +99,10 @@ class Goal:
         trajectory = {"joint_names": [f"A{k}" for k in range(1, 8)], "points": rows}
         goal, self.feedback = fill(self.KIND.Goal(), {"trajectory": trajectory}), []
         until(self.client.server_is_ready)
-        self.handle = answer(lambda: self.client.send_goal_async(goal, feedback_callback=self.hear))
+        self.handle = answer(lambda: self.client.send_goal_async(goal, feedback_callback=self.subscribe))
         self.ended = self.handle.get_result_async()
 
-    def hear(self, message):
+    def subscribe(self, message):
         self.feedback.append(plain(message.feedback))
 
     def cancel(self):
@@ -117,21 +117,21 @@ class Goal:
 
 
 def commands():
-    results = hear("command_result", f"{RMI}/msg/Result")
-    kind, told = class_of(f"{RMI}/msg/CommandList"), {}
+    results = subscribe("command_result", f"{RMI}/msg/Result")
+    kind, by_number = class_of(f"{RMI}/msg/CommandList"), {}
     publisher = node.create_publisher(kind, "command_list", DEPTH)
     until(publisher.get_subscription_count)
     for number, pose in enumerate((AWAY, [99.0] * 7, [nan] * 7), start=1):
         moves = {"command_type": "PTP", "pose_type": "JOINTS", "velocity_type": "%", "velocity": [0.5]}
         listed = [{"command_id": number, "pose": pose, **moves}]
         publisher.publish(fill(kind(), {"commands": listed, "replace_previous_commands": True}))
-        told[number] = until(lambda: results and results.pop())
+        by_number[number] = until(lambda: results and results.pop())
     set_io = call("set_io", f"{RMI}/srv/SetIO", number=2, value=True)
     states = call("robot/get_digital_ios", f"{RMI}/srv/GetDigitalIOs", ios=[])
     # A call that fails is answered, since ROS 2 has no other way; the robot goes on as before.
     call("scale_speed", f"{RMI}/srv/SetFloat", value=nan)
     return {
-        "results": [told[number] for number in sorted(told)],
+        "results": [by_number[number] for number in sorted(by_number)],
         "status": newest("robot_status", "industrial_msgs/msg/RobotStatus"),
         "set_io": set_io,
         "on": [state["id"] for state in states["ios"] if state["value"]],

@@ -33,7 +33,7 @@ def test_a_list_is_carried_out_in_order_with_a_result_each(robot: RosRobot) -> N
     robot.runs_until_results(3)
     assert robot.results == [(7, SUCCESS), (8, SUCCESS), (9, SUCCESS)]
     assert robot.controller.joints == pytest.approx(C)
-    first = robot.heard["/command_result"][0]
+    first = robot.messages["/command_result"][0]
     assert first["header"]["stamp"] == STAMP
     robot.step(100)
     assert len(robot.results) == 3
@@ -136,31 +136,31 @@ def test_an_emergency_stop_ends_all_commands_and_rejects_new_ones(robot: RosRobo
 @pytest.mark.requirement("FRC017", "FRA007")
 def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     published = {name: topic for name, topic in robot.graph.published.items() if topic.rate_hz}
-    heard = {name: robot.hears(name) for name in published}
+    messages = {name: robot.subscribes(name) for name in published}
     robot.controller.move(joint_move(B, [0.5] * 7))
     robot.controller.io.set_output(2, True)
     robot.step(500)
     for name, topic in published.items():
-        assert len(heard[name]) == topic.rate_hz, name
+        assert len(messages[name]) == topic.rate_hz, name
         if topic.in_ros1:
-            checked(heard[name][-1], topic.kind)
-    joints = heard["/joint_states"][50]
+            checked(messages[name][-1], topic.kind)
+    joints = messages["/joint_states"][50]
     assert joints["name"] == ["A1", "A2", "A3", "A4", "A5", "A6", "A7"]
     place = robot.joints.index(tuple(joints["position"]))
     assert joints["velocity"] == pytest.approx(
         np.subtract(robot.joints[place], robot.joints[place - 1]) / robot.tick_s
     )
-    frame = heard["/tool_frame"][-1]
+    frame = messages["/tool_frame"][-1]
     expected = robot.controller.tool_frame()
     assert [frame[name] for name in ("x", "y", "z")] == pytest.approx([v / 1e3 for v in expected[:3]])
     assert [frame[name] for name in ("alpha", "beta", "gamma")] == pytest.approx(expected[3:])
-    status = heard["/robot_status"][10]
+    status = messages["/robot_status"][10]
     assert status["mode"]["val"] == 2
     assert status["in_motion"]["val"] == 1
-    assert heard["/robot_status"][-1]["in_motion"]["val"] == 0
+    assert messages["/robot_status"][-1]["in_motion"]["val"] == 0
     assert status["header"]["stamp"] == STAMP
-    assert heard["/current_speed_scale"][-1] == {"data": 1.0}
-    states = heard["/io_states"][-1]
+    assert messages["/current_speed_scale"][-1] == {"data": 1.0}
+    states = messages["/io_states"][-1]
     assert states["outputs"][1] == {"pin_number": 2, "pin_value": True}
     assert [pin["pin_number"] for pin in states["inputs"]] == list(range(17, 33))
 
@@ -215,10 +215,10 @@ def test_outputs_are_numbered_first_then_inputs(robot: RosRobot) -> None:
 def test_digital_ios_of_anyrobot(robot: RosRobot) -> None:
     on = [{"id": {"group_id": "DO", "pin_number": n}, "value": True} for n in (3, 4)]
     assert robot.calls("/robot/set_digital_ios", ios=on) == {"success": True, "errors": []}
-    told = robot.calls("/robot/get_digital_ios")
-    assert (told["success"], told["errors"]) == (True, [])
-    assert len(told["ios"]) == 32
-    assert [{"id": pin["id"], "value": True} for pin in told["ios"] if pin["value"]] == on
+    answer = robot.calls("/robot/get_digital_ios")
+    assert (answer["success"], answer["errors"]) == (True, [])
+    assert len(answer["ios"]) == 32
+    assert [{"id": pin["id"], "value": True} for pin in answer["ios"] if pin["value"]] == on
     one = robot.calls("/robot/get_digital_ios", ios=[{"group_id": "DI", "pin_number": 16}])
     (pin,) = one["ios"]
     assert pin == {

@@ -67,8 +67,8 @@ def test_a_quaternion_is_x_y_z_w() -> None:
 @given(st.tuples(*[numbers] * 6), st.tuples(*[numbers] * 6), st.sampled_from(["", "table", "world"]))
 def test_a_pose_in_a_reference_frame(frame: tuple[float, ...], pose: tuple[float, ...], name: str) -> None:
     frame = (1.0 + abs(frame[0]), *frame[1:])
-    told = dict(zip(NAMES, frame, strict=True))
-    fields = {"pose": list(pose), "pose_reference": name, "pose_reference_frame": told}
+    reference = dict(zip(NAMES, frame, strict=True))
+    fields = {"pose": list(pose), "pose_reference": name, "pose_reference_frame": reference}
     move = read(**fields)
     assert isinstance(move.target, Frame)
     expected = compose(transform_from_euler(*frame), transform_from_euler(*pose))

@@ -24,17 +24,17 @@ class Client(RosClient):
 
     def goal(self, identifier: str, points: Sequence[Any], **fields: Any) -> list[dict[str, Any]]:
         args = {"trajectory": trajectory(points), **fields.pop("args", {})}
-        said = {"action": ACTION, "action_type": ACTION_TYPE, "args": args, "feedback": True, **fields}
-        return self.says("send_action_goal", id=identifier, **said)
+        goal = {"action": ACTION, "action_type": ACTION_TYPE, "args": args, "feedback": True, **fields}
+        return self.performs("send_action_goal", id=identifier, **goal)
 
     def runs(self) -> list[dict[str, Any]]:
-        heard = []
+        messages = []
         for _ in range(20_000):
             self.robot.step()
-            heard += self.hears()
+            messages += self.receives()
             if not self.robot.controller.moving:
                 self.robot.step(2)
-                return heard + self.hears()
+                return messages + self.receives()
         raise AssertionError("still moving")
 
 
@@ -53,8 +53,8 @@ def client(robot: RosRobot) -> Client:
 
 def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: RosRobot) -> None:
     assert client.goal("send_action_goal:1", [(1.0, AWAY)]) == []
-    heard = client.runs()
-    (result,) = [each for each in heard if each["op"] == "action_result"]
+    messages = client.runs()
+    (result,) = [each for each in messages if each["op"] == "action_result"]
     assert result == {
         "op": "action_result",
         "action": ACTION,
@@ -63,11 +63,11 @@ def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: Ro
         "result": True,
         "id": "send_action_goal:1",
     }
-    told = [each["values"] for each in heard if each["op"] == "action_feedback"]
-    assert len(told) == pytest.approx(20, abs=3)
-    assert told[0]["joint_names"] == list(robot.description.joints)
-    assert told[0]["header"] == {"stamp": NOW, "frame_id": ""}
-    for each in told:
+    feedback = [each["values"] for each in messages if each["op"] == "action_feedback"]
+    assert len(feedback) == pytest.approx(20, abs=3)
+    assert feedback[0]["joint_names"] == list(robot.description.joints)
+    assert feedback[0]["header"] == {"stamp": NOW, "frame_id": ""}
+    for each in feedback:
         for wanted, there, off in zip(
             each["desired"]["positions"], each["actual"]["positions"], each["error"]["positions"], strict=True
         ):
@@ -79,8 +79,8 @@ def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: Ro
 def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> None:
     client.goal("one", [(2.0, AWAY)])
     robot.step(300)
-    heard = client.goal("two", [(2.0, HERE)])
-    (result,) = [each for each in heard if each["op"] == "action_result"]
+    messages = client.goal("two", [(2.0, HERE)])
+    (result,) = [each for each in messages if each["op"] == "action_result"]
     assert (result["id"], result["status"], result["values"]["error_code"]) == ("one", 6, -1)
     assert result["values"]["error_string"] == "preempted by a newer trajectory"
     (last,) = [each for each in client.runs() if each["op"] == "action_result"]
@@ -144,8 +144,8 @@ def test_points_and_ends_are_accepted_as_by_joint_trajectory_controller(
 def test_a_rejected_goal_has_a_reason_and_moves_nothing(
     client: Client, robot: RosRobot, fields: dict[str, Any], words: str
 ) -> None:
-    said = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory([(1.0, AWAY)])}}
-    (result,) = client.says("send_action_goal", id="one", **(said | fields))
+    goal = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory([(1.0, AWAY)])}}
+    (result,) = client.performs("send_action_goal", id="one", **(goal | fields))
     assert (result["op"], result["id"], result["status"], result["result"]) == (
         "action_result",
         "one",
@@ -161,28 +161,28 @@ def test_a_goal_while_the_emergency_stop_is_pressed_and_after_a_reset(
 ) -> None:
     client.goal("one", [(2.0, AWAY)], feedback=False)
     robot.step(300)
-    result, response = client.says("call_service", service="/emergency_stop", args={"data": True})
+    result, response = client.performs("call_service", service="/emergency_stop", args={"data": True})
     assert (result["status"], result["values"]) == (6, {"error_code": -1, "error_string": "emergency stop"})
     assert response["values"] == {"success": True, "message": ""}
     client.runs()
     assert client.goal("two", [(2.0, AWAY)])[0]["result"] is False
-    (refused,) = client.says("call_service", service="/reset_error")
+    (refused,) = client.performs("call_service", service="/reset_error")
     assert refused["values"] == {"success": False, "message": "the emergency stop has to be released first"}
-    client.says("call_service", service="/emergency_stop", args={"data": False})
-    assert client.says("call_service", service="/reset_error")[0]["values"]["success"] is True
+    client.performs("call_service", service="/emergency_stop", args={"data": False})
+    assert client.performs("call_service", service="/reset_error")[0]["values"]["success"] is True
     client.goal("three", [(2.0, AWAY)])
     robot.step(300)
-    responses = {each["op"]: each for each in client.says("call_service", service="/stop")}
+    responses = {each["op"]: each for each in client.performs("call_service", service="/stop")}
     assert responses["service_response"]["values"]["success"] is True
     assert responses["action_result"]["values"] == {"error_code": -1, "error_string": "stopped"}
 
 
 def test_trajectories_come_by_topic_and_a_bad_one_is_reported(client: Client, robot: RosRobot) -> None:
     kind = "trajectory_msgs/msg/JointTrajectory"
-    assert client.says("advertise", topic=TRAJECTORY, type=kind) == []
-    assert client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY)])) == []
+    assert client.performs("advertise", topic=TRAJECTORY, type=kind) == []
+    assert client.performs("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY)])) == []
     robot.step(100)
-    (status,) = client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY[:3])]), id="x")
+    (status,) = client.performs("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY[:3])]), id="x")
     assert (status["op"], status["id"]) == ("status", "x")
     assert "3 positions" in status["msg"]
     client.runs()
@@ -192,14 +192,16 @@ def test_trajectories_come_by_topic_and_a_bad_one_is_reported(client: Client, ro
 def test_ros2_control_drives_the_robot_by_the_topics_of_its_hardware_interface(
     client: Client, robot: RosRobot
 ) -> None:
-    client.says("subscribe", topic=STATES, type="sensor_msgs/msg/JointState", queue_length=1000)
+    client.performs("subscribe", topic=STATES, type="sensor_msgs/msg/JointState", queue_length=1000)
     names = list(reversed(robot.description.joints))
     home = np.array(robot.controller.joints)
     wanted = home
     for k in range(300):
         wanted = home + 0.2 * (1.0 - np.cos(0.02 * k))
         message = {"name": names, "position": wanted[::-1].tolist()}
-        assert all(each["op"] == "publish" for each in client.says("publish", topic=COMMANDS, msg=message))
+        assert all(
+            each["op"] == "publish" for each in client.performs("publish", topic=COMMANDS, msg=message)
+        )
         robot.notice_mode()
         robot.step(5)
         off = np.abs(np.subtract(robot.controller.joints, wanted)).max()
@@ -208,7 +210,7 @@ def test_ros2_control_drives_the_robot_by_the_topics_of_its_hardware_interface(
     assert robot.controller.joints == pytest.approx(wanted, abs=1e-9)
     assert robot.controller.mode is Mode.DIRECT
     assert_within_limits(robot)
-    states = [each["msg"] for each in client.hears()]
+    states = [each["msg"] for each in client.receives()]
     assert states[-1]["name"] == list(robot.description.joints)
 
 
@@ -218,8 +220,8 @@ def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: R
     for wrong in (-0.1, 1.1, float("nan"), 1e-9):
         with pytest.raises(BadMessage, match="expected 0, or"):
             robot.graph.receive("/set_speed_scale", {"data": wrong})
-    (answer,) = client.says("call_service", service="/set_output_3", args={"data": True})
+    (answer,) = client.performs("call_service", service="/set_output_3", args={"data": True})
     assert answer["values"] == {"success": True, "message": ""}
     assert robot.controller.io.outputs[2]
-    (answer,) = client.says("call_service", service="/set_output_99", args={"data": True})
+    (answer,) = client.performs("call_service", service="/set_output_99", args={"data": True})
     assert not answer["result"]

@@ -19,15 +19,15 @@ ROOT = Path(__file__).parents[2]
 LAUNCH = ROOT / "examples" / "ros2"
 
 
-class Said:
-    """What an action of launch is told, as it is told."""
+class LaunchAction:
+    """An action of launch, which keeps its arguments."""
 
-    def __init__(self, *told: Any, **named: Any) -> None:
-        self.told, self.named = told, named
+    def __init__(self, *args: Any, **named: Any) -> None:
+        self.args, self.named = args, named
 
     def perform(self, context: dict[str, str]) -> str:
         """Of a LaunchConfiguration."""
-        return context[self.told[0]]
+        return context[self.args[0]]
 
 
 @pytest.fixture(autouse=True)
@@ -42,7 +42,7 @@ def stand_ins(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, classes in names.items():
         made = types.ModuleType(module)
         for name in classes:
-            setattr(made, name, type(name, (Said,), {}))
+            setattr(made, name, type(name, (LaunchAction,), {}))
         monkeypatch.setitem(sys.modules, module, made)
 
 
@@ -50,13 +50,13 @@ LINES = re.findall(r"^ros2 launch (\S+)(.*)$", (ROOT / "docs" / "howto.md").read
 """Files and arguments of the commands in the documentation."""
 
 
-def started_by(file: str, arguments: str) -> list[Said]:
+def started_by(file: str, arguments: str) -> list[LaunchAction]:
     """Every process that a command starts; the file has to declare the arguments, which are paths."""
-    actions = runpy.run_path(str(ROOT / file))["generate_launch_description"]().told[0]
+    actions = runpy.run_path(str(ROOT / file))["generate_launch_description"]().args[0]
     given = dict(each.split(":=") for each in arguments.split())
     declared = [each for each in actions if type(each).__name__ == "DeclareLaunchArgument"]
-    assert set(given) <= {each.told[0] for each in declared}
-    assert set(given) >= {each.told[0] for each in declared if "default_value" not in each.named}
+    assert set(given) <= {each.args[0] for each in declared}
+    assert set(given) >= {each.args[0] for each in declared if "default_value" not in each.named}
     context = {name: str(ROOT / value) for name, value in given.items()}
     found = []
     for action in actions:
@@ -81,10 +81,12 @@ def test_each_command_starts_a_robot_with_options_that_it_has(file: str, argumen
 def test_moveit_gets_the_robot_and_the_name_of_its_action() -> None:
     (line,) = [each for each in LINES if "moveit" in each[0]]
     nodes = {each.named.get("executable"): each.named for each in started_by(*line)}
-    told: dict[str, Any] = {}
+    parameters: dict[str, Any] = {}
     for each in nodes["move_group"]["parameters"]:
-        told |= each
-    assert told["robot_description"] == load_robot().urdf
-    assert "<group_state" in told["robot_description_semantic"]
-    assert told["moveit_simple_controller_manager"]["controller_names"] == ["joint_trajectory_controller"]
-    assert set(told["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)
+        parameters |= each
+    assert parameters["robot_description"] == load_robot().urdf
+    assert "<group_state" in parameters["robot_description_semantic"]
+    assert parameters["moveit_simple_controller_manager"]["controller_names"] == [
+        "joint_trajectory_controller"
+    ]
+    assert set(parameters["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)

@@ -73,16 +73,16 @@ for name, request, _ in calls:
         answers.append(" ".join(str(rosservice.call_service(name, [request])[1]).split()))
     except rosservice.ROSServiceException as fault:
         answers.append(str(fault))
-results, heard = [], []
+results, states = [], []
 listener = rospy.Subscriber("/command_result", get_message_class(there["/command_result"]), results.append)
-joints = rospy.Subscriber("/joint_states", get_message_class(there["/joint_states"]), heard.append)
-while not listener.get_num_connections() or not heard:
+joints = rospy.Subscriber("/joint_states", get_message_class(there["/joint_states"]), states.append)
+while not listener.get_num_connections() or not states:
     rospy.sleep(0.01)
-print(json.dumps([kinds, answers, list(heard[0].name)]), flush=True)
+print(json.dumps([kinds, answers, list(states[0].name)]), flush=True)
 while len(results) < 3:
     rospy.sleep(0.01)
-told = [[each.command_id, each.result_code, each.additional_information] for each in results]
-print(json.dumps(told), flush=True)
+rows = [[each.command_id, each.result_code, each.additional_information] for each in results]
+print(json.dumps(rows), flush=True)
 """
 
 
@@ -142,13 +142,13 @@ def test_without_a_master_the_end_is_one_line(tmp_path: Path, monkeypatch: pytes
     uri = "http://127.0.0.1:1"
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.setenv("ROS_MASTER_URI", uri)
-    told = refused("--port", "0", "--ros")
-    assert told.startswith(f"iiwa-sim: no ROS master at {uri}: start one (roscore")
+    line = refused("--port", "0", "--ros")
+    assert line.startswith(f"iiwa-sim: no ROS master at {uri}: start one (roscore")
 
 
 @pytest.mark.requirement("FRA005")
 def test_without_rospy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(side, "SYSTEM_PYTHON", Path(sys.executable))
-    said = refused("--port", "0", "--ros")
-    assert said.startswith("iiwa-sim: --ros needs rospy (")
-    assert "apt install python3-rospy" in said
+    line = refused("--port", "0", "--ros")
+    assert line.startswith("iiwa-sim: --ros needs rospy (")
+    assert "apt install python3-rospy" in line

@@ -101,54 +101,54 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
 
 @pytest.mark.slow
 def test_a_wrong_namespace_is_reported(python: Path) -> None:
-    said = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
-    assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
+    line = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
+    assert line.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
 
 
 def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    said = refused(*ROS2, "--ros2-python", sys.executable)
-    assert "has no rclpy that works" in said
-    assert said.endswith("iiwa-sim ros2-env makes an environment that has it\n")
+    line = refused(*ROS2, "--ros2-python", sys.executable)
+    assert "has no rclpy that works" in line
+    assert line.endswith("iiwa-sim ros2-env makes an environment that has it\n")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    said = refused(*ROS2)
-    assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
+    line = refused(*ROS2)
+    assert line.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
 
 
 def test_commands_end_with_results_services_answer_and_states_are_published(
     python: Path, robot: Simulator
 ) -> None:
-    told: dict[str, Any] = json.loads(succeeds(user(python, "commands")))
-    results = [(each["command_id"], each["result_code"]) for each in told["results"]]
+    printed: dict[str, Any] = json.loads(succeeds(user(python, "commands")))
+    results = [(each["command_id"], each["result_code"]) for each in printed["results"]]
     assert results == [(1, 0), (2, 3023), (3, 3000)]
-    assert "finite" in told["results"][2]["additional_information"]
+    assert "finite" in printed["results"][2]["additional_information"]
     assert [round(each, 6) for each in robot.joints] == [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
-    assert (told["status"]["drives_powered"], told["status"]["in_error"]) == ({"val": 1}, {"val": 0})
-    assert told["set_io"] == {"error": 0}
-    assert {"group_id": "DO", "pin_number": 2} in told["on"]
+    assert (printed["status"]["drives_powered"], printed["status"]["in_error"]) == ({"val": 1}, {"val": 0})
+    assert printed["set_io"] == {"error": 0}
+    assert {"group_id": "DO", "pin_number": 2} in printed["on"]
     assert robot.controller.override == 1.0
-    moving = told["tf"]["transforms"]
+    moving = printed["tf"]["transforms"]
     assert moving[-1]["child_frame_id"] == "tool"
     assert len(moving) == len(robot.joints) + 1
-    assert told["tf_static"]["transforms"]
-    assert "<robot" in told["description"]["data"]
+    assert printed["tf_static"]["transforms"]
+    assert "<robot" in printed["description"]["data"]
 
 
 @pytest.mark.slow
 def test_goals_end_as_those_of_joint_trajectory_controller(python: Path, robot: Simulator) -> None:
-    told: dict[str, Any] = json.loads(succeeds(user(python, "goals")))
-    reached, cancelled, preempted, stopped = told["ends"]
+    printed: dict[str, Any] = json.loads(succeeds(user(python, "goals")))
+    reached, cancelled, preempted, stopped = printed["ends"]
     assert reached == [4, 0, ""]
     # Feedback is 20 times in a second of simulated time; what is not read in time is left out.
-    assert 1 <= len(told["feedback"]) <= 81
-    first = told["feedback"][0]
+    assert 1 <= len(printed["feedback"]) <= 81
+    first = printed["feedback"][0]
     assert first["joint_names"] == [f"A{k}" for k in range(1, 8)]
     there = zip(first["desired"]["positions"], first["actual"]["positions"], strict=True)
     assert [a - b for a, b in there] == pytest.approx(first["error"]["positions"], abs=1e-12)
     assert cancelled[:2] == [5, 0]
-    assert told["cancelled"] == [1, 0], "the second time it has ended"
+    assert printed["cancelled"] == [1, 0], "the second time it has ended"
     assert preempted == [6, -1, "preempted by a newer trajectory"]
-    assert told["stopped"]
+    assert printed["stopped"]
     assert stopped[1] == -1
     assert not robot.controller.moving
 

@@ -23,15 +23,15 @@ def client(robot: RosRobot) -> Client:
 
 def test_a_published_list_moves_the_robot_and_its_results_come(client: Client, robot: RosRobot) -> None:
     kind = "robot_movement_interface/CommandList"
-    assert client.says("advertise", topic="/command_list", type=kind, id="advertise:1") == []
-    assert client.says("subscribe", topic="command_result", type="robot_movement_interface/Result") == []
-    assert client.says("publish", topic="/command_list", msg={"commands": [ptp(3, A)]}) == []
+    assert client.performs("advertise", topic="/command_list", type=kind, id="advertise:1") == []
+    assert client.performs("subscribe", topic="command_result", type="robot_movement_interface/Result") == []
+    assert client.performs("publish", topic="/command_list", msg={"commands": [ptp(3, A)]}) == []
     robot.runs_until_results(1)
-    (result,) = client.hears()
+    (result,) = client.receives()
     assert (result["op"], result["topic"]) == ("publish", "command_result"), "named as the client names it"
     assert result["msg"]["command_id"] == 3
     assert result["msg"]["result_code"] == 0
-    assert client.says("unadvertise", topic="/command_list") == []
+    assert client.performs("unadvertise", topic="/command_list") == []
 
 
 def test_throttle_and_queue_of_several_subscriptions(client: Client, robot: RosRobot) -> None:
@@ -39,17 +39,17 @@ def test_throttle_and_queue_of_several_subscriptions(client: Client, robot: RosR
         count = 0
         for _ in range(500):
             robot.step()
-            count += len(client.hears())
+            count += len(client.receives())
         return count
 
-    client.says("subscribe", topic="/joint_states", id="1", throttle_rate=200)
+    client.performs("subscribe", topic="/joint_states", id="1", throttle_rate=200)
     assert heard_in_a_second() == 5
-    client.says("subscribe", topic="/joint_states", id="2", throttle_rate=50, queue_length=1)
+    client.performs("subscribe", topic="/joint_states", id="2", throttle_rate=50, queue_length=1)
     assert heard_in_a_second() == pytest.approx(20, abs=1)
-    client.says("unsubscribe", topic="/joint_states", id="2")
-    client.says("subscribe", topic="/joint_states", id="3", compression="cbor")
+    client.performs("unsubscribe", topic="/joint_states", id="2")
+    client.performs("subscribe", topic="/joint_states", id="3", compression="cbor")
     assert heard_in_a_second() == pytest.approx(100, abs=3)
-    client.says("unsubscribe", topic="/joint_states")
+    client.performs("unsubscribe", topic="/joint_states")
     assert heard_in_a_second() == 0
 
 
@@ -98,8 +98,8 @@ def test_questions_of_tools_that_connect_are_answered(client: Client) -> None:
 def test_misuse_is_answered_with_its_id_and_changes_nothing(
     client: Client, robot: RosRobot, operation: str, fields: dict[str, Any], words: str
 ) -> None:
-    assert words in client.is_told(operation, id="mine", **fields)
-    assert words in client.is_told(operation, **fields)
+    assert words in client.error_of(operation, id="mine", **fields)
+    assert words in client.error_of(operation, **fields)
     assert not robot.controller.moving
     assert not robot.graph.watching
     assert robot.log.refusals[-1][2] == 3040
@@ -125,7 +125,7 @@ ROBOT = RosRobot()
 def test_the_session_continues_after_any_input(messages: list[tuple[str, dict[str, Any]]]) -> None:
     client = Client(ROBOT)  # its log raises what is a fault of ours
     for operation, fields in messages:
-        client.says(operation, **fields)
+        client.performs(operation, **fields)
     assert client.calls("/rosapi/nodes")["result"] is True
     client.session.end()
     assert not ROBOT.graph.watching

@@ -15,7 +15,7 @@ from iiwa_sim.server.listening import Acceptor
 from tests.talking import DEADLINE_S
 
 
-class NoneLeft:
+class ScarceListener:
     """A listening socket at which there is no descriptor for the first so many who knock."""
 
     def __init__(self, real: socket.socket, failures: int) -> None:
@@ -37,10 +37,10 @@ class NoneLeft:
 async def test_without_free_descriptors_the_server_retries_and_logs_it(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    scarce = NoneLeft(socket.create_server(("127.0.0.1", 0)), 3)
+    scarce = ScarceListener(socket.create_server(("127.0.0.1", 0)), 3)
     served = asyncio.Event()
 
-    async def opened(*_: object) -> NoneLeft:
+    async def opened(*_: object) -> ScarceListener:
         return scarce
 
     async def serve(connection: socket.socket, _peer: object) -> None:
@@ -57,5 +57,5 @@ async def test_without_free_descriptors_the_server_retries_and_logs_it(
     writer.close()
     acceptor.close()
     assert scarce.asked <= 6, "now and then, and no more"
-    told = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
-    assert told == ["no client can connect for the time being: Too many open files"] * 3
+    warnings = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert warnings == ["no client can connect for the time being: Too many open files"] * 3

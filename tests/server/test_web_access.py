@@ -23,6 +23,6 @@ def test_pages_of_this_machine_are_admitted(origin: str) -> None:
     "origin", ["http://evil.example", "null", "http://localhost.evil.example", "x\x1b[2J", ""]
 )
 def test_pages_of_other_sites_are_rejected_in_one_line(origin: str) -> None:
-    told = WebAccess().refusal(HERE, [origin])
-    assert told is not None
-    assert told.isprintable()
+    reason = WebAccess().refusal(HERE, [origin])
+    assert reason is not None
+    assert reason.isprintable()

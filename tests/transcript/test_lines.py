@@ -13,7 +13,7 @@ from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reason"),
     [
         ("hello", "one.txt:1: 'hello': expected `> words`"),
         ("> hello\n< hello\n< hello\n", "one.txt:3: '< hello': a reply to nothing"),
@@ -25,10 +25,10 @@ from iiwa_sim.transcript.texts import TranscriptFault, wire_bytes
         ("\ud800\x1b[2J\n", r"\x1b"),
     ],
 )
-def test_a_malformed_transcript_is_reported_with_its_line(text: str, told: str) -> None:
+def test_a_malformed_transcript_is_reported_with_its_line(text: str, reason: str) -> None:
     with pytest.raises(TranscriptFault) as caught:
         read("one.txt", text)
-    assert told in str(caught.value)
+    assert reason in str(caught.value)
     assert str(caught.value).isprintable()
     assert len(str(caught.value)) <= 400
 

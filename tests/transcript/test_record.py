@@ -34,12 +34,12 @@ def test_other_events_are_comments(tmp_path: Path) -> None:
 
 def test_a_full_disk_ends_the_recording_only(caplog: pytest.LogCaptureFixture) -> None:
     dialogue = Dialogue(lambda: 0)
-    heard: list[DialogueLine] = []
+    lines: list[DialogueLine] = []
     with recorded(Path("/dev/full"), dialogue, "a robot"):
-        dialogue.listeners.append(heard.append)
+        dialogue.listeners.append(lines.append)
         for _ in range(3):
             dialogue.exchange("127.0.0.1:4000", "hello", "hello")
     assert [record.getMessage() for record in caplog.records] == [
         "/dev/full: the transcript is not whole: No space left on device"
     ]
-    assert len(heard) == 6
+    assert len(lines) == 6

@@ -1,4 +1,4 @@
-"""Transcripts played over sockets: what deviates is told with its line, and every wait has an end."""
+"""Transcripts replayed over sockets: deviations have their line, and every wait ends."""
 
 from __future__ import annotations
 
@@ -53,11 +53,11 @@ async def test_a_silent_server_ends_the_replay() -> None:
 
 
 async def test_lines_with_times_are_sent_at_their_time(simulator: Simulator) -> None:
-    said: list[tuple[str, int]] = []
-    simulator.dialogue.listeners.append(lambda told: said.append((told.text, told.instant_ns)))
+    lines: list[tuple[str, int]] = []
+    simulator.dialogue.listeners.append(lambda line: lines.append((line.text, line.instant_ns)))
     text = "[0.2 0.0] > hello\n[0.2 0.0] < hello\n[0.3 0.0] > get status\n[0.3 0.0] < stopped\n"
     began = asyncio.get_running_loop().time()
     assert await played(text, simulator.port) == []
-    at = {text: instant_ns * 1e-9 for text, instant_ns in said}
+    at = {text: instant_ns * 1e-9 for text, instant_ns in lines}
     assert at["stopped"] - began >= 0.3
     assert at["hello"] - began >= 0.2

@@ -15,7 +15,7 @@ from iiwa_sim.protocols.krc4_xml import (
 from iiwa_sim.transcript.lines import Transcript, read
 from iiwa_sim.transcript.texts import TranscriptFault, deviation, filled, sent
 
-SAID = {"get tool frame": "450.0 0.0 520.5", "get status": "stopped"}
+REPLIES = {"get tool frame": "450.0 0.0 520.5", "get status": "stopped"}
 
 
 def krc4(text: str) -> Transcript:
@@ -23,7 +23,7 @@ def krc4(text: str) -> Transcript:
 
 
 @pytest.mark.parametrize(
-    ("wanted", "within", "got", "told"),
+    ("wanted", "within", "got", "reason"),
     [
         ("done", None, "done", ""),
         ("done", None, "error", "expected 'done', got 'error'"),
@@ -33,13 +33,13 @@ def krc4(text: str) -> Transcript:
         ("the force is 80.5 N", 0.5, "the force is 81.0 N", ""),
     ],
 )
-def test_a_line_is_compared(wanted: str, within: float | None, got: str, told: str) -> None:
+def test_a_line_is_compared(wanted: str, within: float | None, got: str, reason: str) -> None:
     found = deviation("iiwa", wanted, within, got)
-    assert told in found if told else found == ""
+    assert reason in found if reason else found == ""
 
 
 @pytest.mark.parametrize(
-    ("wanted", "within", "got", "told"),
+    ("wanted", "within", "got", "reason"),
     [
         ("Res I0=1 I1=310 R0=445", None, "Res I0=1 I1=310 R0=445.000", ""),
         ("Res I0=1 I1=100", None, "Res I0=1 I1=100 I2=1", "I2 is 1, expected 0"),
@@ -47,9 +47,9 @@ def test_a_line_is_compared(wanted: str, within: float | None, got: str, told: s
         ("<Res><I0>1</I0></Res>", None, "<Res I0='1'/>", "expected '<Res><I0>1</I0></Res>', got"),
     ],
 )
-def test_a_message_is_compared(wanted: str, within: float | None, got: str, told: str) -> None:
+def test_a_message_is_compared(wanted: str, within: float | None, got: str, reason: str) -> None:
     found = deviation("krc4", wanted, within, got)
-    assert told in found if told else found == ""
+    assert reason in found if reason else found == ""
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_a_message_is_compared(wanted: str, within: float | None, got: str, told
     ],
 )
 def test_replies_are_filled_in(text: str, given: str) -> None:
-    assert filled("iiwa", text, SAID) == given
+    assert filled("iiwa", text, REPLIES) == given
 
 
 @given(st.binary(max_size=60) | st.text("<>/CmdRes I0R1=\"'&;! {}\\\n-7.", max_size=60).map(str.encode))
@@ -82,13 +82,13 @@ def test_a_recorded_message_is_sent_again_with_the_same_meaning(data: bytes) -> 
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reason"),
     [
         ("protocol iiwa,klingon", "expected iiwa or krc4, each at most once"),
         ("> Cmd\n<?\nprotocol iiwa", "one.txt:4: 'protocol iiwa': expected iiwa or krc4"),
     ],
 )
-def test_a_malformed_transcript_names_its_line(text: str, told: str) -> None:
+def test_a_malformed_transcript_names_its_line(text: str, reason: str) -> None:
     with pytest.raises(TranscriptFault) as caught:
         krc4(text)
-    assert told in str(caught.value)
+    assert reason in str(caught.value)

@@ -85,9 +85,9 @@ def browser(simulator: Simulator, tmp_path: Path) -> Iterator[Browser]:
         silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         with subprocess.Popen([chromium, *options, "about:blank"], **silent) as process:
             try:
-                told = tmp_path / "DevToolsActivePort"
-                wait_until(lambda: told.exists() and told.read_text() != "")
-                with connect(_page(int(told.read_text().split()[0])), max_size=None) as connection:
+                port_file = tmp_path / "DevToolsActivePort"
+                wait_until(lambda: port_file.exists() and port_file.read_text() != "")
+                with connect(_page(int(port_file.read_text().split()[0])), max_size=None) as connection:
                     browser = Browser(connection)
                     size: dict[str, Any] = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1}
                     browser.do("Emulation.setDeviceMetricsOverride", mobile=False, **size)

@@ -1,4 +1,4 @@
-"""A recording on the page, as a browser sees it: the time line, what is told, and how it plays."""
+"""A recording on the page, as a browser sees it: time line, dialogue and playback."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ def test_a_recording_plays_to_its_end(run: Path, viewer: Viewer) -> None:
 
 def test_the_command_serves_a_recording_and_ends_on_a_signal(run: Path) -> None:
     with started(*IIWA_SIM, "show", run, "--port", "0") as process:
-        said = process.line()
-        assert said.startswith("page on http://127.0.0.1:")
-        with viewing(int(said.strip().rstrip("/").rpartition(":")[2])) as viewer:
+        line = process.line()
+        assert line.startswith("page on http://127.0.0.1:")
+        with viewing(int(line.strip().rstrip("/").rpartition(":")[2])) as viewer:
             viewer.shows("LBR iiwa 7 R800")
         assert process.ends(signal.SIGTERM) == (0, "")

@@ -115,8 +115,8 @@ class Scene:
             file.write_text(head + "".join(texts))
             self.robot = SteppedRobot(cell=load_cells(file)[0], tick_s=tick_s)
         self.controller = self.robot.controller
-        self.told: list[str] = []
-        self.handling.arm.tell = lambda line, _warns: self.told.append(line)
+        self.events: list[str] = []
+        self.handling.arm.tell = lambda line, _warns: self.events.append(line)
 
     @property
     def handling(self) -> Handling:

@@ -36,12 +36,12 @@ def holding(
     return scene
 
 
-def told(scene: Scene) -> float:
-    """Tell the controller what it carries; gives how high (m) the TCP is above the middle of the part."""
+def height_with_load(scene: Scene) -> float:
+    """Set the load of the held part; return the height (m) of the TCP above its middle."""
     above = scene.controller.tcp().translation[2] - scene.world.pose(0).translation[2]
     scene.controller.set_tool_load(ToolLoad(0.5, (0.0, 0.0, 0.15 - above)))
     scene.step(10)
-    assert np.abs(scene.force).max() < 1e-6, "of what it knows it feels nothing"
+    assert np.abs(scene.force).max() < 1e-6, "a known load has no external wrench"
     return above
 
 
@@ -58,9 +58,9 @@ def test_jaws_grip_a_part_and_inputs_report_it() -> None:
     assert state is not None
     assert (state.opening_mm, state.state) == (pytest.approx(40.0, abs=1e-3), "holds")
     assert scene.part("block").state == "held"
-    assert scene.told == ["the gripper holds part 'block'"]
+    assert scene.events == ["the gripper holds part 'block'"]
     scene.drives(closed=False)
-    assert scene.told[1:] == ["part 'block' is let go: the gripper has opened"]
+    assert scene.events[1:] == ["part 'block' is let go: the gripper has opened"]
     assert scene.part("block").state == "lies"
     assert scene.place_mm("block") == pytest.approx((550.0, -100.0, 330.0), abs=0.2)
 
@@ -71,7 +71,7 @@ def test_a_held_part_presses_with_the_stiffness_of_the_cell(
     stiffness: float, deepest_m: float, speed: float
 ) -> None:
     scene = holding(stiffness=stiffness, gripper=SLOPPY)
-    high_mm = 330.0 + 1e3 * told(scene)
+    high_mm = 330.0 + 1e3 * height_with_load(scene)
     scene.goes(down(550, -100, high_mm + 80.0 * speed))
     k = 1.0 / (1.0 / stiffness + 1.0 / OWN)
     scene.controller.move(lin_move_at(down(550, -100, high_mm - 20.0), speed, 0.0))
@@ -86,7 +86,7 @@ def test_a_held_part_presses_with_the_stiffness_of_the_cell(
 @pytest.mark.parametrize("stiffness", [5e4, 1e6])
 def test_a_force_move_with_a_part_ends_at_threshold_over_stiffness(stiffness: float) -> None:
     scene = holding(stiffness=stiffness)
-    above = told(scene)
+    above = height_with_load(scene)
     scene.controller.move(lin_force_move(down(550, -100, 320), 0.02, 0.0, (None, None, 8.0)))
     scene.robot.runs_until_stopped()
     met = scene.robot.contacts[-1]
@@ -98,7 +98,7 @@ def test_a_force_move_with_a_part_ends_at_threshold_over_stiffness(stiffness: fl
 
 def test_a_force_move_onto_a_free_part_ends_without_damping() -> None:
     scene = holding(more=part("lower", (550, 100, 330), stiffness=5e4))
-    above = told(scene)
+    above = height_with_load(scene)
     scene.goes(down(550, 100, 392 + 1e3 * above))
     scene.controller.move(lin_force_move(down(550, 100, 380), 0.02, 0.0, (None, None, 8.0)))
     scene.robot.runs_until_stopped()
@@ -165,7 +165,7 @@ def test_a_light_part_rides_on_a_held_one() -> None:
 @pytest.mark.parametrize(("stiffness", "speed"), [(5e3, 0.1), (5e4, 0.25)])
 def test_a_part_slips_beyond_twice_its_friction(stiffness: float, speed: float) -> None:
     scene = holding(stiffness=stiffness)
-    above = told(scene)
+    above = height_with_load(scene)
     deep_mm = 12.0 if stiffness == 5e3 else 3.0
     limit = 2.0 * 0.5 * 40.0
     scene.controller.move(lin_move_at(down(550, -100, 330 - deep_mm + 1e3 * above), speed, 0.0))
@@ -192,7 +192,7 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert state.state == "closed"
     assert not scene.controller.io.input(HOLDS)
     assert scene.force == (0.0,) * 6
-    assert scene.told[-1] == "part 'block' falls out of the gripper: made to through the backdoor"
+    assert scene.events[-1] == "part 'block' falls out of the gripper: made to through the backdoor"
     with pytest.raises(Refused, match="the gripper holds no part"):
         scene.handling.lose()
     scene.drives(closed=False)
@@ -236,5 +236,5 @@ def test_a_cup_holds_a_part_up_to_its_force() -> None:
         assert scene.controller.io.input(HOLDS) == held
         scene.controller.io.set_output(CLOSE, False)
         scene.rests()
-    assert "part 'heavy' has slipped out of the gripper" in scene.told
+    assert "part 'heavy' has slipped out of the gripper" in scene.events
     assert scene.place_mm("block")[2] == pytest.approx(TABLE_MM + 30.0, abs=0.5)

@@ -36,7 +36,7 @@ def robots(*bases: str) -> str:
     return "".join(f'[[robot]]\nname = "r{n}"\n{base}\n{keys}\n' for n, base in enumerate(bases))
 
 
-class Shared:
+class SharedWorld:
     """Stepped robots in one world."""
 
     def __init__(self, *texts: str, bases: tuple[str, ...] = ("", FACING)) -> None:
@@ -46,20 +46,20 @@ class Shared:
             cells = load_cells(file)
         self.world: World = shared_world(cells, H)
         self.faults: list[list[str]] = [[] for _ in cells]
-        self.told: list[list[str]] = [[] for _ in cells]
+        self.events: list[list[str]] = [[] for _ in cells]
         self.robots = [
             cell.controller(
                 H,
                 arm=arm,
-                on_event=partial(self._hears, n),
+                on_event=partial(self._on_event, n),
             )
             for n, (cell, arm) in enumerate(zip(cells, self.world.arms, strict=True))
         ]
         self.seen: list[Any] = []
 
-    def _hears(self, which: int, event: RobotEvent) -> None:
+    def _on_event(self, which: int, event: RobotEvent) -> None:
         if isinstance(event, str):
-            self.told[which].append(event)
+            self.events[which].append(event)
         elif isinstance(event, ErrorRecord):
             self.faults[which].append(event.reason)
 
@@ -87,9 +87,9 @@ class Shared:
         return 1e3 * np.array(self.world.pose(0).translation)
 
 
-def holding(off_mm: float = 0.0) -> Shared:
+def holding(off_mm: float = 0.0) -> SharedWorld:
     """The first robot holds a bar level between both, the second one is about to take it."""
-    shared = Shared(BAR, table())
+    shared = SharedWorld(BAR, table())
     shared.goes(0, down(550, -200, 450), 1.0, straight=False)
     shared.goes(0, down(550, -200, 400))
     shared.drives(0, closed=True)
@@ -147,9 +147,9 @@ def test_a_taker_that_opens_again_or_draws_away_leaves_the_part_to_the_giver() -
     assert shared.place_mm()[2] - before[2] == pytest.approx(60.0, abs=1e-3)
 
 
-def closed_and_facing() -> Shared:
+def closed_and_facing() -> SharedWorld:
     """Both with closed jaws; those of the second one are level, in the way of those of the first."""
-    shared = Shared(part("far", (300, 400, 330)), table())
+    shared = SharedWorld(part("far", (300, 400, 330)), table())
     for which in (0, 1):
         shared.drives(which, closed=True)
     shared.goes(1, Frame(740, 0, 455, *LEVEL), 1.0, straight=False)
@@ -172,12 +172,12 @@ def test_arms_press_on_each_other_with_5e4_n_per_m() -> None:
 
 @pytest.mark.slow
 def test_links_touch_links() -> None:
-    shared = Shared(bases=("", "x_mm = 700\nalpha = 3.141592653589793"))
+    shared = SharedWorld(bases=("", "x_mm = 700\nalpha = 3.141592653589793"))
     for robot in shared.robots:
         robot.move(ptp_move(Frame(420, 0, 600, *DOWN), 1.0, 0.0))
     shared.step(3000)
     assert all(len(each) == 1 and "of robot" in each[0] for each in shared.faults), shared.faults
-    assert any("link" in line for line in shared.told[0])
+    assert any("link" in line for line in shared.events[0])
 
 
 def works(robot: Controller, step: Any) -> list[Any]:
@@ -209,7 +209,7 @@ def test_a_robot_that_touches_no_other_has_the_same_forces_as_alone() -> None:
     block = part("block", (550, -100, 330))
     alone = Scene(block, table(), head=BACK + GRIPPER)
     expected = works(alone.controller, alone.controller.step)
-    shared = Shared(
+    shared = SharedWorld(
         block, part("other", (1290 - 550, 300, 330)), table(), bases=("", "x_mm = 1900\nalpha = 3.14")
     )
     shared.robots[1].move(ptp_move(Frame(500, 300, 500, *DOWN), 0.2, 0.0))
@@ -223,7 +223,7 @@ def test_a_robot_that_touches_no_other_has_the_same_forces_as_alone() -> None:
 
 
 def test_surfaces_are_those_of_all_robots() -> None:
-    shared = Shared(part("it", (550, 0, 500)), table())
+    shared = SharedWorld(part("it", (550, 0, 500)), table())
     group = ControllerGroup(shared.robots)
     one, two = (backdoor_of(robot, group) for robot in shared.robots)
     size = (200.0, 200.0, 20.0)
@@ -242,7 +242,7 @@ def test_surfaces_are_those_of_all_robots() -> None:
 
 def test_ten_robots_share_a_world() -> None:
     bases = tuple(f"x_mm = {3000 * (n % 2)}\ny_mm = {1500 * (n // 2)}" for n in range(10))
-    shared = Shared(part("it", (550, 0, 330)), table(), bases=bases)
+    shared = SharedWorld(part("it", (550, 0, 330)), table(), bases=bases)
     for robot in shared.robots:
         robot.move(ptp_move(Frame(500, 150, 450, *DOWN), 1.0, 0.0))
     shared.step(200)
