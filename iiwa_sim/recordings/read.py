@@ -119,7 +119,8 @@ class Timeline:
                 self._contents[topic].append(content)
         if not states_ns:
             raise RecordingFault(f"{path}: expected a state of the robot in it")
-        self.start_s, self.end_s = 1e-9 * states_ns[0], 1e-9 * states_ns[-1]
+        self.start_s = 1e-9 * states_ns[0]
+        self.end_s = 1e-9 * max(each[-1] for each in self._times_ns.values() if each)
 
     def last(self, topic: str, time_s: float, count: int = 1) -> list[Any]:
         """Return the last `count` states, lines, events or cells up to a time; the first one before that."""

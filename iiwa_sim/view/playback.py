@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.recordings.read import Timeline
@@ -42,7 +43,8 @@ class Playback:
     def __init__(self, server: viser.ViserServer, timeline: Timeline) -> None:
         gui, robot = server.gui, timeline.recorded.description()
         self._timeline, self._time_s = timeline, timeline.start_s  # that is shown
-        self._end_s = max(timeline.end_s, timeline.start_s + SLIDER_STEP_S)
+        steps = max(ceil((timeline.end_s - timeline.start_s) / SLIDER_STEP_S), 1)
+        self._end_s = round(timeline.start_s + steps * SLIDER_STEP_S, 9)
         self._is_playing, self._shown_at_s, self._next_s = False, 0.0, 0.0
         self._slider: Any = gui.add_slider(
             "Time (s)", timeline.start_s, self._end_s, SLIDER_STEP_S, initial_value=timeline.start_s

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import CommandError, Iiwa
-from iiwa_sim.recordings.read import Timeline
+from iiwa_sim.recordings.read import STEP_NS, Timeline
 from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.playback import run_playback
@@ -22,11 +22,12 @@ from tests.view.viewer import Viewer, viewing
 
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 FAST = "10x"
+STEP_S = 1e-9 * STEP_NS
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recording of a move, and of a line that is refused."""
+    """A recording of a move, and of a line that is refused after the last state that the page keeps."""
     path = tmp_path_factory.mktemp("recorded") / "run.mcap"
     with (
         Simulator(clock="stepped", record=path) as simulator,
@@ -34,9 +35,9 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ):
         driver.joint_move(FAR, [0.5] * 7)
         simulator.run_until_stopped()
+        simulator.advance(0.118 - simulator.state().time_s % STEP_S)
         with pytest.raises(CommandError):
             driver.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
-        simulator.advance(0.1)
     return path
 
 
