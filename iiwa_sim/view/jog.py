@@ -70,9 +70,10 @@ class Jog:
 
     def _show_axis(self) -> None:
         self._axis.options = names = CARTESIAN if COMMANDS[self._frame.value] else self._robot.joints
-        unit = "mm" if self._is_line else "deg"
+        unit, frame = "mm" if self._is_line else "deg", self._frame.value
+        axis = f"{names[self._number]} of the {frame.lower()}" if COMMANDS[frame] else names[self._number]
         for button, sign in zip(self._buttons, "-+", strict=True):
-            button.label = f"{sign}  {names[self._number]}  (tap: {self._step.value} {unit})"
+            button.label = f"{sign}  {axis}  (tap: {self._step.value} {unit})"
 
     @property
     def _number(self) -> int:
