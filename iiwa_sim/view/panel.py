@@ -171,7 +171,8 @@ class Panel:
             for switch, on in zip(self._inputs, state.inputs, strict=False):
                 switch.value = on
         self._moves.content = listed([f"Clock: {station.clock}", f"Moves that run or wait: {station.moves}"])
-        self._outputs.content = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
+        outputs = lamps(zip(station.cell["outputs"], state.outputs, strict=False))
+        self._outputs.content = f"<div style='{_PAD}'>{outputs}</div>"
         force, torque = _rounded(state.cartesian_force[:3]), _rounded(state.cartesian_force[3:])
         rows = [f"Fx Fy Fz {force} N", f"Tx Ty Tz {torque} Nm", f"Joints {_rounded(state.joint_torque)} Nm"]
         self._force.content = listed(rows)
