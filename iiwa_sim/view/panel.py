@@ -84,7 +84,7 @@ class Readout:
         ]
         if gripper is not None:
             lit += [(f"GRIPPER {gripper.state} {gripper.opening_mm:.0f} mm", gripper.state == "holds")]
-        words = ", ".join([robot.name, state.mode, state.status] + [f"load {load_kg:g} kg"] * bool(load_kg))
+        words = [robot.name, f"mode {state.mode}", state.status] + [f"load {load_kg:g} kg"] * bool(load_kg)
         error = f"{state.error.code} {state.error.reason}" if state.error.code else ""
         limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
         bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
@@ -94,7 +94,7 @@ class Readout:
             distance_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
             self._speed_mm_s = distance_mm / (state.time_s - before.time_s)
         self._html.content = (
-            f"<div style='{_PAD}'><div>{html.escape(words)}</div>{lamps(lit)}"
+            f"<div style='{_PAD}'><div>{html.escape(', '.join(words))}</div>{lamps(lit)}"
             f"<div style='color:{_RED}'>{html.escape(fault)}</div>"
             f"<div style='color:{_RED}'>{html.escape(error)}</div>"
             f"<table style='width:100%;border-spacing:0'>{bars}</table>"
