@@ -1,4 +1,4 @@
-"""Recordings of a robot in MCAP: written while it runs, read, drawn, exported, played: docs/recordings.md."""
+"""Recordings of a robot in MCAP: written while it runs, read, drawn and played: docs/recordings.md."""
 
 from iiwa_sim.wording import Unusable, harmless, shortened
 
