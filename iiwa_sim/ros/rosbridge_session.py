@@ -27,11 +27,14 @@ CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 _UNKNOWN = 0  # of action_msgs/GoalStatus
 
 
-class _Asked(msgspec.Struct):
+class _Identified(msgspec.Struct):
+    id: str | int | float | None = None
+
+
+class _Asked(_Identified):
     """An operation that a client asks for, with the fields of any of them."""
 
     op: str = ""
-    id: str | int | float | None = None
     topic: str = ""
     type: str | None = None
     msg: Any = {}
@@ -71,7 +74,9 @@ class RosbridgeSession:
         """Handle one message of the client, a JSON object."""
         asked = _Asked()
         try:
-            asked = msgspec.convert(decode(text), _Asked)
+            fields = decode(text)
+            asked.id = msgspec.convert(fields, _Identified).id  # the answer has it whatever else is wrong
+            asked = msgspec.convert(fields, _Asked)
             if asked.op not in self._operations:
                 raise BadMessage(f"op {_shown(asked.op)}: expected {', '.join(self._operations)}")
             self._operations[asked.op](asked)

@@ -92,6 +92,7 @@ def test_questions_of_tools_that_connect_are_answered(client: Client) -> None:
         ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
         ("subscribe", {"topic": "/chatter"}, "no publisher of /chatter"),
         ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
+        ("send_action_goal", {"feedback": 1}, "`$.feedback`"),
         ("dance", {}, "op dance: expected advertise"),
     ],
 )
