@@ -51,7 +51,7 @@ def point(position, seconds):
 
 wait_until(lambda: states and trajectories.get_subscription_count())
 print("joints", *states[-1].name, flush=True)
-send(point(AWAY, 1))
+send(point(AWAY, 3))
 wait_until(lambda: there(AWAY))
 print("there", flush=True)
 
