@@ -130,6 +130,8 @@ def read(option: Option, given: Any, place: Place, folder: Path | None = None) -
         value = value.removeprefix("[").removesuffix("]")  # as an IPv6 address is printed before its port
     try:
         value = msgspec.convert(value, option.type, strict=not (place.is_text or option.is_list))
+        if value is None:  # the text null
+            raise ValueError
         if folder and option.key in model.FILES and (option.key != "robot" or (folder / value).exists()):
             value = str(folder / value)
         list(map(option.check, value if option.is_list else [value]))

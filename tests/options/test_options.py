@@ -67,6 +67,7 @@ def test_unknown_variables_are_logged_unless_kubernetes_sets_them() -> None:
 WRONG = {
     "--rate 99": "--rate 99: expected a whole number from 100 to 1000 Hz",
     "--port 65536": "--port 65536: expected a whole number from 0 to 65535, commas between",
+    "--status-port null": "--status-port null: expected a whole number from 0 to 65535",
     "--servo-timeout 0": "--servo-timeout 0: expected a number from 0.001 to 86400 s",
     "--status-rate 20": "--status-rate: expected --status-port with it",
     "--port 1,2": "--port: expected 1, one for each protocol",
