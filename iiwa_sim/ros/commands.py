@@ -91,11 +91,8 @@ def _acceleration(command: Any, move: MoveRequest, robot: Controller) -> dict[st
     if command.acceleration_type == "M/S^2":
         return {"tcp_acceleration_m_s2": values[0]}
     if command.acceleration_type == "RAD/S^2":
-        limits = (
-            robot.description.direct_acceleration
-            if move.kind is Kind.DIRECT
-            else robot.description.acceleration
-        )
+        arm, direct = robot.description, move.kind is Kind.DIRECT
+        limits = arm.direct_acceleration if direct else arm.acceleration
         each = zip(values * (len(limits) // len(values)), limits, strict=True)
         return {"accelerations": tuple(min(value / limit, 1.0) for value, limit in each)}
     return {"accelerations": values}
@@ -139,20 +136,19 @@ def _values(
     for value, limit in zip(found, most, strict=True):
         if not (0.0 < value <= limit or (zero and value == 0.0)):
             least = "0 or more" if zero else "above 0"
-            raise Refused(EXECUTION, f"{name} {value:g} in {word}: expected {least}, up to {limit:.7g}")
+            most_words = "" if limit == inf else f", up to {limit:.7g}"
+            raise Refused(EXECUTION, f"{name} {value:g} in {word}: expected {least}{most_words}")
     return tuple(v if limit == inf else v / limit for v, limit in zip(found, most, strict=True))
 
 
 def _count(name: str, values: Sequence[float], *counts: int) -> None:
     if len(values) not in counts:
-        raise Refused(
-            EXECUTION, f"{name}: {len(values)} values, expected {' or '.join(map(str, sorted({*counts})))}"
-        )
+        expected = " or ".join(map(str, sorted({*counts})))
+        raise Refused(EXECUTION, f"{name}: {len(values)} values, expected {expected}")
 
 
 def _one_of(name: str, word: str, known: Mapping[str, _Found]) -> _Found:
     if word not in known:
-        raise Refused(
-            EXECUTION, f"{name} '{shortened(harmless(word), 40)}': expected one of {', '.join(known)}"
-        )
+        shown, expected = shortened(harmless(word), 40), ", ".join(known)
+        raise Refused(EXECUTION, f"{name} '{shown}': expected one of {expected}")
     return known[word]
