@@ -13,11 +13,9 @@ from msgspec import inspect
 from iiwa_sim.options import model
 from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.protocols.ports import DEFAULT_PROTOCOL
-from iiwa_sim.settings import Reader, SettingsFault, expecting
+from iiwa_sim.settings import LONGEST_VALUE, Reader, SettingsFault, expecting
 from iiwa_sim.wording import harmless, shortened
 
-LONGEST_SHOWN = 60
-"""Most characters of a name or a value that a message shows."""
 SERVICE_LINKS = ("IIWA_SIM_SERVICE_", "IIWA_SIM_PORT_")
 """Variables that Kubernetes sets for a Service named iiwa-sim."""
 
@@ -57,7 +55,7 @@ class Place(NamedTuple):
     def show(self, option: Option, value: object) -> str:
         """Return an option and its value as the user wrote them, such as `--rate 5`; tokens stay hidden."""
         text = (str(value) or "''") if self.is_text else repr(value)
-        text = "***" if option.metavar == "TOKEN" else shortened(harmless(text), LONGEST_SHOWN)
+        text = "***" if option.metavar == "TOKEN" else shortened(harmless(text), LONGEST_VALUE)
         return f"{self.before}{getattr(option, self.spelling)}{self.equals}{text}"
 
 
@@ -144,7 +142,7 @@ def read(option: Option, given: Any, place: Place, folder: Path | None = None) -
 def unknown(name: str, known: Iterable[str], what: str = "no such option", before: str = "") -> SettingError:
     """Build the error for an unknown name, with the one of `known` that is nearest to it."""
     near = [f", did you mean {each}?" for each in difflib.get_close_matches(name, list(known), 1)]
-    return SettingError(f"{before}{shortened(harmless(name), LONGEST_SHOWN)}: {what}{''.join(near)}")
+    return SettingError(f"{before}{shortened(harmless(name), LONGEST_VALUE)}: {what}{''.join(near)}")
 
 
 def robots_of(given: Given) -> dict[str, Settings]:
