@@ -160,7 +160,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Make the call, and return its result."""
         body, url = self._body(), urlsplit(self.path)
         path = url.path.strip("/").split("/")
-        self._admit(path[0])
+        self._admit(path)
         if path == [HEALTH]:
             return {"ok": True}
         if path == [""]:
@@ -200,7 +200,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise NoCall(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, reason)
         return self.rfile.read(int(length))
 
-    def _admit(self, name: str) -> None:
+    def _admit(self, path: list[str]) -> None:
         token, headers = self.server.token, self.headers
         # A client with the token is no rebound page, whatever Host it names.
         hosts = headers.get_all("Host", []) if token is None else [LOCALHOST]
@@ -211,7 +211,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise NoCall(HTTPStatus.FORBIDDEN, reason)
         kind, _, word = headers.get("Authorization", "").partition(" ")
         known = token is None or (kind.lower() == "bearer" and fits(token, word.strip().encode()))
-        if not known and name != HEALTH:
+        if not known and path != [HEALTH]:
             raise NoCall(HTTPStatus.UNAUTHORIZED, "expected the header 'Authorization: Bearer TOKEN'")
 
     def _reject(self, refused: Refused) -> None:

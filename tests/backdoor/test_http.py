@@ -235,6 +235,7 @@ def test_with_a_token_only_its_holder_is_admitted_under_any_host_name() -> None:
             assert (status, TOKEN in str(answer)) == (401, False), given
         assert ask(port, "GET", "/state", headers=named)[0] == 401
         assert ask(port, "GET", "/healthz", headers=named)[0] == 200
+        assert ask(port, "GET", "/healthz/state", headers=named)[0] == 401
         known = named | {"Authorization": f"bearer {TOKEN}"}
         assert (
             ask(port, "POST", "/emergency_stop", "{}", known | {"Origin": "https://evil.example"})[0] == 403
