@@ -51,7 +51,7 @@ class LineSplitter:
 
     def finish(self) -> list[bytes]:
         """The unfinished last line at the end of the stream."""
-        return self.feed(b"\n") if self._rest.strip(b"\0") else []
+        return self.feed(b"\n") if _plain(self._rest) else []
 
 
 def _plain(line: bytes) -> bytes:

@@ -46,7 +46,7 @@ def test_lines_are_the_same_from_any_packets_and_long_ones_are_reported_once(cas
     assert lines_of(packets) == read_by_the_book(stream)
 
 
-@given(cut(b"\xff\xfb\x18get \xff\xffsta\xff\xfa\x18tus\xff\xfe\nhello\xff\r"))
+@given(cut(b"\xff\xfb\x18get \xff\xffsta\xff\xfa\x18tus\xff\xfe\nhello\xff\r\n\xff\xf4"))
 def test_telnets_commands_are_no_part_of_a_line(packets):
     assert lines_of(packets) == [b"get sta\x18tus", b"hello"]
 
