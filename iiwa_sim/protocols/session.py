@@ -144,7 +144,7 @@ class LineSession(Session):
         self.awaits = self._times >= ASKED_OFTEN and self.controller.accepted in self._moves
         reply = self._reply(line)
         if self.dialogue.is_active:
-            self.dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self._reason, self._command)
+            self.dialogue.exchange(self.name, shown(line), readable(reply[:-2]), self._reason, self._command)
         return reply
 
     def _reply(self, line: bytes) -> bytes:

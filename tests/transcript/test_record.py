@@ -7,9 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.dialogue import Dialogue, DialogueLine
+from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Kind, read_file
 from iiwa_sim.transcript.record import recorded
+from iiwa_sim.transcript.replay import replay
 
 
 def test_other_events_are_comments(tmp_path: Path) -> None:
@@ -43,3 +46,15 @@ def test_a_full_disk_ends_the_recording_only(caplog: pytest.LogCaptureFixture) -
         "/dev/full: the transcript is not whole: No space left on device"
     ]
     assert len(lines) == 6
+
+
+def test_a_reply_with_a_backslash_is_the_same_when_it_is_played(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+    with (
+        Simulator(clock="stepped", transcript=path) as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+        pytest.raises(CommandError, match=r"\\x80"),
+    ):
+        robot.command("set override", "\x80")
+    with Simulator(clock="stepped") as another:
+        assert list(replay(read_file(path), another.host, another.port)) == []
