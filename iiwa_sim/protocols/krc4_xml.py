@@ -29,7 +29,6 @@ NO_MESSAGE = "(no message)"
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
 _NOTHING = re.compile(rb"(?:[ \t\r\n\0]+|%b)*" % _BYTE_ORDER_MARK)  # C programs send the \0 of a string, too
-_DTD = re.compile(rb"(?:\s|<\?(?:(?!\?>).)*\?>|<!--(?:(?!-->).)*-->)*<!D", re.DOTALL)  # in linear time
 _PLACES = {f"{kind}{place}": place for kind in "IR" for place in range(REGISTERS)}
 _INTEGER = re.compile(r"[+-]?[0-9]{1,10}")
 _SHORT = re.compile(rf"(?:{REQUEST}|{REPLY})(?: [A-Za-z_][A-Za-z0-9_.\-]*=[!-\[\]-z|~]*)*")
@@ -68,6 +67,7 @@ class XmlStream:
         # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
+        parser.StartDoctypeDeclHandler = self._refuse_dtd
         parser.StartElementHandler = self._starts
         parser.CharacterDataHandler = self._text
         parser.EndElementHandler = self._ends
@@ -92,13 +92,15 @@ class XmlStream:
             return None
         if not data.startswith(b"<"):
             return Element("", {}, "a message begins with <", True)
-        if _DTD.match(data) or data[1:2] == b"\0":  # Expat would detect UTF-16 by itself
-            return Element("", {}, "expected UTF-8 without a DTD", True)
+        if data[1:2] == b"\0":  # Expat would detect UTF-16 by itself
+            return Element("", {}, "expected UTF-8", True)
         try:
             self._parser.Parse(data[self._parsed :], False)
         except expat.ExpatError as fault:
             if not self._end:  # else the fault is behind the message
                 return Element("", {}, f"no XML: {expat.ErrorString(fault.code)}", True)
+        except ValueError as fault:
+            return Element("", {}, str(fault), True)
         self._parsed = len(data)
         if self._end:
             self.wire, self._data = data[: self._end], self._data[self._end :]
@@ -109,6 +111,9 @@ class XmlStream:
         if len(self._data) > MAX_MESSAGE_BYTES:
             return Element("", {}, f"a message of more than {MAX_MESSAGE_BYTES} bytes", True)
         return Element("", {}, "the stream ends within a message", True) if self._ended else None
+
+    def _refuse_dtd(self, *_: object) -> None:
+        raise ValueError("expected no DTD")
 
     def _starts(self, name: str, attributes: dict[str, str]) -> None:
         if not self._open:
