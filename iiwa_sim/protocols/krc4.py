@@ -118,7 +118,7 @@ class Krc4Session(Session):
             self.waiting = self._stream.next()
 
     def _reply(self, element: Element, wire: bytes) -> bytes:
-        message, text = understand(element), written(element, wire)
+        message, text, why = understand(element), written(element, wire), ""
         tag, shown = TAGS.get(message.command, ""), shortened(text, _LONGEST_TEXT)
         try:
             if element.breaks:
@@ -139,8 +139,7 @@ class Krc4Session(Session):
             self.log.refused(self.name, shown, fault.code, reason)
             self.controller.errors.record(fault.code, reason)
             answer = reply_of((message.id, -abs(message.command), fault.code), ())
-            self.dialogue.exchange(self.name, text, written(answer), f"{fault.code} {reason}", tag)
-            return to_xml(answer)
+            why = f"{fault.code} {reason}"
         if self.dialogue.is_active:
-            self.dialogue.exchange(self.name, text, written(answer), command=tag)
+            self.dialogue.exchange(self.name, text, written(answer), why, tag)
         return to_xml(answer)

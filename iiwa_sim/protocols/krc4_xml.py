@@ -200,19 +200,14 @@ def is_short(line: str) -> bool:
 
 
 def written(element: Element, wire: bytes = b"") -> str:
-    """Return the line for a message, short if it can be; else for the bytes that it came as."""
+    """Return the line for a message: short if it can be, else the bytes it came as; NO_MESSAGE for none."""
     values = [f"{name}={value.strip(XML_BLANKS)}" for name, value in element.values.items()]
     line = " ".join((element.name, *(each for each in values if not _ZERO.fullmatch(each))))
-    if element.fault or " " in "".join(values) or not _SHORT.fullmatch(line):
-        return word_for_word(wire)
-    return line
-
-
-def word_for_word(wire: bytes) -> str:
-    """Return the verbatim line for bytes; NO_MESSAGE for none."""
-    line = readable(wire)
+    if not element.fault and " " not in "".join(values) and _SHORT.fullmatch(line):
+        return line
     if not wire:
         return NO_MESSAGE
+    line = readable(wire)
     return rf"\x{wire[0]:02x}{readable(wire[1:])}" if is_short(line) or line == NO_MESSAGE else line
 
 
