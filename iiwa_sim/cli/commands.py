@@ -32,9 +32,9 @@ HEALTH_S = 2.0
 def plot(parser: Parser, words: Sequence[str]) -> int:
     """The file has one command per line, also 'wait SECONDS' and 'wait stopped'; a # begins a comment.
 
-      iiwa-sim plot examples/blending.txt -o blending.svg
-      iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
-      iiwa-sim plot run.mcap -o run.png
+    iiwa-sim plot examples/blending.txt -o blending.svg
+    iiwa-sim plot examples/probing.txt --cell examples/table.toml -o probing.svg
+    iiwa-sim plot run.mcap -o run.png
     """
     parser.add_argument("commands", type=Path, metavar="COMMANDS|FILE.mcap", help="commands or a recording")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="PICTURE", help=".png or .svg")
@@ -97,7 +97,7 @@ def replay(parser: Parser, words: Sequence[str]) -> int:
 
     iiwa-sim replay session.txt 127.0.0.1:30000
     """
-    parser.add_argument("file", type=Path, metavar="FILE", help="of --transcript")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a file of --transcript")
     parser.add_argument("server", type=server, metavar="HOST:PORT[,PORT]", help="a port for each protocol")
     own, _ = parser.parsed(words)
     from iiwa_sim.transcript.lines import read_file

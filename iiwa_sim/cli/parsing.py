@@ -21,8 +21,8 @@ FORMATTER = partial(argparse.RawDescriptionHelpFormatter, width=100)
 TITLE = """A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, and the messages
 of a KUKA KRC4. To talk to it: telnet HOST PORT, then help"""
 EXAMPLES = """examples:
-  iiwa-sim                                        an LBR iiwa 7 on port 30000 of this machine
-  iiwa-sim examples/table.toml --clock fast       one at a table, in simulated time as fast as possible
+  iiwa-sim                                         an LBR iiwa 7 on port 30000 of this machine
+  iiwa-sim examples/table.toml --clock fast        one at a table, in simulated time as fast as possible
   iiwa-sim --robot kr_6_r900_sixx --protocol krc4  a KR 6 that speaks KRC4 messages
 """
 ENVIRONMENT_RULE = """\

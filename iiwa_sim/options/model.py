@@ -100,12 +100,10 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
         "stop if no smart or direct move follows the last one within this time",
     ] = None
 
-    status_port: Annotated[
-        Port | None, "output", "send the state as lines of JSON, and take the line stop; 0 picks a port"
-    ] = None
+    status_port: Annotated[Port | None, "output", "port for the state as JSON lines; 0 picks one"] = None
     status_rate_hz: Annotated[int, _number("HZ", 1, 500, " Hz"), "lines per second on the status port"] = 50
-    view_port: Annotated[Port | None, "port of a live page, which uses the backdoor; 0 picks a port"] = None
-    view_host: Annotated[Host, "address of the page; others than loopback need a token"] = LOOPBACK
+    view_port: Annotated[Port | None, "port for a live page; also opens a backdoor; 0 picks one"] = None
+    view_host: Annotated[Host, "address of the page; needs a token unless it is loopback"] = LOOPBACK
     view_token: Annotated[Word | None, "admit only browsers that know this token"] = None
     view_token_file: Annotated[TokenFile | None, "file with the token of the page"] = None
     transcript: Annotated[File | None, "write the dialogue, for iiwa-sim replay"] = None
@@ -118,15 +116,15 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     log_json: Annotated[bool, "log JSON, one object per line"] = False
 
     backdoor_port: Annotated[
-        Port | None, "backdoor", "faults, pushes and state as JSON over HTTP; 0 picks a port"
+        Port | None, "backdoor", "port for faults, pushes and state as JSON over HTTP; 0 picks one"
     ] = None
-    backdoor_host: Annotated[Host, "its address; others than loopback need a token"] = LOOPBACK
+    backdoor_host: Annotated[Host, "address of the backdoor; needs a token unless it is loopback"] = LOOPBACK
     backdoor_token: Annotated[
         Word | None, "serve only clients that send this token; other users see it in the list of processes"
     ] = None
     backdoor_token_file: Annotated[TokenFile | None, "file with the token of the backdoor"] = None
 
-    rosbridge_port: Annotated[Port | None, "ROS", "serve rosbridge; usually 9090; 0 picks a port"] = None
+    rosbridge_port: Annotated[Port | None, "ROS", "port for rosbridge, usually 9090; 0 picks one"] = None
     rosbridge_origin: Annotated[tuple[Origin, ...], "also admit web pages of this origin"] = ()
     rosbridge_host: Annotated[tuple[HostName, ...], "also admit this name of the machine"] = ()
     ros: Annotated[bool, "run a ROS 1 node at ROS_MASTER_URI; needs rospy"] = False

@@ -5,7 +5,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_args
 
 import msgspec
 from msgspec import inspect
@@ -32,7 +32,9 @@ class Option:
         kind: Any = inspect.type_info(field.type)
         kind = kind.item_type if self.is_list else getattr(kind, "types", [kind])[0]
         self.is_switch, extra = isinstance(kind, inspect.BoolType), getattr(kind, "extra", {})
-        words = list(map(str, getattr(kind, "values", ["true", "false"])))
+        literal = get_args(field.type)[0]
+        values = get_args(get_args(literal)[0] if self.is_list else literal)  # msgspec sorts them
+        words = list(map(str, values if isinstance(kind, inspect.LiteralType) else ["true", "false"]))
         self.check = extra.get("check", str)
         self.expected = extra.get("expected", " or ".join(words)) + ", commas between" * self.is_list
         self.metavar = extra.get("metavar", "|".join(words))
