@@ -126,7 +126,7 @@ def test_a_machine_that_cannot_render(simulator: Simulator, monkeypatch: pytest.
 
 
 def test_ros_gets_compressed_images(rendering: Simulator) -> None:
-    topic, kind = "/camera/overview/compressed", "sensor_msgs/msg/CompressedImage"
+    topic, kind = "/camera/overview/compressed", "sensor_msgs/CompressedImage"  # as ROS 1 names it
     with connect(f"ws://{rendering.host}:{rendering.rosbridge_port}", max_size=None) as client:
         client.send(json.dumps({"op": "subscribe", "topic": topic, "type": kind, "id": "1"}))
         client.send(json.dumps({"op": "call_service", "service": "/rosapi/topics"}))
@@ -134,4 +134,5 @@ def test_ros_gets_compressed_images(rendering: Simulator) -> None:
         rendering.advance(0.1)
         found = json.loads(client.recv(60))["msg"]
     assert (found["header"]["frame_id"], found["format"]) == ("overview", "png")
+    assert "secs" in found["header"]["stamp"]
     assert pixels(base64.b64decode(found["data"]))[:2] == (640, 480)

@@ -23,7 +23,7 @@ class Images:
         self._graph, self._log, self._camera = graph, log, Camera(controller)
         names = {re.sub(r"[^A-Za-z0-9_]", "_", name): name for name in self._camera.names}
         self._topics = {f"/camera/{short}/compressed": name for short, name in names.items()}
-        graph.published |= {topic: Topic(IMAGE, RATE_HZ, None) for topic in self._topics}
+        graph.published |= {topic: Topic(IMAGE, RATE_HZ, None, in_ros1=True) for topic in self._topics}
         self._rendered: dict[str, Future[bytes]] = {}
 
     def step(self) -> None:

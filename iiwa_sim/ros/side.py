@@ -89,7 +89,7 @@ class RosSide:
             "publish": [
                 [name, kind, graph.published[name].rate_hz > 0, graph.published[name].is_latched]
                 for name, kind in types_of(graph.published, ros2).items()
-                if kind != IMAGE
+                if graph.published[name].kind != IMAGE
             ],
             "subscribe": list(types_of(graph.subscribed, ros2).items()),
             "serve": list(types_of(graph.services, ros2).items()),
