@@ -131,9 +131,8 @@ class Jog:
                 try:
                     while not release.wait(PERIOD_S):
                         if time.monotonic() - self._last_message_s > SILENCE_S:
-                            self._disable()
-                        else:
-                            self._move(sign)
+                            raise TimeoutError(f"the browser was silent for {SILENCE_S:g} s")
+                        self._move(sign)
                 finally:
                     self._ask("stop")
             while self._ask("get status") == "moving":

@@ -104,6 +104,7 @@ def test_a_silent_browser_stops_the_robot_and_clears_the_switch(simulator: Simul
     wait_until(lambda: simulator.state().status == "stopped")
     enable = viewer.labelled("Enable")
     viewer.until(lambda each: each.get("uuid") == enable and each.get("updates") == {"value": False})
+    viewer.shows("the browser was silent for 0.25 s")
     stopped = simulator.joints
     for _ in range(10):  # it thaws with the button down
         viewer.send(type="GuiButtonHoldMessage", uuid=button(viewer, "+"), frequency=20.0)
