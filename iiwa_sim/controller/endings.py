@@ -81,7 +81,7 @@ class Endings:
         """Called at the end of every move that is accepted from now on."""
         self._is_pending = is_pending
         self.pending: deque[PendingMove] = deque()
-        """Moves with a guard or a listener, in the order in which they were accepted."""
+        """Moves with thresholds or a listener, in the order in which they were accepted."""
 
     def after_tick(self) -> None:
         """End the moves that came to their target in a tick; moves end in the order of their numbers."""

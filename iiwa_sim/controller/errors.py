@@ -46,8 +46,8 @@ class ErrorRecord(msgspec.Struct, frozen=True):
 class RobotErrors:
     """The errors of one controller, and whether its drives are powered.
 
-    A refused command only leaves its record. An emergency stop, a servo timeout or an internal error in a
-    tick sets the error state, which lasts until `reset`.
+    A refused command only leaves its record. What stops the robot by itself sets the error state, which
+    lasts until `reset`.
     """
 
     def __init__(self) -> None:
