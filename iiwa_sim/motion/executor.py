@@ -133,7 +133,8 @@ class Executor:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
         self._waiting.append(move)
-        self._stale += self._stale > 0
+        if self._stale:
+            self._stale += 1
         self._quiet_until_s = 0.0
 
     def follow(self, trajectory: JointTrajectory | RuckigTrajectory) -> None:
