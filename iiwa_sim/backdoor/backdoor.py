@@ -88,7 +88,7 @@ class Backdoor:
             await self._clock.advance(seconds)
 
     async def run_until_stopped(self, limit_s: float) -> float:
-        """Let time pass until the robot has stopped; return the seconds taken. Refused beyond `limit_s`."""
+        """Let time pass until the robot has stopped; return the seconds taken. Rejected beyond `limit_s`."""
         with _refusing():
             return await self._clock.run_until_stopped(limit_s)
 
@@ -190,7 +190,7 @@ class Backdoor:
         self._controller.switch_drives(on)
 
     def reset_error(self) -> None:
-        """End the error state. Refused while the emergency stop is pressed or the drives are off."""
+        """End the error state. Rejected while the emergency stop is pressed or the drives are off."""
         self._controller.errors.reset()
 
     def set_override(self, override: float) -> None:
@@ -267,7 +267,7 @@ class Backdoor:
     # Robot faults
 
     def refuse_next_move(self, code: int) -> None:
-        """Refuse the next move with this code. It is no error state."""
+        """Reject the next move with this code, without an error state."""
         self._controller.errors.next_refusal = ErrorRecord(_checked(code), ON_PURPOSE)
 
     # The gripper
@@ -320,7 +320,7 @@ class Backdoor:
         self._wire.end(End.RST if reset else End.FIN, connection)
 
     def refuse_connections(self, refused: bool = True) -> None:
-        """Refuse new connections of drivers, those there are served; or accept them again."""
+        """Refuse new connections of drivers, or accept them again. Open connections stay."""
         for port in self._ports:
             (port.acceptor.refuse if refused else port.acceptor.accept)()
 
