@@ -41,7 +41,8 @@ def _move(kind: Kind, *, to_joints: bool = False) -> Handler:
         axes = len(session.controller.description.joints)
         joints = tuple(map(radians, message.reals[:axes]))
         frame = Frame(*message.reals[:3], *map(radians, message.reals[3:6]))
-        session.move(MoveRequest(kind, joints if to_joints else frame, speeds=[1.0] * axes * to_joints))
+        target, speeds = (joints, [1.0] * axes) if to_joints else (frame, [])
+        session.move(MoveRequest(kind, target, speeds=speeds))
         return _DONE
 
     return handler
