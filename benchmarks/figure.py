@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Figure:
-    """One value, and possibly that of a bare echo server in the same run.
+    """A measured value, with that of a bare echo server in the same run if there is one.
 
     Goals apply to the value, or to its ratio to that of the echo server. `margin` is the factor by which the
     gate lets a goal be missed. Without one the goal is only reported.

@@ -24,8 +24,8 @@ def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
     return asked
 
 
-def _relative(kind: Kind, way: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:
-    return MoveRequest(kind, speed=speed, blending=blending, shift=way, in_tool=in_tool)
+def _relative(kind: Kind, by: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:
+    return MoveRequest(kind, speed=speed, blending=blending, shift=by, in_tool=in_tool)
 
 
 def _stiff(kind: Kind, target: Frame, speed: float, n_per_m: float, balanced: Sequence[float]) -> MoveRequest:

@@ -23,11 +23,11 @@ OFF_PATH_M = 1e-6
 OFF_PATH_RAD = 1e-6  # of the TCP's orientation, and of A3
 OFF_JOINT_LINE_RAD = 5e-7  # of a joint: less than 1 um at the TCP
 ROUNDING = 1e-8  # of distances, in m or rad
-JOINT_MOVE_BLENDING = 0.1  # of the largest way of a joint
-SHORTEST_WAY_M = 1e-6  # of a line that is not taken for a turn on the spot
+JOINT_MOVE_BLENDING = 0.1  # of the largest distance of a joint
+SHORTEST_WAY_M = 1e-6  # of a line that does not count as a turn in place
 HALF = 0.5
 LARGEST_PART = 0.49  # of a move that lies in a region round one of its ends
-SLACK_TICKS = 1.5  # between the last tick on a path and the first one off it the path goes on
+SLACK_TICKS = 1.5  # of the path between the last tick on it and the first one off it
 
 
 @dataclass(frozen=True)
@@ -39,18 +39,18 @@ class SentMove:
     corner: Joints
     speeds_rel: tuple[float, ...]
     blending_mm: float
-    """The radius of the sphere; of no meaning for a joint move."""
+    """Radius of the sphere; without meaning for a joint move."""
     tick: int
-    """After which it was sent."""
+    """Tick after which it was sent."""
 
     @property
     def blends_in_joints(self) -> bool:
-        """Whether its region is a ball in joint space."""
+        """True if its region is a ball in joint space."""
         return self.kind == "joint"
 
     @property
     def straight(self) -> bool:
-        """Whether the TCP goes straight; otherwise the joints do."""
+        """True if the TCP moves straight; otherwise the joints do."""
         return self.kind.startswith("lin")
 
 
@@ -93,7 +93,7 @@ class Run:
 
 
 class Places:
-    """Where in a run the robot may have been at each tick.
+    """Possible places of the robot in a run at each tick.
 
     Columns of `possible` (m, 2 n - 1): on move 0, blending at its end, on move 1, and so on.
     """
@@ -154,11 +154,11 @@ class Places:
             going[k] = reached[k] & after & forwards[k + 1]
             going[k, :-1] |= reached[k, :-1] & leave[k, :-1] & go[1:]
         if not going[0].any():
-            raise AssertionError(f"the run never comes to its last move: {self.run.moves[-1]}")
+            raise AssertionError(f"the run never reaches its last move: {self.run.moves[-1]}")
         return going
 
     def _lost(self, k: int, before: Flags) -> str:
-        """What is wrong at tick k of the run: places are moves, and corners between them."""
+        """Describe the fault at tick k of the run: places are moves, and corners between them."""
         kinds, was = [move.kind for move in self.run.moves], np.flatnonzero(before).tolist()
         return (
             f"tick {k} of the run from tick {self.run.first}, at {self.ticks.q[k].tolist()}, was at one "
@@ -167,7 +167,7 @@ class Places:
         )
 
     def passed(self, corner: int) -> bool:
-        """Whether a corner was surely passed before the run ended."""
+        """Return True if a corner was certainly passed before the run ended."""
         return not self.possible[-1, : 2 * corner + 2].any()
 
     def at(self, corner: int) -> Flags:
@@ -185,42 +185,44 @@ class Places:
 
 
 def progress(robot: SteppedRobot, move: SentMove, ticks: Ticks) -> tuple[Array, Array, float]:
-    """Where on the path of a move each tick would be (m,) and how far it is off, in tolerances (m,).
+    """Return the path parameter of each tick on a move (m,) and its deviation in tolerances (m,).
 
-    And by how much the first may be off by rounding. Of a move that goes nowhere it is always half.
+    The third value is the rounding of the first. For a move of no length the parameter is always half.
     """
-    way = np.subtract(move.corner, move.start)
-    if np.abs(way).max() < OFF_JOINT_LINE_RAD:
+    delta = np.subtract(move.corner, move.start)
+    if np.abs(delta).max() < OFF_JOINT_LINE_RAD:
         return _nowhere(np.abs(ticks.q - move.corner).max(axis=1) / OFF_JOINT_LINE_RAD)
     if not move.straight:
-        s = (ticks.q - move.start) @ way / (way @ way)
-        off = np.abs(ticks.q - move.start - s[:, None] * way).max(axis=1) / OFF_JOINT_LINE_RAD
-        return s, off, ROUNDING / float(np.abs(way).max())
+        s = (ticks.q - move.start) @ delta / (delta @ delta)
+        off = np.abs(ticks.q - move.start - s[:, None] * delta).max(axis=1) / OFF_JOINT_LINE_RAD
+        return s, off, ROUNDING / float(np.abs(delta).max())
     start, end = robot.tcp(move.start), robot.tcp(move.corner)
     shift = np.subtract(end.translation, start.translation)
     length = float(np.linalg.norm(shift))
     axis, angle = _turn(start, end)
-    a3_way = way[2] if robot.redundant else 0.0
+    a3_delta = delta[2] if robot.redundant else 0.0
     done = ticks.r @ np.array(start.rotation).reshape(3, 3).T
     turned = np.arctan2(axis @ _skew(done) / 2.0, (np.trace(done, axis1=1, axis2=2) - 1.0) / 2.0)
     if length > SHORTEST_WAY_M:
         s, rounding = (ticks.p - start.translation) @ shift / length**2, ROUNDING / length
     elif angle > OFF_PATH_RAD:
         s, rounding = turned / angle, ROUNDING / angle
-    elif abs(a3_way) > OFF_PATH_RAD:
-        s, rounding = (ticks.q[:, 2] - move.start[2]) / a3_way, ROUNDING / abs(a3_way)
+    elif abs(a3_delta) > OFF_PATH_RAD:
+        s, rounding = (ticks.q[:, 2] - move.start[2]) / a3_delta, ROUNDING / abs(a3_delta)
     else:
-        return _nowhere(np.abs(ticks.q - move.corner).max(axis=1) / (OFF_JOINT_LINE_RAD + np.abs(way).max()))
+        return _nowhere(
+            np.abs(ticks.q - move.corner).max(axis=1) / (OFF_JOINT_LINE_RAD + np.abs(delta).max())
+        )
     off_line = np.linalg.norm(ticks.p - start.translation - s[:, None] * shift, axis=1)
     expected = rotation_exp(s[:, None] * (angle * axis)) @ np.array(start.rotation).reshape(3, 3)
     off_arc = np.linalg.norm(expected - ticks.r, axis=(1, 2)) / np.sqrt(2.0)
-    off_a3 = np.abs(ticks.q[:, 2] - move.start[2] - s * a3_way) * robot.redundant
+    off_a3 = np.abs(ticks.q[:, 2] - move.start[2] - s * a3_delta) * robot.redundant
     off = np.max([off_line / OFF_PATH_M, off_arc / OFF_PATH_RAD, off_a3 / OFF_PATH_RAD], axis=0)
     return s, off, rounding
 
 
 def distances(robot: SteppedRobot, move: SentMove, ticks: Ticks) -> tuple[Array, Array]:
-    """How far each tick is from the end of a move (m,), and from the next tick (m - 1,): m, or rad."""
+    """Return distances of each tick to the end of a move (m,), and to the next tick (m - 1,): m, or rad."""
     if move.blends_in_joints:
         return np.abs(ticks.q - move.corner).max(axis=1), np.abs(np.diff(ticks.q, axis=0)).max(axis=1)
     corner = robot.tcp(move.corner).translation
@@ -228,7 +230,7 @@ def distances(robot: SteppedRobot, move: SentMove, ticks: Ticks) -> tuple[Array,
 
 
 def region_radius(robot: SteppedRobot, move: SentMove, following: SentMove) -> float:
-    """How far from the end of a move blending may go, clipped to half of both moves: m, or rad."""
+    """Return the radius of blending at the end of a move, clipped to half of both moves: m, or rad."""
     if move.blends_in_joints:
         radius = JOINT_MOVE_BLENDING * float(np.abs(np.subtract(move.corner, move.start)).max())
         half = HALF * float(np.abs(np.subtract(following.corner, following.start)).max())
@@ -238,9 +240,9 @@ def region_radius(robot: SteppedRobot, move: SentMove, following: SentMove) -> f
 
 
 def _half_m(robot: SteppedRobot, move: SentMove, at_end: bool) -> float:
-    """How far from one end of a move the TCP gets within that half of it (m).
+    """Return the greatest distance (m) of the TCP from one end of a move within that half of it.
 
-    No limit for a move that turns on the spot: half of its turn is one, which `Places` looks after.
+    A move that turns in place has no limit: half of its turn is one, which `Places` checks.
     """
     start, end = np.array(move.start), np.array(move.corner)
     corner = robot.tcp(end if at_end else start).translation

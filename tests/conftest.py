@@ -1,4 +1,4 @@
-"""What many tests start from."""
+"""Fixtures and profiles shared by many tests."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "few"))
 # Else samples would hang on the numbers in the sources, and on what a worker happened to import before.
 providers._get_local_constants = Constants  # type: ignore[assignment]
 
-# What is collected stays: nobody need look for garbage in it, now, in each test, or at pytest's end.
+# Collected objects stay: the garbage collector need not search them in each test or at pytest's end.
 gc.disable()
 atexit.register(gc.unfreeze)  # what a library finds at the end of the process it would call leaked
 

@@ -1,4 +1,4 @@
-"""Drivers of either protocol, for the tests of what is alike in both: over a socket, with deadlines."""
+"""Drivers of either protocol over sockets, with deadlines, for tests of both protocols."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from tests.talking import DEADLINE_S, Client, until
 
 
 class Driver(Client, ABC):
-    """One that can ask something, move, and tell a refusal."""
+    """A driver that can ask, move, and recognise a rejection."""
 
     PROTOCOL: ClassVar[str]
     END: ClassVar[bytes]
-    """Of every reply."""
+    """End of every reply."""
     QUESTIONS: ClassVar[tuple[bytes, ...]]
-    """Three, which are answered the same while the robot rests at home."""
+    """Three questions with constant answers while the robot rests at home."""
     ANSWERS: ClassVar[tuple[bytes, ...]]
     SWITCH_ON: ClassVar[bytes]
-    """Output 1."""
+    """Command that sets output 1."""
 
     async def whole_reply(self) -> bytes:
-        """The next one, as it comes."""
+        """Return the next reply with its end."""
         async with asyncio.timeout(DEADLINE_S):
             return await self._reader.readuntil(self.END)
 
@@ -34,13 +34,13 @@ class Driver(Client, ABC):
         return await self.whole_reply()
 
     async def is_served(self) -> None:
-        """Whether it is answered as ever."""
+        """Check that two questions are answered."""
         self.send(b"".join(self.QUESTIONS[:2]))
         assert [await self.whole_reply(), await self.whole_reply()] == list(self.ANSWERS[:2])
 
     @abstractmethod
     async def moves(self, joints: Sequence[float]) -> int:
-        """Sends all joints to positions (rad), slowly where that can be said; the error, 0 where accepted."""
+        """Move all joints to positions (rad), slowly if the protocol has a speed; return the error, or 0."""
 
 
 class IiwaDriver(Driver):
@@ -83,20 +83,20 @@ DRIVERS: dict[str, type[Driver]] = {each.PROTOCOL: each for each in (IiwaDriver,
 
 
 class Scene(NamedTuple):
-    """A robot, what is spoken to it, and in what the driver that is looked at speaks."""
+    """A robot, its protocols, and the protocol of the tested driver."""
 
     robot: str
     protocols: tuple[str, ...]
     spoken: str
     far: tuple[float, ...]
-    """Joint positions (rad) some way from home."""
+    """Joint positions (rad) far from home."""
 
     def simulator(self, **options: Any) -> Simulator:
         return Simulator(self.robot, protocol=self.protocols, **options)
 
     @property
     def other(self) -> str:
-        """What somebody else speaks: another protocol, where there is one."""
+        """Protocol of another driver: a different one if there are two."""
         return next((name for name in self.protocols if name != self.spoken), self.spoken)
 
 
@@ -110,7 +110,7 @@ ONE_OF_EACH_PROTOCOL = ("krc4", "iiwa beside krc4")
 
 
 async def connect(simulator: Simulator, protocol: str) -> tuple[Driver, int]:
-    """A driver, and its number."""
+    """Return a driver and the number of its connection."""
     before = set(simulator.backdoor.connections())
     driver = await DRIVERS[protocol].connect(simulator.ports[protocol])
     await until(lambda: len(simulator.backdoor.connections()) == len(before) + 1)

@@ -1,4 +1,4 @@
-"""The other end of KRC4 messages: written with the standard library's XML, as a driver might be."""
+"""A KRC4 client, written with the standard library's XML as a driver might be."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ def attributes(tag: str, values: Mapping[str, object]) -> bytes:
 
 
 def request(message_id: int, tag: str, *reals: float, **integers: int) -> bytes:
-    """One with child elements: reals from R0 on, and integers by their names."""
+    """Return a message with child elements: reals from R0 on, and integers by their names."""
     numbers = {f"R{place}": value for place, value in enumerate(reals)}
     return elements("Cmd", {"I0": message_id, "I1": IDS[tag], **integers, **numbers})
 
 
 def replies(wire: bytes) -> list[Reply]:
-    """What stands in the bytes, which must be whole replies and nothing else."""
+    """Return the replies in bytes, which must contain whole replies only."""
     found = []
     for root in ET.fromstring(b"<all>" + wire + b"</all>"):
         assert root.tag == "Res"
@@ -100,12 +100,12 @@ class Krc4Client:
         self._socket.shutdown(socket.SHUT_WR)
 
     def reply(self) -> Reply:
-        """The next one."""
+        """Return the next reply."""
         (reply,) = replies(self.reply_bytes())
         return reply
 
     def reply_bytes(self) -> bytes:
-        """The next one as it comes: it ends where its root does."""
+        """Return the bytes of the next reply, up to the end of its root."""
         wire = b""
         while not wire.endswith(b"</Res>"):
             came = self._socket.recv(1)
@@ -114,7 +114,7 @@ class Krc4Client:
         return wire
 
     def rest(self) -> bytes:
-        """All that still comes, up to the end of the connection."""
+        """Return all further bytes up to the end of the connection."""
         wire = b""
         while came := self._socket.recv(4096):
             wire += came

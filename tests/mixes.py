@@ -74,7 +74,7 @@ class Mix:
             self.step(1)
 
     def _send(self, line: str) -> None:
-        """One line, one reply; what is refused loses no move."""
+        """Send a line and check its reply; a rejected line drops no move."""
         robot, controller = self.robot, self.robot.controller
         robot.notice_mode()
         if line == EMERGENCY:
@@ -140,7 +140,7 @@ class Mix:
         joints = np.clip(joints, d.position_min, d.position_max)
         pose = robot.model.flange(joints) if command.mode in ("smart", "direct") else robot.tcp(joints)
         frame = Frame.from_transform(pose)
-        way, turn = picks.choice([0.0, 1e-6, 5.0, 80.0]), picks.choice([0.0, 1e-6, 0.3])
+        distance, turn = picks.choice([0.0, 1e-6, 5.0, 80.0]), picks.choice([0.0, 1e-6, 0.3])
         push = picks.choice([0.0, 3.0, 30.0]) if self._forces else 0.0
         values = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), frame, strict=True))
         quaternion = quaternion_from_rotation(pose.rotation)
@@ -148,7 +148,7 @@ class Mix:
         for k, joint in enumerate(joints.tolist()):
             values |= {f"j{k}": joint, f"v{k}": self._speed()}
         for axis in "xyz":
-            values |= {f"d{axis}": way * picks.uniform(-1.0, 1.0), f"threshold{axis.upper()}": 5.0}
+            values |= {f"d{axis}": distance * picks.uniform(-1.0, 1.0), f"threshold{axis.upper()}": 5.0}
             values |= {f"f{axis}": push * picks.uniform(-1.0, 1.0), f"t{axis}": 0.1 * push}
         values |= {f"d{angle}": turn * picks.uniform(-1.0, 1.0) for angle in ("alpha", "beta", "gamma")}
         return values | {

@@ -23,14 +23,14 @@ IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
 
 
 class Process:
-    """One that says where it listens, on `port` if that is known."""
+    """A process of `iiwa-sim`, which listens on `port` if that is known."""
 
     def __init__(self, process: subprocess.Popen[str], port: int = 0) -> None:
         self.process = process
         self.port = port
 
     def line(self) -> str:
-        """What it says next, on stdout; see `next_line`."""
+        """Return its next line on stdout; see `next_line`."""
         return next_line(self.process)
 
     def ends(self, signal_number: int) -> tuple[int, str]:
@@ -41,25 +41,25 @@ class Process:
 
 
 def ended(command: Sequence[str | Path], **more: Any) -> subprocess.CompletedProcess[str]:
-    """A program that has run to its end, whatever that was, and what it said."""
+    """Run a program to its end; return exit code and output."""
     return subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False, **more)
 
 
 def succeeds(command: Sequence[str | Path], **more: Any) -> str:
-    """What a program says on stdout that ends with exit code 0."""
+    """Return the stdout of a program that ends with exit code 0."""
     done = ended(command, **more)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
 def fails(*options: str | Path, program: Sequence[str] = IIWA_SIM) -> str:
-    """What a call that cannot work says: one line, exit code 2, nothing on stdout."""
+    """Return the line of a call that fails: exit code 2, nothing on stdout."""
     done = ended([*program, *options])
     return _one_line(done.returncode, done.stdout, done.stderr)
 
 
 def refused(*options: str | Path) -> str:
-    """What a call says that cannot work, by the same rules, without a process of its own."""
+    """Return the line of a call that fails, by the same rules, within this process."""
     handlers = logging.getLogger().handlers
     before = list(handlers)
     with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
@@ -103,7 +103,7 @@ def running(
 
 
 def next_line(process: subprocess.Popen[str]) -> str:
-    """What it writes next to stdout; "" where it has ended, also since it wrote nothing for DEADLINE_S."""
+    """Return its next line on stdout; "" after its end, also for want of output within DEADLINE_S."""
     assert process.stdout is not None
     with killed_unless_done(process):
         return process.stdout.readline()
@@ -111,7 +111,7 @@ def next_line(process: subprocess.Popen[str]) -> str:
 
 @contextmanager
 def killed_unless_done(process: subprocess.Popen[str]) -> Iterator[None]:
-    """A bound for what waits for a process to do or write something, which then sees its end."""
+    """Kill a process after DEADLINE_S, so that a caller that waits for its output sees its end."""
     timer = threading.Timer(DEADLINE_S, process.kill)
     timer.start()
     try:

@@ -1,4 +1,4 @@
-"""How many samples a property is tested with: few in `make test`, many with HYPOTHESIS_PROFILE=many."""
+"""Number of samples of a property: few in `make test`, many with HYPOTHESIS_PROFILE=many."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ MANY = os.environ.get("HYPOTHESIS_PROFILE") in ("many", "hunt")
 
 
 def some(count: int) -> int:
-    """A tenth of the samples, at least 4; with the profile `many` all of them."""
+    """Return a tenth of the samples, at least 4; with the profile `many` all of them."""
     return count if MANY else max(count // 10, 4)

@@ -18,7 +18,7 @@ _VALIDATOR = Draft202012Validator(SCHEMA)
 
 
 def state(line: bytes) -> dict[str, Any]:
-    """What a line says; it fits the schema."""
+    """Return the state in a line, checked against the schema."""
     assert line.endswith(b"\n")
     assert line.count(b"\n") == 1
     found: dict[str, Any] = json.loads(line)
@@ -27,7 +27,7 @@ def state(line: bytes) -> dict[str, Any]:
 
 
 def on_the_status_port(simulator: Simulator) -> dict[str, Any]:
-    """What a stepped simulator tells there after 0.1 s."""
+    """Return the state that a stepped simulator sends there after 0.1 s."""
     assert simulator.status_port is not None
     with socket.create_connection((simulator.host, simulator.status_port), DEADLINE_S) as reader:
         wait_until(lambda: simulator.call(lambda: bool(simulator._status and simulator._status.connections)))

@@ -1,4 +1,4 @@
-"""A robot in simulated time, and what must hold of its motion, tick by tick."""
+"""A robot in simulated time, and checks of its motion, tick by tick."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 
 ROBOTS = built_in_robots()
 ARMS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
-"""One of each kind of arm: what holds of any robot is tested on both."""
+"""One of each kind of arm; properties of any robot are tested on both."""
 ALL_ROBOTS = [name if name in ARMS else pytest.param(name, marks=pytest.mark.slow) for name in ROBOTS]
-"""To parametrize tests with: `make test` leaves a second arm of a kind to `make test-slow`."""
+"""Parameters for tests: `make test` leaves a second arm of a kind to `make test-slow`."""
 STIFF = (Mode.DIRECT, Mode.TRAJECTORY)
 """The modes with the limits of direct moves."""
 TOLERANCE = 1.01  # of planned acceleration
@@ -96,11 +96,11 @@ class SteppedRobot:
         self.may_stop()
 
     def may_stop(self) -> None:
-        """From now on the limits of a stop are those that count, for as long as one may take."""
+        """Use the limits of a stop from now on, for its longest duration."""
         self._stop_ticks = max(self._stop_ticks, self._longest_stop)
 
     def clears_queue(self, running: int) -> bool:
-        """Whether the move that runs goes on to its target."""
+        """Clear the queue; return True if the running move will reach its target."""
         self.notice_mode()
         self.controller.clear_queue()
         goes_on = self.controller.motions.is_pending(running)
@@ -120,7 +120,7 @@ class SteppedRobot:
 
     @property
     def redundant(self) -> bool:
-        """Whether A3 is free to choose."""
+        """True if A3 can be chosen."""
         return self.description.kinematics == "srs"
 
     @property
@@ -165,8 +165,9 @@ class SteppedRobot:
 
 
 def worst_loads(robot: SteppedRobot) -> dict[str, float]:
-    """The largest velocity, acceleration and jerk of any joint at any tick, by differences, as parts of the
-    limits: of the planned ones, and of the stop limits where a stop plays a part, each in its mode."""
+    """Return the largest velocity, acceleration and jerk of any joint at any tick, as parts of the limits.
+
+    They are found by differences. Stops have limits of their own, and so has direct mode."""
     limits = robot.description
     q = np.array([robot.joints[0]] * 3 + robot.joints + [robot.joints[-1]] * 3)
     stopping, direct = (
@@ -210,18 +211,18 @@ def assert_loads_are_within(worst: dict[str, float]) -> None:
 
 
 def line_errors(robot: SteppedRobot, joints: Sequence[Sequence[float]], target: Frame) -> tuple[float, float]:
-    """How far the TCP is off the straight line from where it starts to a target, at worst: m and rad.
+    """Return the greatest deviation of the TCP from the straight line to a target: m and rad.
 
-    The orientation it should have is the part of the shortest arc that its way is of the line.
+    The expected orientation has the same part of the shortest arc as the position has of the line.
     """
     poses = [robot.tcp(q) for q in joints]
     p = np.array([pose.translation for pose in poses])
     r = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
     end = target.to_transform()
-    way = np.array(end.translation) - p[0]
-    length = float(np.linalg.norm(way))
-    along = (p - p[0]) @ way / length**2
-    off_line = np.linalg.norm(p - p[0] - along[:, None] * way, axis=1)
+    delta = np.array(end.translation) - p[0]
+    length = float(np.linalg.norm(delta))
+    along = (p - p[0]) @ delta / length**2
+    off_line = np.linalg.norm(p - p[0] - along[:, None] * delta, axis=1)
     assert along.min() > -ROUNDING
     assert along.max() < 1.0 + ROUNDING
     turn = pin.log3(np.array(end.rotation).reshape(3, 3) @ r[0].T)

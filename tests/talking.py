@@ -1,4 +1,4 @@
-"""The other end of the wire: a client over a real socket, every wait with a deadline."""
+"""A client over a real socket; every wait has a deadline."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable
 from typing import Self
 
-DEADLINE_S = 60.0  # for what takes milliseconds: only a fault takes longer
-PAUSE_S = 0.002  # between two looks at what takes real time
-TURNS = 1000  # of the loop, in which comes what takes none
+DEADLINE_S = 60.0  # for operations of milliseconds: only a fault takes longer
+PAUSE_S = 0.002  # between two checks of a condition in real time
+TURNS = 1000  # of the loop before it waits in real time
 
 
 class Client:
@@ -28,7 +28,7 @@ class Client:
             return cls(*await asyncio.open_connection(host, port))
 
     async def ask(self, command: str) -> str:
-        """One command, one reply."""
+        """Send a command and return its reply."""
         self.send(command.encode() + b"\r\n")
         return await self.reply()
 
@@ -36,7 +36,7 @@ class Client:
         self._writer.write(data)
 
     async def sent(self) -> None:
-        """Until the system has taken what was sent."""
+        """Wait until the system has taken all sent bytes."""
         async with asyncio.timeout(DEADLINE_S):
             await self._writer.drain()
 
@@ -54,7 +54,7 @@ class Client:
         return await self.ask("get status") == "moving"
 
     async def until_stopped(self) -> int:
-        """Asks until the robot has stopped; how often it was still moving."""
+        """Ask until the robot has stopped; return how often it was still moving."""
         asked = 0
         async with asyncio.timeout(DEADLINE_S):
             while await self.moving():
@@ -63,41 +63,41 @@ class Client:
         return asked
 
     async def rest(self) -> bytes:
-        """All that still comes, up to the end of the stream."""
+        """Return all further bytes up to the end of the stream."""
         async with asyncio.timeout(DEADLINE_S):
             return await self._reader.read()
 
     @property
     def unread(self) -> bytes:
-        """What has come and not been taken yet."""
+        """Bytes that have come and have not been read."""
         return bytes(self._reader._buffer)
 
     def sends_no_more(self) -> None:
         self._writer.write_eof()
 
     async def leaves(self) -> None:
-        """Closes the connection as a driver does that ends in good order."""
+        """Close the connection like a driver that ends in good order."""
         self._writer.close()
         with contextlib.suppress(ConnectionError):  # the server may have closed first
             await self._writer.wait_closed()
 
     def vanishes(self) -> None:
-        """Resets the connection, as a driver does that crashed."""
+        """Reset the connection like a driver that crashed."""
         connection = self._writer.get_extra_info("socket")
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self._writer.transport.abort()
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
-    """Until what another thread or process does holds."""
+    """Wait until a condition holds that another thread or process changes."""
     end_s = time.monotonic() + DEADLINE_S
     while not condition():
-        assert time.monotonic() < end_s, "it does not come to that"
+        assert time.monotonic() < end_s, "the condition does not hold in time"
         time.sleep(PAUSE_S)
 
 
 async def until(condition: Callable[[], bool]) -> None:
-    """Lets the loop run until something holds."""
+    """Let the loop run until a condition holds."""
     async with asyncio.timeout(DEADLINE_S):
         turn = 0
         while not condition():

@@ -17,7 +17,7 @@ FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 
 @pytest.fixture
 async def simulator() -> AsyncIterator[Simulator]:
-    """One with a backdoor."""
+    """A simulator with a backdoor."""
     async with Simulator(backdoor_port=0) as simulator:
         yield simulator
 

@@ -1,4 +1,4 @@
-"""The course in examples/, 01 to 14, each run as a reader runs it, and each short enough to be read."""
+"""Examples 01 to 14 of the tutorial, run like a reader runs them, each short enough to be read."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ OUTPUT = {
     "12_hand_over.py": ["5 N: gave way 5.0 mm, holds on: True", "20 N: gave way 20.0 mm, holds on: False"],
     "14_door.py": ["back at 620 mm", "the sphere round the TCP touches body 'door'"],
 }
-"""What each says, besides other things."""
+"""Lines of the output of each example."""
 
 
 @pytest.mark.parametrize("name", OUTPUT)

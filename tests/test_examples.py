@@ -31,7 +31,7 @@ def cpp_client(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def frames(printed: str) -> dict[str, list[float]]:
-    """What it said, by the first word of each line."""
+    """Return the numbers of each line of output, by its first word."""
     lines = [line.split() for line in printed.splitlines() if not line.startswith("refused")]
     return {line[0]: [float(word) for word in line[1:]] for line in lines}
 

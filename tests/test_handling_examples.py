@@ -32,7 +32,7 @@ def program() -> ModuleType:
 
 
 def waiting(simulator: Simulator, clock: str) -> Callable[[float], None]:
-    """How the program waits: on a stepped clock, by letting time pass."""
+    """Return a wait for the program: on a stepped clock it advances the time."""
     return simulator.advance if clock == "stepped" else lambda _: None
 
 

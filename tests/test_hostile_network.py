@@ -1,4 +1,4 @@
-"""What a web page sends, and logs and transcripts that nobody reads, to a simulator as a process."""
+"""Requests of web pages, and unread logs and transcripts, with a simulator as a process."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FROM_A_PAGE = (
 
 
 def said_to(port: int, data: bytes) -> bytes:
-    """All that comes back before the connection is closed."""
+    """Return all bytes before the connection is closed."""
     with socket.create_connection(("127.0.0.1", port), DEADLINE_S) as connection:
         connection.sendall(data)
         answer = b""

@@ -30,8 +30,10 @@ def speeds(present: Joints, target: Joints, left_s: float) -> list[float]:
     """Relative speeds by which each joint is there in the time that is left; full ones where none is."""
     if left_s <= 0.0:
         return [1.0] * len(target)
-    ways = [abs(b - a) for a, b in zip(present, target, strict=True)]
-    return [min(way / left_s / limit, 1.0) for way, limit in zip(ways, IIWA.velocity, strict=True)]
+    distances = [abs(b - a) for a, b in zip(present, target, strict=True)]
+    return [
+        min(distance / left_s / limit, 1.0) for distance, limit in zip(distances, IIWA.velocity, strict=True)
+    ]
 
 
 PATH = path({0: 0.25, 5: -0.2}, 0.5)

@@ -36,7 +36,7 @@ class Pipe:
             log.configure(level, as_json)
 
     def lines(self) -> list[str]:
-        """All that was logged; no more can be."""
+        """Return all logged lines and close the log."""
         for handler in logging.getLogger().handlers:
             handler.flush()
         os.close(self._theirs)

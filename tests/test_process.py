@@ -1,4 +1,4 @@
-"""`iiwa-sim` as a process: what it prints, how it ends, what its log says."""
+"""`iiwa-sim` as a process: output, exit codes, log."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ sys.exit(main())
     ],
 )
 def test_a_signal_during_the_start_ends_the_process(module: str) -> None:
-    """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio."""
+    """Process 1 of a container would otherwise ignore it, or crash while it loads Pinocchio."""
     command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module]
     done = ended(command)
     assert (done.stdout, done.returncode, done.stderr) == ("signalled\n", 0, "")
@@ -86,7 +86,7 @@ def _printed_to(stdout: int, *words: str) -> tuple[int, str]:
 
 
 def test_the_log_as_json() -> None:
-    """Of two robots in one process; each entry names its robot."""
+    """Two robots in one process; each entry names its robot."""
     with started(*IIWA_SIM, "--count", "2", "--port", "0", "--log-json", "--log-level", "debug") as simulator:
         ports = [int(simulator.line().rpartition(":")[2]) for _ in range(2)]
         with socket.create_connection(("127.0.0.1", ports[1])) as client:

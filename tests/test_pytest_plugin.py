@@ -1,5 +1,4 @@
-"""The fixture `iiwa` as the projects of its users have it: pytest with no conftest, and where what a whole
-process does matters, in a process of its own."""
+"""The fixture `iiwa` in a project without a conftest, in a process of its own where that matters."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ async def test_exclusive_serves_one_client_at_a_time_in_all_protocols(name: str)
             each.send(b"".join(each.QUESTIONS))
             await each.sent()
         simulator.backdoor.set_override(0.2)
-        simulator.backdoor.clear_faults()  # admits nobody
+        simulator.backdoor.clear_faults()  # admits no client
         assert await first.moves(scene.far) == 0
         await until(lambda: simulator.joints != simulator.cell.start)
         assert second.unread == third.unread == b""

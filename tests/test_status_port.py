@@ -18,7 +18,7 @@ FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 
 @pytest.fixture
 async def simulator() -> AsyncIterator[Simulator]:
-    """One with a status port."""
+    """A simulator with a status port."""
     async with Simulator(status_port=0) as simulator:
         yield simulator
 
@@ -36,7 +36,7 @@ async def next_state(reader: Client) -> dict[str, object]:
 
 
 async def moving_state(reader: Client) -> dict[str, object]:
-    """The first one in which the robot moves: lines of before may still be on their way."""
+    """Return the first line in which the robot moves: earlier ones may still be in flight."""
     while (seen := await next_state(reader))["status"] != "moving":
         pass
     return seen
@@ -73,9 +73,9 @@ async def test_the_state_comes_50_times_a_second_while_the_robot_moves(
     assert all(seen["time_s"] == pytest.approx(seen["tick"] * 0.002) for seen in states)
     assert {seen["mode"] for seen in states} == {"normal"}
     assert states[-1]["status"] == "moving"
-    way = [seen["joint_position"][0] for seen in states]
-    assert way == sorted(way)
-    assert way[-1] > way[0]
+    positions = [seen["joint_position"][0] for seen in states]
+    assert positions == sorted(positions)
+    assert positions[-1] > positions[0]
     last = states[-1]
     assert last["joint_velocity"][0] > 0
     assert last["goal_joint_position"] == pytest.approx(list(scene.far))

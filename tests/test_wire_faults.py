@@ -24,11 +24,11 @@ from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
 from tests.talking import DEADLINE_S, Client, until
 
 LATE_S = 0.05
-A_WHILE = 5  # answers to somebody else, as a measure of time
+A_WHILE = 5  # answers to another client, as a measure of time
 
 
 class Bench:
-    """A simulator, its backdoor, a driver, and somebody else beside it."""
+    """A simulator, its backdoor, a driver, and another client."""
 
     def __init__(self, scene: Scene, simulator: Simulator, open_until_the_end: AsyncExitStack) -> None:
         self.scene, self.simulator = scene, simulator
@@ -48,7 +48,7 @@ class Bench:
         return self.simulator.backdoor
 
     async def a_while(self) -> None:
-        """Somebody else is answered as ever, and some time passes."""
+        """Check that the other client is answered, and let some time pass."""
         for _ in range(A_WHILE):
             self.other.send(b"".join(self.other.QUESTIONS))
             assert [await self.other.whole_reply() for _ in range(3)] == list(self.other.ANSWERS)

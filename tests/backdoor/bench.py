@@ -32,7 +32,7 @@ def backdoor_of(controller: Controller, group: ControllerGroup | None = None) ->
 
 
 class Bench:
-    """All of it."""
+    """A stepped robot with gripper and parts, its dialogue and its backdoor."""
 
     def __init__(self, robot: str = IIWA) -> None:
         self.robot = SteppedRobot(cell=replace(robot_alone(robot), handled=HANDLED))
@@ -41,7 +41,7 @@ class Bench:
         self.backdoor = Backdoor(self.controller, WireFaults(), (), Clock(500, STEPPED), self.dialogue)
 
     def seen(self) -> dict[str, object]:
-        """Return what a refused call must not change."""
+        """Return the state that a rejected call must not change."""
         backdoor, load = self.backdoor, self.controller.load
         return {
             "state": backdoor.state(),

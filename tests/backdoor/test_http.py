@@ -1,4 +1,4 @@
-"""The backdoor over HTTP, on real sockets: each call does what its method does, and who is not admitted."""
+"""The backdoor over HTTP, on real sockets: calls like those of its methods, and rejected clients."""
 
 from __future__ import annotations
 

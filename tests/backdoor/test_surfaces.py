@@ -25,7 +25,7 @@ def at(z_mm: float, x_mm: float = 0.0) -> Frame:
 
 
 def force(bench: Bench) -> float:
-    """Of the floor: its size is that of the largest component, since the tool stands square to it."""
+    """Return the force of the floor (N): the largest component, since the tool stands square to it."""
     return max(bench.controller.cartesian_force()[:3], key=abs)
 
 

@@ -45,7 +45,7 @@ def cell_from(folder: Path, text: str) -> Cell:
 
 
 class SteppedDriver(Conversation):
-    """A driver of the robot in a cell; time passes only when it says so."""
+    """A driver of the robot in a cell, which also advances the time."""
 
     def __init__(self, cell: Cell, tick_s: float = TICK_S) -> None:
         self.controller = SteppedRobot(cell=cell, tick_s=tick_s).controller
@@ -58,5 +58,5 @@ class SteppedDriver(Conversation):
             self.controller.step()
 
     def force(self) -> list[float]:
-        """Of `get cartesian force`: N and Nm along the axes of the TCP."""
+        """Return the reply to `get cartesian force`: N and Nm along the axes of the TCP."""
         return [float(word) for word in self.ask("get cartesian force").split()]

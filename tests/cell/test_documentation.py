@@ -15,7 +15,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "cells.md").read_text()
 
 
 def keys_of(kind: type[msgspec.Struct]) -> set[str]:
-    """All keys of a table, and of the tables in it."""
+    """Return all keys of a table, and of the tables in it."""
     keys: set[str] = set()
     for field in msgspec.structs.fields(kind):
         keys.add(field.name)

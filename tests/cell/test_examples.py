@@ -53,5 +53,5 @@ def test_the_walls_push_the_peg_back_to_the_middle(peg: SteppedDriver, x_mm: flo
     peg.moves(f"lin move : {600 + x_mm} {y_mm} 230 {DOWN} 0.2 0")
     fx, fy, *_ = peg.force()
     half = 50.0 * 0.5
-    # The tool points down: its y is that of the base, its x points the other way.
+    # The tool points down: its y is that of the base, its x points in the other direction.
     assert (fx, fy) == pytest.approx((x_mm * half, -y_mm * half), rel=1e-3, abs=0.21 * half)

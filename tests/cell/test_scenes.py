@@ -147,7 +147,7 @@ def test_outputs_drive_a_scene_and_inputs_follow_its_sensors(tmp_path: Path) -> 
     later = snapshot(controller)
     assert later.parts[0].frame == pytest.approx(state.parts[0].frame, abs=1e-6), "the belt stands"
     assert later.parts[0].frame.y_mm == pytest.approx(-160.0, abs=1.0)
-    assert later.bodies[2] != state.bodies[2], "the roller goes on"
+    assert later.bodies[2] != state.bodies[2], "the roller still turns"
 
 
 def test_a_restored_scene_continues_with_the_same_bits(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Servers to be checked: one that does as the original does, and others that deviate in one thing."""
+"""Servers to be checked: one that acts like the original, and others with one deviation each."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class OriginalServer(TCPServer):
         self.port: int = self.socket.getsockname()[1]
 
     def finish_request(self, request: Any, _client_address: Any) -> None:
-        """One client, until it goes or has said bye."""
+        """Serve one client until it disconnects or sends bye."""
         rest = b""
         request.settimeout(DEADLINE_S)
         request.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -54,7 +54,7 @@ class OriginalServer(TCPServer):
         return re.split(rb"\r\n|\n\r|\r|\n", data)
 
     def answer(self, connection: socket.socket, line: bytes) -> bool:
-        """Whether the connection stays."""
+        """Answer a line; return True if the connection stays open."""
         text = line.decode()
         self.received.append(text)
         reply = self.reply(text)
@@ -62,7 +62,7 @@ class OriginalServer(TCPServer):
         return reply != "bye"
 
     def reply(self, text: str) -> str:
-        """What a line is answered."""
+        """Return the reply to a line."""
         name, *rest = text.split(":")
         known = REPLIES.get(name.strip().lower())
         return known if known is not None and len(rest) < 2 else "unknown command"

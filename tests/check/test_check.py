@@ -1,4 +1,4 @@
-"""What a check finds in servers: our own, one as the original, and others that deviate in one thing."""
+"""Checks of servers: the simulator, one like the original, and others with one deviation each."""
 
 from __future__ import annotations
 

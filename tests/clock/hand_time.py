@@ -1,4 +1,4 @@
-"""Time that passes only when a test says so."""
+"""Time that a test advances."""
 
 from __future__ import annotations
 

@@ -27,15 +27,15 @@ class CountedRobot:
 
     def __init__(self, time: HandTime, tick_takes_ns: int = 0) -> None:
         self.at_ns: list[int] = []
-        """When the ticks were made."""
+        """Times of the ticks."""
         self.left = 0
         """Ticks until it has stopped."""
         self.accepted = 0
         """Moves that it was given."""
         self.waits = False
-        """Whether only a command can end its motion."""
+        """True if only a command can end its motion."""
         self.rests = False
-        """Whether ticks may be left out."""
+        """True if ticks may be left out."""
         self.skipped = 0
         """Ticks that were."""
         self._time = time
@@ -129,7 +129,7 @@ def test_a_stall_is_caught_up_in_part_and_the_rest_is_logged(caplog: pytest.LogC
 
 
 class TestFast:
-    """In haste while the robot is under way."""
+    """As fast as possible while the robot moves."""
 
     def test_ticks_follow_each_other_while_the_robot_is_under_way(self) -> None:
         time = HandTime()
@@ -254,7 +254,7 @@ def resting(time: HandTime, pace: Pace = REAL) -> tuple[CountedRobot, Clock]:
 
 
 class TestRest:
-    """Ticks of a robot that is resting are left out, and made up for when somebody asks."""
+    """Ticks of a resting robot are left out, and made up for at the next question."""
 
     @given(pace=paces, rest_ns=st.lists(st.integers(0, 10 * SECOND_NS), min_size=1, max_size=20))
     def test_all_ticks_of_a_rest_are_made_on_the_next_question_and_none_is_dropped(

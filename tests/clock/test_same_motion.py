@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, pace
 from iiwa_sim.robot.description import load_robot
-from tests.chains import chains, send
 from tests.clock.hand_time import MS_NS, HandTime
+from tests.sequences import send, sequences
 from tests.stepped import SteppedRobot
 
 PACES = [REAL, pace("10x"), FAST]
@@ -79,7 +79,7 @@ async def run_stepped(program: list[Any]) -> ProgrammedRobot:
 
 @settings(suppress_health_check=[HealthCheck.too_slow])
 @given(
-    program=chains(len(load_robot().joints), stops=True, longest=8),
+    program=sequences(len(load_robot().joints), stops=True, longest=8),
     late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),
 )
 def test_a_program_has_the_same_motion_at_every_pace_despite_stalls(
@@ -89,6 +89,6 @@ def test_a_program_has_the_same_motion_at_every_pace_despite_stalls(
     for each in PACES:
         robot = paced(program, each, late_ns)
         assert robot.answers == stepped.answers
-        ticks = min(len(robot.robot.joints), len(stepped.robot.joints))  # a wake-up may go on at rest
+        ticks = min(len(robot.robot.joints), len(stepped.robot.joints))  # a wake-up may continue at rest
         assert ticks == len(stepped.robot.joints)
         assert robot.robot.joints[:ticks] == stepped.robot.joints, each

@@ -1,4 +1,4 @@
-"""What acts on the arm from outside, and what its joints feel of it."""
+"""External wrench on the arm, and its torques on the joints."""
 
 from __future__ import annotations
 

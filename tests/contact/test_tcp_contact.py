@@ -1,4 +1,4 @@
-"""What surfaces do to the TCP: how they push, how they hold, and that no motion gains energy by it."""
+"""Surfaces at the TCP: normal force, friction, and no gain of energy."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ poses = st.builds(transform_from_euler, metres, metres, metres, angles, angles, 
 
 
 def felt(world: World, positions: Iterable[Vector], tick_s: float = TICK_S) -> list[Touch]:
-    """What is felt on a way, tick by tick."""
+    """Return the contact along a path, tick by tick."""
     touches: list[Touch] = []
     before: Vector | None = None
     for x, y, z in positions:
@@ -76,7 +76,7 @@ def test_damping_adds_a_share_and_never_pulls(height: float, speed: float, dampi
 
 
 def wander(seed: int, ticks: int, size: float, middle: Vector) -> list[Vector]:
-    """A smooth random way round a point that begins and ends there."""
+    """Return a smooth random path round a point that begins and ends there."""
     rng = np.random.default_rng(seed)
     t = np.linspace(0.0, 1.0, ticks + 1)[:, None]
     waves = sum(rng.normal(size=3) * np.sin(pi * n * t) / n for n in range(1, 6))
@@ -87,7 +87,7 @@ def wander(seed: int, ticks: int, size: float, middle: Vector) -> list[Vector]:
 def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) -> None:
     placed = surface(shape, at(0.0, 0.0, -0.1), friction=friction)
     for position, touch in zip(
-        way := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), felt(World([placed], RADIUS), way), strict=True
+        path := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), felt(World([placed], RADIUS), path), strict=True
     ):
         if touch is not NO_TOUCH:
             _, *direction = placed.nearest(*position)
@@ -119,10 +119,10 @@ def test_before_it_slips_friction_is_a_spring_and_turning_back_unloads_it() -> N
 def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, damping: float) -> None:
     placed = surface(shape, at(0.4, -0.3, 0.2), friction=0.4, damping=damping)
     world = World([placed], RADIUS)
-    way = wander(seed, 80, 0.01, (0.4, -0.3, 0.301))[:50]
-    felt(world, [*way, way[-1]])  # less friction without speed: it may slip once more
-    first = world.feel(way[-1], REST, TICK_S)
-    assert all(world.feel(way[-1], REST, TICK_S) == first for _ in range(50))
+    path = wander(seed, 80, 0.01, (0.4, -0.3, 0.301))[:50]
+    felt(world, [*path, path[-1]])  # less friction without speed: it may slip once more
+    first = world.feel(path[-1], REST, TICK_S)
+    assert all(world.feel(path[-1], REST, TICK_S) == first for _ in range(50))
 
 
 def test_a_contact_after_lifting_off_begins_without_friction() -> None:
@@ -180,7 +180,7 @@ def test_a_round_body_pushes_against_the_direction_of_entry_also_past_its_middle
     way_in = line((0.1, y, 0.0), (-beyond, y, 0.0), ticks)
     touch = felt(world, [apply(pose, point) for point in way_in])[-1]
     out = rotate(transpose(pose.rotation), touch.force)
-    # From half-way on it is pushed along its direction there.
+    # From half of the path on it is pushed along its direction there.
     expected = np.array([sqrt(1.0 - beside**2), beside])
     depth = reach - float(expected @ (-beyond, y))
     off = np.subtract(out, (*(STIFFNESS * depth * expected), 0.0))

@@ -16,7 +16,7 @@ from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
 NEAR = 0.9
-"""Of a cap: what a long move comes to, so that a cap is not kept by mere slowness."""
+"""Part of a limit that a long move reaches: it is not kept by mere slowness."""
 
 
 class Robot(SteppedRobot):
@@ -44,13 +44,13 @@ class Robot(SteppedRobot):
         self.runs_until_stopped()
 
     def accelerations(self) -> Array:
-        """Of the joints at every tick (m, n), in rad/s^2."""
+        """Accelerations of the joints at every tick (m, n), in rad/s^2."""
         q = np.array([self.joints[0]] * 2 + self.joints + [self.joints[-1]] * 2)
         accelerations: Array = np.abs(np.diff(q, n=2, axis=0)) / self.tick_s**2
         return accelerations
 
     def tcp_accelerations(self) -> Array:
-        """Of the TCP at every tick (m,), in m/s^2."""
+        """Acceleration of the TCP at every tick (m,), in m/s^2."""
         places = np.array([self.tcp(q).translation for q in self.joints])
         accelerations: Array = np.linalg.norm(np.diff(places, n=2, axis=0), axis=1) / self.tick_s**2
         return accelerations

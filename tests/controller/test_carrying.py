@@ -1,4 +1,4 @@
-"""What the arm carries, and what the controller believes that it does."""
+"""Carried loads, and the load that is set in the controller."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_weight_acts_down_in_the_world_also_on_a_robot_on_a_wall() -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_correct_load_has_no_external_wrench_and_stops_no_motion(name: str) -> None:
-    """Not even with the least thresholds; and the motion is bit for bit that of an arm without a tool."""
+    """The motion is bit for bit that of an arm without a tool, also with the least thresholds."""
     robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, NO_TOOL)
     rng, d = np.random.default_rng(9), robot.description
     for _ in range(2):

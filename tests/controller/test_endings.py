@@ -18,7 +18,7 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move, smart_joint_move
-from tests.chains import Recorder, chains
+from tests.sequences import Recorder, sequences
 from tests.stepped import ARMS, SteppedRobot
 
 HOME = SteppedRobot().controller.joints
@@ -109,6 +109,6 @@ def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> No
     robot = recorder.robot
     reported: list[Ending] = []
     robot.controller.endings.listeners.append(reported.append)
-    recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=5)))
+    recorder.run(data.draw(sequences(len(robot.description.joints), stops=True, longest=5)))
     assert sorted(ending.move for ending in reported) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in reported} <= {SUCCESS, STOP_TRIGGERED}

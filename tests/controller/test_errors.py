@@ -74,9 +74,9 @@ def test_the_robot_stops_on_its_path_and_waiting_moves_are_dropped(name: str, ho
     stops(robot.controller)
     robot.runs_until_stopped(0.1)
     assert_within_limits(robot)
-    way = np.array(undisturbed.joints)
-    off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
-    assert off <= np.abs(np.diff(way, axis=0)).max(), "it rests between two places of the way it was on"
+    path = np.array(undisturbed.joints)
+    off = np.abs(path - np.array(robot.controller.joints)).max(axis=1).min()
+    assert off <= np.abs(np.diff(path, axis=0)).max(), "it rests between two places of its path"
     assert robot.controller.errors.last == cause
     assert robot.faults == [(cause.code, cause.reason)], "and in the log"
     status = robot.controller.status()

@@ -45,7 +45,7 @@ def above_table(name: str, damping: float = 0.0) -> SteppedRobot:
 
 
 def beside(robot: SteppedRobot, y_mm: float = 0.0, z_mm: float = 0.0) -> Frame:
-    """A frame turned as the TCP is, so far from it in the axes of the base."""
+    """Return a frame with the orientation of the TCP, shifted in the axes of the base."""
     here = robot.controller.tool_frame()
     return here._replace(y_mm=here.y_mm + y_mm, z_mm=here.z_mm + z_mm)
 

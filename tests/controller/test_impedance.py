@@ -65,7 +65,7 @@ def push_along(robot: SteppedRobot, force: Vector) -> None:
 
 
 def off_m(robot: SteppedRobot, last: int) -> np.ndarray:
-    """How far the TCP is off where it was that many ticks ago, in each tick since then (m)."""
+    """Return the distance (m) of the TCP, in each of the last ticks, from its place before them."""
     places = np.array([robot.tcp(q).translation for q in robot.joints[-last - 1 :]])
     return places[1:] - places[0]
 

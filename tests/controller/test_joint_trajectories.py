@@ -32,7 +32,7 @@ class TrajectoryRobot:
     """A robot that is sent trajectories, with their endings and its deviation from them."""
 
     def __init__(self, name: str = ARMS[0], tick_s: float = TICK_S) -> None:
-        """Not even links that meet each other stop it: some random programs fold the arm."""
+        """The robot has joints that no force stops: some random programs fold the arm."""
         self.robot = SteppedRobot(strong(name), tick_s)
         self.controller = self.robot.controller
         self.names = self.robot.description.joints
@@ -69,7 +69,7 @@ class TrajectoryRobot:
         self.step(2)
 
     def error(self) -> Array:
-        """How far each joint was from the reference at most (rad)."""
+        """Return the greatest deviation of each joint from the reference (rad)."""
         worst: Array = np.abs(np.subtract(self.desired, self.actual)).max(axis=0)
         return worst
 
@@ -223,9 +223,9 @@ def test_the_robot_stops_on_its_path_and_holds_when_a_trajectory_is_cancelled() 
     following.runs(0.2)
     assert following.controller.mode is Mode.TRAJECTORY
     assert_within_limits(following.robot)
-    way = np.subtract(following.controller.joints, following.home) / np.subtract(AWAY, following.home)
-    assert np.ptp(way) < 1e-6, "off the straight line"
-    assert 0.1 < way[0] < 0.9
+    along = np.subtract(following.controller.joints, following.home) / np.subtract(AWAY, following.home)
+    assert np.ptp(along) < 1e-6, "off the straight line"
+    assert 0.1 < along[0] < 0.9
     following.sends([Knot(2.0, AWAY)])
     following.runs()
     assert following.controller.joints == tuple(AWAY)
@@ -254,9 +254,9 @@ def test_a_stream_like_moveit_servos_is_followed_without_a_stop() -> None:
     place = following.home
     for k in range(100):
         time = 0.01 * (k + 1)
-        way = 0.3 * (1.0 - np.cos(2.0 * time))
+        along = 0.3 * (1.0 - np.cos(2.0 * time))
         speed = 0.6 * np.sin(2.0 * time)
-        place = following.home + way * np.array([1.0, 0, 0, 0, 0, 0, 0])
+        place = following.home + along * np.array([1.0, 0, 0, 0, 0, 0, 0])
         velocity = [speed, 0, 0, 0, 0, 0, 0]
         following.sends([Knot(0.02, place.tolist(), velocity)], may_end_fast=True)
         following.step(5)

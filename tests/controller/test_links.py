@@ -50,14 +50,14 @@ class Robot:
             self.faults.append((event.code, event.reason))
 
     def goes_to(self, joints: Joints, speed: float = 0.3) -> list[Joints]:
-        """Its way there."""
+        """Return joint positions on the path to a target."""
         c = self.controller
         c.move(joint_move(joints, [speed] * 7))
-        way = [c.joints]
+        path = [c.joints]
         while c.moving:
             c.step()
-            way.append(c.joints)
-        return way
+            path.append(c.joints)
+        return path
 
 
 def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> None:
@@ -94,17 +94,17 @@ def test_an_arm_in_a_hold_that_is_pushed_against_a_wall_comes_to_rest(
     c = robot.controller
     c.move(gravity_hold(60.0))
     c.load.joint_push = (80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    way = []
+    path = []
     for _ in range(round(2.5 / tick_s)):
         c.step()
-        way.append(c.joints[0])
-    late = np.array(way[-round(0.5 / tick_s) :])
+        path.append(c.joints[0])
+    late = np.array(path[-round(0.5 / tick_s) :])
     assert np.ptp(late) < 1e-6, "at rest"
     (contact, *_) = c.load.link_contacts
     assert contact.force[1] < 0.0
     # The push, the spring of the hold, and the wall are in balance about A1.
     assert c.joint_torque()[0] == pytest.approx(60.0 * (c.joints[0] - STRETCHED[0]), rel=1e-3)
-    assert np.max(way) < c.joints[0] + 0.05, "it has not swung far into the wall"
+    assert np.max(path) < c.joints[0] + 0.05, "it has not swung far into the wall"
 
 
 FOLDED: Joints = (0.0, 2.09, 0.0, -2.09, 0.0, 0.0, 0.0)
@@ -120,7 +120,7 @@ def test_an_arm_that_folds_onto_itself_is_reported_once_and_stopped() -> None:
     assert fault[0] == STOP_TRIGGERED
     assert "external torque" in fault[1]
     assert robot.controller.joints != FOLDED
-    # What it feels: link 5 on the base, so nothing on the joints behind it, and it goes with the way back.
+    # Link 5 presses on the base: no torque on the joints behind it, and none after the robot has moved back.
     torques = robot.controller.joint_torque()
     assert torques[5:] == (0.0, 0.0)
     assert torques[3] != 0.0

@@ -1,4 +1,4 @@
-"""What the log tells when the arm, or what it wears, begins to touch something."""
+"""Log lines of contacts of the arm and of bodies fixed to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whatever is said, and whenever: what holds at every tick."""
+"""Random commands at random ticks: properties that hold at every tick."""
 
 import numpy as np
 import pytest

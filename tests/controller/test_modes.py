@@ -1,4 +1,4 @@
-"""The modes: the table, and that the robot does what the table says, in mid-motion too."""
+"""The modes: their table, and changes of mode in mid-motion."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def rest_after_stop(controller: Controller) -> tuple[float, ...]:
 
 
 def start_of_target(controller: Controller) -> tuple[float, ...]:
-    """Where a direct move would start."""
+    """Return the start of a direct move."""
     direct = controller.mode is Mode.DIRECT
     return controller.motions.present if direct else rest_after_stop(controller)
 

@@ -56,12 +56,12 @@ def test_a_quaternion_that_is_not_of_unit_length_is_rejected() -> None:
 @pytest.mark.requirement("FRC007")
 @given(shifts, shifts)
 def test_a_shift_turns_the_tool_in_place_and_moves_it_along_the_axes(start: Frame, shift: Frame) -> None:
-    pose, way = start.to_transform(), shift.to_transform()
+    pose, by = start.to_transform(), shift.to_transform()
     r = np.reshape(pose.rotation, (3, 3))
-    turn = np.reshape(way.rotation, (3, 3))
+    turn = np.reshape(by.rotation, (3, 3))
     for in_tool, moved, turned in (
-        (False, np.add(pose.translation, way.translation), turn @ r),
-        (True, np.add(pose.translation, r @ way.translation), r @ turn),
+        (False, np.add(pose.translation, by.translation), turn @ r),
+        (True, np.add(pose.translation, r @ by.translation), r @ turn),
     ):
         found = shifted(pose, shift, in_tool=in_tool).to_transform()
         np.testing.assert_allclose(found.translation, moved, atol=1e-12)
@@ -100,9 +100,9 @@ def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
 @pytest.mark.parametrize("in_tool", [False, True])
 def test_a_relative_move_out_of_reach_is_rejected_with_its_target(in_tool: bool) -> None:
     controller = SteppedRobot().controller
-    way = Frame(1500.0, 0.0, -20.0, 0.0, 0.0, 0.0)
+    by = Frame(1500.0, 0.0, -20.0, 0.0, 0.0, 0.0)
     for move in (lin_relative_move, ptp_relative_move):
-        refused = refusal(lambda move=move: controller.move(move(way, 0.5, 0.0, in_tool=in_tool)))
+        refused = refusal(lambda move=move: controller.move(move(by, 0.5, 0.0, in_tool=in_tool)))
         assert refused is not None
         assert refused[0] == OUT_OF_REACH
         assert refused[1].startswith("the TCP at ")

@@ -46,7 +46,7 @@ def watched(
 
 
 def passes(robot: SteppedRobot, ticks: int = 5) -> None:
-    """As a clock lets time pass: a robot at rest makes no ticks."""
+    """Let time pass like a clock: a robot at rest makes no ticks."""
     for _ in range(ticks):
         if robot.controller.resting:
             robot.controller.skip(1)
@@ -60,7 +60,7 @@ def down(robot: SteppedRobot, by_mm: float) -> Frame:
 
 
 def largest_part(robot: SteppedRobot) -> float:
-    """Of the torque limits of the joints, of what presses on them now."""
+    """Return the largest joint torque over its limit."""
     torques = np.abs(robot.controller.joint_torque())
     return float(np.max(torques / np.array(robot.description.torque)))
 

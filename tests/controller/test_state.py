@@ -1,4 +1,4 @@
-"""What a controller says of itself: goal, moves, snapshot, and whether it will stop by itself."""
+"""State of a controller: goal, moves, snapshot, and `under_way`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blending: corners, chains of moves of every kind, and moves appended at any time."""
+"""Blending: corners, sequences of moves of every kind, and moves appended at any time."""
 
 from itertools import pairwise
 from typing import Any
@@ -10,17 +10,17 @@ from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
 from tests.blended_path import Run
-from tests.chain_checks import (
+from tests.sequence_checks import (
     assert_keeps_all_promises,
     comes_to_rest_at,
     least_speed_at,
 )
-from tests.chains import KINDS, ROOMY, Recorder, chains, in_the_open
+from tests.sequences import KINDS, ROOMY, Recorder, in_the_open, sequences
 from tests.stepped import ALL_ROBOTS, ARMS, Array
 
 SIDE_MM = 200.0
 FRAME_KINDS = tuple(kind for kind in KINDS if kind != "joint")
-# Shrinking a chain takes minutes; the checks name the tick and the moves.
+# Shrinking a sequence takes minutes; the checks name the tick and the moves.
 SETTINGS = settings(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
     phases=[Phase.explicit, Phase.reuse, Phase.generate],
@@ -43,7 +43,7 @@ def tcp_speeds(run: Run) -> Array:
 
 
 def cut_m(run: Run, corner: int) -> float:
-    """How far from a corner the TCP passes at least."""
+    """Return the least distance of the TCP from a corner."""
     end = run.robot.tcp(run.moves[corner].corner).translation
     return float(np.linalg.norm(run.ticks.p - end, axis=1).min())
 
@@ -94,7 +94,7 @@ def test_lines_in_one_direction_continue_at_full_speed(name: str, speed_rel: flo
 
 @pytest.mark.requirement("FRC015")
 def test_a_blended_sequence_of_short_moves_runs_steadily() -> None:
-    """As from a CAM program: moves of 2 mm along half a circle, blended by 1 mm."""
+    """Moves of 2 mm along half a circle, blended by 1 mm, like those of a CAM program."""
     recorder = in_the_open(ARMS[0])
     angles = np.linspace(0.0, np.pi, 51)
     circle = 100.0 / np.pi * np.stack([np.sin(angles), np.cos(angles)], axis=1)
@@ -194,17 +194,17 @@ def test_a_stop_in_a_blend_keeps_the_path_and_the_next_moves_start_from_there(na
     assert_keeps_all_promises(recorder)
 
 
-# Chains of random moves
+# Sequences of random moves
 
 
-def recorded(chain: list[Any], name: str, tick_s: float = 0.002) -> Recorder:
+def recorded(sequence: list[Any], name: str, tick_s: float = 0.002) -> Recorder:
     recorder = Recorder(load_robot(name), tick_s)
-    recorder.run(chain)
+    recorder.run(sequence)
     return recorder
 
 
-def chains_of(name: str, **kind: Any) -> st.SearchStrategy[list[Any]]:
-    return chains(len(load_robot(name).joints), **kind)
+def sequences_of(name: str, **kind: Any) -> st.SearchStrategy[list[Any]]:
+    return sequences(len(load_robot(name).joints), **kind)
 
 
 @pytest.mark.requirement("FRC002", "FRC006", "FRC012", "FRC014", "FRC015")
@@ -214,7 +214,7 @@ def chains_of(name: str, **kind: Any) -> st.SearchStrategy[list[Any]]:
 def test_sequences_sent_at_once_keep_paths_and_limits_and_are_no_slower_than_stops(
     name: str, data: st.DataObject
 ) -> None:
-    recorder = recorded(data.draw(chains_of(name, kinds=FRAME_KINDS, at_once=True)), name)
+    recorder = recorded(data.draw(sequences_of(name, kinds=FRAME_KINDS, at_once=True)), name)
     assert_keeps_all_promises(recorder)
     assert recorder.ticks() <= 1.005 * recorder.ticks(blending=False) + 1
 
@@ -229,5 +229,5 @@ def test_sequences_keep_paths_and_limits_when_stopped_or_changed_in_mid_motion(
 
     With HYPOTHESIS_PROFILE=hunt this hunts for faults of the planner.
     """
-    chain = data.draw(chains_of(name, stops=True, overrides=True))
-    assert_keeps_all_promises(recorded(chain, name, 1.0 / rate_hz))
+    sequence = data.draw(sequences_of(name, stops=True, overrides=True))
+    assert_keeps_all_promises(recorded(sequence, name, 1.0 / rate_hz))

@@ -1,4 +1,4 @@
-"""Cancelling a move and clearing the queue: what ends, where, and what goes on from there."""
+"""Cancelling a move and clearing the queue: ended moves, and those that follow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import direct_joint_move, joint_move, lin_joint_move, lin_move, ptp_move, smart_joint_move
-from tests.chains import ROOMY
+from tests.sequences import ROOMY
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
@@ -71,7 +71,7 @@ def test_a_move_impossible_from_there_is_reported_and_dropped_with_those_behind_
     numbers = [
         robot.controller.move(joint_move(mirrored, FULL)),
         robot.controller.move(ptp_move(robot.tcp_frame(mirrored)._replace(z_mm=700.0), 1.0, 0.0)),
-        robot.controller.move(lin_joint_move(beside, 1.0, 0.0)),  # only with the arm bent that way
+        robot.controller.move(lin_joint_move(beside, 1.0, 0.0)),  # only with the arm on that branch
         robot.controller.move(joint_move([0.0] * 7, FULL)),
     ]
     robot.step(10)
@@ -97,7 +97,7 @@ def test_a_move_impossible_from_there_is_reported_and_dropped_with_those_behind_
 
 def test_cancelling_before_the_start_drops_a_move_that_is_impossible_from_there() -> None:
     robot = SteppedRobot()
-    for bent in (0.0, 0.1):  # the second one, a line, begins with the arm bent the other way
+    for bent in (0.0, 0.1):  # the second one, a line, begins on the other branch
         target = [bent, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
         robot.controller.move(lin_joint_move(target, 1.0, 0.0) if bent else joint_move(target, FULL))
     robot.cancel()

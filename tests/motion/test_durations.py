@@ -21,13 +21,13 @@ from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import lin_move, ptp_move
-from tests.chains import ROOMY
+from tests.sequences import ROOMY
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 DATA = Path(__file__).parent / "data"
 TICK_S = 0.002
 MEDIAN, P90, LARGEST = 1.04, 1.08, 1.15
-"""Of the duration over the optimum."""
+"""Bounds of the duration over the optimum."""
 SLOWEST_MM_S = {"named R5 v1": 60.0, "named R60 v1": 280.0}
 """Least speeds of the TCP at named corners."""
 CIRCLES_MM = {0.5: 15.0, 2.0: 40.0, 5.0: 60.0}

@@ -48,17 +48,21 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
 @pytest.mark.parametrize("name", ARMS)
 @given(
     start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
-    way_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda way: np.linalg.norm(way) > 1.0),
+    shift_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda shift: np.linalg.norm(shift) > 1.0),
     turn=st.tuples(*[st.floats(-0.6, 0.6)] * 3),
     speed_rel=st.sampled_from([1.0, 0.5, 0.1]),
 )
 def test_the_tcp_moves_straight_and_turns_on_the_shortest_arc(
-    name: str, start: tuple[float, ...], way_mm: tuple[float, ...], turn: tuple[float, ...], speed_rel: float
+    name: str,
+    start: tuple[float, ...],
+    shift_mm: tuple[float, ...],
+    turn: tuple[float, ...],
+    speed_rel: float,
 ) -> None:
     robot = SteppedRobot(name)
     home = robot.description.home
     robot.goes_to(np.add(home, start[: len(home)]).tolist())
-    target = Frame(*np.add(robot.controller.tool_frame(), (*way_mm, *turn)))
+    target = Frame(*np.add(robot.controller.tool_frame(), (*shift_mm, *turn)))
     assert refusal(robot, target, speed_rel) in CODES
 
 
@@ -69,10 +73,10 @@ def test_long_lines_from_anywhere_are_straight_and_keep_all_limits(name: str) ->
     while done < LINES:
         start = 0.8 * rng.uniform(d.position_min, d.position_max)
         robot = SteppedRobot(replace(d, home=tuple(start.tolist())))
-        way, turn = rng.normal(size=(2, 3))
-        way *= rng.uniform(200.0, 600.0) / np.linalg.norm(way)
+        shift, turn = rng.normal(size=(2, 3))
+        shift *= rng.uniform(200.0, 600.0) / np.linalg.norm(shift)
         turn *= rng.uniform(0.0, 1.0) / np.linalg.norm(turn)
-        target = Frame(*np.add(robot.controller.tool_frame(), (*way, *turn)).tolist())
+        target = Frame(*np.add(robot.controller.tool_frame(), (*shift, *turn)).tolist())
         done += refusal(robot, target) is None
 
 

@@ -19,7 +19,7 @@ def positions(description: RobotDescription) -> st.SearchStrategy[tuple[float, .
     """Joint positions (rad) nearly anywhere."""
     limits = zip(description.position_min, description.position_max, strict=True)
     within = [(0.5 * (low + high), 0.5 * SHARE_OF_LIMITS * (high - low)) for low, high in limits]
-    return st.tuples(*[st.floats(mid - way, mid + way, allow_subnormal=False) for mid, way in within])
+    return st.tuples(*[st.floats(mid - delta, mid + delta, allow_subnormal=False) for mid, delta in within])
 
 
 def speeds(description: RobotDescription) -> st.SearchStrategy[tuple[float, ...]]:
@@ -32,12 +32,12 @@ def optimal_duration_s(
     end: tuple[float, ...],
     speeds_rel: tuple[float, ...],
 ) -> float:
-    """What Ruckig needs along the straight line, within what all joints together allow there."""
-    way = np.abs(np.subtract(end, start))
-    longest = float(way.max())
+    """Return Ruckig's duration along the straight line, within the limits of all joints there."""
+    delta = np.abs(np.subtract(end, start))
+    longest = float(delta.max())
     if longest == 0.0:
         return 0.0
-    parts = np.maximum(way / longest, 1e-9)
+    parts = np.maximum(delta / longest, 1e-9)
     task = ruckig.InputParameter(1)
     task.current_position, task.target_position = [0.0], [longest]
     task.max_velocity = [float((np.multiply(description.velocity, speeds_rel) / parts).min())]
@@ -67,11 +67,11 @@ def test_joint_moves_are_straight_and_exact_and_take_little_longer_than_the_opti
     assert_within_limits(robot)
     velocities = np.abs(np.diff(robot.joints, axis=0)) / robot.tick_s
     assert (velocities <= np.array(description.velocity) * speeds_rel * VELOCITY_TOLERANCE).all()
-    way = np.subtract(end, start)
-    if np.abs(way).max() > 1e-6:
+    delta = np.subtract(end, start)
+    if np.abs(delta).max() > 1e-6:
         q = np.array(robot.joints)
-        parts = (q - start) @ way / (way @ way)
-        np.testing.assert_allclose(q, start + parts[:, None] * way, atol=1e-12)
+        parts = (q - start) @ delta / (delta @ delta)
+        np.testing.assert_allclose(q, start + parts[:, None] * delta, atol=1e-12)
         assert (np.diff(parts) > -1e-12).all()
 
 

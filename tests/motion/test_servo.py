@@ -1,4 +1,4 @@
-"""Smart and direct moves: limits wherever they are sent, a start at once, and streams that are followed."""
+"""Smart and direct moves: limits for any targets, an immediate start, and streams."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class ServoRobot(SteppedRobot):
 
 
 def ramp(name: str, speed_rel: float | Array, duration_s: float) -> tuple[Curve, Array]:
-    """All joints through the middle of their ranges, each at its own speed; and these speeds."""
+    """Return a line of all joints through the middle of their ranges, and their speeds."""
     d = strong(name)
     low, high = np.array(d.position_min), np.array(d.position_max)
     speed = np.minimum(np.multiply(d.velocity, speed_rel), 0.95 * (high - low) / duration_s)
@@ -141,18 +141,18 @@ def test_any_targets_keep_the_limits_and_a_stop_stays_on_the_trajectory(
         rest = robot.controller.motions.goal
         assert robot.runs_until_stopped() * robot.tick_s <= 0.1 + 1e-9
         assert robot.controller.joints == rest
-        # The other one passes each place as well, less than half a tick's way from one of its ticks.
+        # The other one passes each place as well, within half of the distance of a tick.
         on.step(round(0.12 * rate_hz))
-        course = np.array(on.joints[before:])
-        off = [np.abs(course - q).max(axis=1).min() for q in robot.joints[before:]]
-        assert max(off) <= 0.51 * np.abs(np.diff(course, axis=0)).max() + 1e-12
+        places = np.array(on.joints[before:])
+        off = [np.abs(places - q).max(axis=1).min() for q in robot.joints[before:]]
+        assert max(off) <= 0.51 * np.abs(np.diff(places, axis=0)).max() + 1e-12
     else:
         robot.runs_until_stopped()
         assert robot.controller.joints == tuple(to.tolist())
     assert_within_limits(robot)
 
 
-def fastest_s(way: float, velocity: float, acceleration: float, jerk: float) -> float:
+def fastest_s(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
     """The least time from rest to rest: up to a speed, along at it, and down."""
 
     def up_s(speed: float) -> float:
@@ -160,11 +160,11 @@ def fastest_s(way: float, velocity: float, acceleration: float, jerk: float) -> 
         return speed / acceleration + acceleration / jerk if full else 2.0 * (speed / jerk) ** 0.5
 
     slow, fast = 0.0, velocity
-    if fast * up_s(fast) <= way:
-        return way / fast + up_s(fast)
+    if fast * up_s(fast) <= distance:
+        return distance / fast + up_s(fast)
     for _ in range(60):
         speed = (slow + fast) / 2.0
-        slow, fast = (speed, fast) if speed * up_s(speed) <= way else (slow, speed)
+        slow, fast = (speed, fast) if speed * up_s(speed) <= distance else (slow, speed)
     return 2.0 * up_s(fast)
 
 
@@ -178,8 +178,8 @@ def test_from_rest_each_joint_starts_at_once_and_arrives_as_soon_as_possible(
     rng = np.random.default_rng(seed)
     home = robot.home
     speeds_rel = rng.uniform(0.1, 1.0, len(home)).tolist()
-    way = share * (rng.uniform(robot.low, robot.high) - home)
-    to = home + (way.clip(-REACH_RAD, REACH_RAD) if direct else way)
+    distance = share * (rng.uniform(robot.low, robot.high) - home)
+    to = home + (distance.clip(-REACH_RAD, REACH_RAD) if direct else distance)
     robot.heads_for(to, speeds_rel)
     robot.step()
     assert all(np.sign(robot.controller.joints - home) == np.sign(to - home))

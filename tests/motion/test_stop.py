@@ -14,7 +14,7 @@ both = pytest.mark.parametrize("robot_name", ARMS)
 
 
 def away_from_home(robot: SteppedRobot) -> list[float]:
-    """Joint positions some way off."""
+    """Joint positions at a distance."""
     home = robot.description.home
     away: list[float] = np.add(home, AWAY[: len(home)]).tolist()
     return away

@@ -55,7 +55,7 @@ class FakeRobot:
 
 
 class Conversation:
-    """One client's session with a robot."""
+    """A session of one client with a robot."""
 
     def __init__(
         self,

@@ -16,7 +16,7 @@ VALUES = st.dictionaries(NAMES, TEXTS, max_size=6)
 
 
 def read(*packets: bytes, ends: bool = False) -> list[Element | str]:
-    """All that packets hold; of a broken stream the reason."""
+    """Return all messages of packets, and the reason of a broken stream."""
     stream = XmlStream()
     found: list[Element | str] = []
 

@@ -21,7 +21,7 @@ def lines_of(packets: list[bytes]) -> list[bytes]:
 
 
 def read_by_the_book(stream: bytes) -> list[bytes]:
-    """What the module's docstring promises, in the plainest way."""
+    """Split lines in the plainest form."""
     lines, line, partner = [], b"", b""
     for byte in stream:
         this = bytes([byte])

@@ -20,7 +20,7 @@ ONES = "1 1 1 1 1 1 1"
 
 
 def worst_lines() -> list[str]:
-    """Of each command: alone, with help, with numbers as long as a line holds, with what is no number."""
+    """Return lines of each command: alone, with help, with the longest numbers, with other words."""
     lines = ["help", "help : move", "help : e", "help : 3040"]
     lines += ["", ":", "x" * 4000, "get error" + " x" * 1000]
     for name, command in TABLE.commands.items():

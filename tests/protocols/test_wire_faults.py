@@ -1,4 +1,4 @@
-"""What faults on the wire make of replies, without a wire."""
+"""Effects of wire faults on replies, without sockets."""
 
 from __future__ import annotations
 

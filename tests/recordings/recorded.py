@@ -1,4 +1,4 @@
-"""Robots that are recorded, and their files read back by the library's own reader."""
+"""Recorded robots, and their files read by the library's own reader."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RecordedMessage(NamedTuple):
 
 
 def found_in(path: Path, *topics: str) -> list[RecordedMessage]:
-    """All messages of a whole file, or those of some topics, in the order of time."""
+    """Return all messages of a whole file, or those of some topics, in the order of time."""
     with path.open("rb") as file:
         messages = make_reader(file, validate_crcs=True).iter_messages(topics or None)
         return [

@@ -32,7 +32,7 @@ def whole() -> bytes:
 
 @cache
 def chunk_ends() -> list[tuple[int, int]]:
-    """Where each chunk ends in the file, and how many messages there are up to there."""
+    """Return the end of each chunk in the file, and the number of messages up to there."""
     ends, count = [], 0
     with tempfile.NamedTemporaryFile() as file:
         file.write(whole())

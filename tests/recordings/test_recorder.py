@@ -1,4 +1,4 @@
-"""What a recording holds."""
+"""Contents of recordings."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_every_channel_has_messages_that_fit_the_schema_in_the_file(session: Pat
 
 
 def test_times_are_those_of_the_robot(session: Path) -> None:
-    """So that what a fast clock does within milliseconds can be watched."""
+    """With a fast clock real time would show the motion within milliseconds."""
     states = found_in(session, STATE)
     for first, state in pairwise(states):
         assert state.log_ns - first.log_ns == 1_000_000_000 // RATE_HZ

@@ -14,8 +14,7 @@ TYPES = ("object", "array", "string", "number", "integer", "boolean")
 
 
 def broken_rules(schema: dict[str, Any], place: str) -> Iterator[str]:
-    """Of packages/mcap-support/src/parseJsonSchema.ts of Lichtblick-Suite/lichtblick, which skips a topic
-    whose schema breaks one."""
+    """Return the broken rules of parseJsonSchema.ts of Lichtblick, which skips a topic with one."""
     if "$ref" in schema:
         yield f"{place}: a $ref"
     elif "oneOf" in schema:

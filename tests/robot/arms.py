@@ -1,4 +1,4 @@
-"""What the tests of this folder share: arms, random joint positions, distances between poses."""
+"""Helpers of the tests in this folder: arms, random joint positions, distances between poses."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def edit(file: Path, old: str, new: str) -> None:
 
 
 def use(folder: Path | str) -> RobotDescription:
-    """All that is done with a robot's folder before anything moves."""
+    """Load a robot's folder, with its kinematics."""
     description = load_robot(folder)
     Inverse(Model(description))
     return description

@@ -35,8 +35,7 @@ SEED = [0.3, -0.9, 0.5, -0.6, 0.7, 0.8]
 
 
 def on_the_axis_of_a1(q: list[float]) -> list[float]:
-    """Joint positions with A2 changed to put the wrist point on the axis of A1, as far as the bend of A3
-    allows."""
+    """Return joint positions with A2 changed to bring the wrist point near the axis of A1."""
     bend = q[2] - STRETCHED
     x, z = UPPER_ARM + FOREARM * math.cos(bend), -FOREARM * math.sin(bend)
     return [q[0], math.atan2(z, x) - math.acos(-0.025 / math.hypot(x, z)), *q[2:]]
@@ -63,8 +62,9 @@ def _of_six_axes(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tup
 
 
 def _of_an_iiwa(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
-    """A2, A4 and A6 at zero alone and together, with any A3, with A3 = 0 and with A3 = +-90 deg, where both
-    solutions for A2 are one; and the wrist point on the axis of A1.
+    """Yield singular positions: A2, A4 and A6 at zero alone and together, the wrist on the axis of A1.
+
+    A3 has any position, 0, and +-90 deg, where both solutions for A2 are one.
     """
     for zeros in ZEROS:
         for a3 in (None, 0.0, math.pi / 2, -math.pi / 2):
@@ -138,7 +138,7 @@ def test_either_branch_that_meets_at_a_singular_pose_closes(arm: Arm) -> None:
 
 @pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-6])
 def test_next_to_singular_poses_joints_move_in_proportion(arm: Arm, size: float) -> None:
-    """Joints moved by a tiny step: the way back from the singular pose changes none by much more."""
+    """Joints moved by a tiny step: leaving the singular pose changes none by much more."""
     rng = np.random.default_rng(24)
     for family, q in singular_poses(arm, rng, 5):
         if any(1e-12 < abs(value) < 0.1 for value in arm.inverse.distances(q)):
@@ -183,7 +183,7 @@ def test_status_has_kukas_meaning(joints_deg: tuple[int, ...], status: int) -> N
 
 @pytest.mark.parametrize("axis", range(6))
 def test_joints_may_turn_in_the_other_direction(tmp_path: Path, axis: int) -> None:
-    """Another arm of the kind: a joint that turns the other way, and with it its limits."""
+    """Another arm of the kind, with a joint and its limits reversed."""
     folder = copy_of_robot(tmp_path / "mine", SIX_AXES)
     pieces = re.split(r'(<axis xyz="[^"]*"/>)', (folder / "robot.urdf").read_text())
     direction = re.findall(r"-?\d", pieces[2 * axis + 1])

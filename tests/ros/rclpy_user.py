@@ -19,14 +19,14 @@ from relays.ros2 import class_of, fill, plain
 
 PATIENCE_S = 50.0
 AGAIN_S = 5.0
-"""Fast DDS gives up the response to a client that the server has not discovered within 0.1 s, which happens
-on a busy machine (ros2/rclpy#1181): who has got none by then asks again."""
+"""Time (s) after which a client without a response asks again.
+Fast DDS drops the response to a client that the server has not discovered in 0.1 s (ros2/rclpy#1181)."""
 DEPTH = 1000
 RMI = "robot_movement_interface"
 HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
 AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
 HOUR_S = 3600
-"""So that no slow machine is at the end of a way before."""
+"""Duration of a motion that no slow machine ends too early."""
 
 rclpy.init()
 node = rclpy.create_node(f"user_{os.getpid()}", namespace=sys.argv[2])
@@ -64,7 +64,7 @@ def answer(ask):
 
 
 def subscribe(topic, kind, latched=False):
-    """Return the list of a topic's messages, which grows from when somebody publishes it."""
+    """Return the list of a topic's messages, which grows once it is published."""
     qos = QoSProfile(depth=DEPTH)
     if latched:
         qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
@@ -128,7 +128,7 @@ def commands():
         by_number[number] = until(lambda: results and results.pop())
     set_io = call("set_io", f"{RMI}/srv/SetIO", number=2, value=True)
     states = call("robot/get_digital_ios", f"{RMI}/srv/GetDigitalIOs", ios=[])
-    # A call that fails is answered, since ROS 2 has no other way; the robot goes on as before.
+    # A call that fails is answered, since ROS 2 has no error for it; the robot moves on.
     call("scale_speed", f"{RMI}/srv/SetFloat", value=nan)
     return {
         "results": [by_number[number] for number in sorted(by_number)],

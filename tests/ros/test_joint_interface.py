@@ -1,4 +1,4 @@
-"""One client of rosbridge that speaks as ROS 2 does, message by message, on the stepped core."""
+"""A client of rosbridge with messages of ROS 2, on the stepped core."""
 
 from __future__ import annotations
 

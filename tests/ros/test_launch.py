@@ -1,5 +1,4 @@
-"""The launch files for ROS 2, as far as they can be run without a distribution: with stand-ins for `launch`
-and `launch_ros`, they find the files of a robot, and say what they would start."""
+"""The launch files for ROS 2 with stand-ins for `launch` and `launch_ros`: files, and processes to start."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ class LaunchAction:
         self.args, self.named = args, named
 
     def perform(self, context: dict[str, str]) -> str:
-        """Of a LaunchConfiguration."""
+        """Return the value of a LaunchConfiguration."""
         return context[self.args[0]]
 
 

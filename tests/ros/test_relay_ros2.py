@@ -68,7 +68,7 @@ def shared(python: Path) -> Iterator[Simulator]:
 
 @pytest.fixture
 def robot(shared: Simulator) -> Simulator:
-    """It, as it was at its start: the test before may have left it on its way."""
+    """Return the robot at its start: the test before may have left it in motion."""
 
     def begins() -> bool:
         if shared.controller.moving:

@@ -1,4 +1,4 @@
-"""One client of rosbridge, message by message, on the stepped core."""
+"""A client of rosbridge, message by message, on the stepped core."""
 
 from __future__ import annotations
 

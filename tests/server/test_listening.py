@@ -1,4 +1,4 @@
-"""Who connects while the system has no descriptor left."""
+"""Connections while the system has no free descriptor."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.talking import DEADLINE_S
 
 
 class ScarceListener:
-    """A listening socket at which there is no descriptor for the first so many who knock."""
+    """A listening socket without a descriptor for the first so many connections."""
 
     def __init__(self, real: socket.socket, failures: int) -> None:
         self._real = real

@@ -1,4 +1,4 @@
-"""Who may use a port that web pages can reach."""
+"""Access to ports that web pages can reach."""
 
 from __future__ import annotations
 

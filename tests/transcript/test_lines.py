@@ -1,4 +1,4 @@
-"""What a transcript says, and what is none."""
+"""Transcripts and malformed transcripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who may open the page, over real sockets, and what happens to clients that send rubbish."""
+"""Access to the page over real sockets, and clients that send rubbish."""
 
 from __future__ import annotations
 

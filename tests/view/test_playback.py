@@ -65,7 +65,7 @@ def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> N
     viewer.shows("LBR iiwa 7 R800", ">0.00<")
     for time_s in (0.8, 0.5):
         wanted = first_joint(run, time_s)
-        assert 1.0 < float(wanted) < 56.0, "on its way"
+        assert 1.0 < float(wanted) < 56.0, "in motion"
         viewer.clicks("Time (s)", time_s)
         viewer.shows(f">{wanted}<", "moving")
 

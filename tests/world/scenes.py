@@ -140,7 +140,7 @@ class Scene:
 
     @property
     def speeds(self) -> NDArray[np.float64]:
-        """Of all parts: m/s, and rad/s."""
+        """Return velocities of all parts: m/s, and rad/s."""
         return self.world.part_v
 
     def step(self, ticks: int = 1) -> None:
@@ -152,13 +152,13 @@ class Scene:
         self.robot.runs_until_stopped()
 
     def drives(self, *, closed: bool) -> None:
-        """Until the jaws are where they stay."""
+        """Step until the jaws rest."""
         self.controller.io.set_output(CLOSE, closed)
         self.step(2)
         self.rests()
 
     def rests(self) -> None:
-        """Until ticks change nothing."""
+        """Step until ticks change nothing."""
         self.until(lambda: self.handling.settled)
 
     def until(self, holds: Callable[[], bool]) -> int:

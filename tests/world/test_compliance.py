@@ -1,5 +1,4 @@
-"""A compliant robot with a part in its jaws, on a part, and hit by one: it comes to rest, and what it feels
-is right."""
+"""A compliant robot that holds a part, rests on one, or is hit by one: it comes to rest, forces are right."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Parts that move freely: they slide, rest on slopes, roll, tip, fall over, ride on conveyors, and are
-pushed."""
+"""Parts that move freely: they slide, rest on slopes, roll, tip, fall, ride on conveyors, are pushed."""
 
 from __future__ import annotations
 
@@ -49,10 +48,10 @@ def test_a_part_slides_by_the_distance_of_coulombs_law(kg: float, stiffness: flo
     scene.speeds[0, 1] = speed
     scene.world.wake()
     scene.rests()
-    way = scene.place_mm("it")[1] - start[1]
+    distance = scene.place_mm("it")[1] - start[1]
     coulomb, half_tick = 1e3 * speed**2 / (2.0 * friction * G), 1e3 * speed * 0.5 * 0.002
-    assert abs(way - coulomb) <= 0.1 * coulomb + half_tick
-    assert abs(way - coulomb) <= 0.03 * coulomb, "as measured"
+    assert abs(distance - coulomb) <= 0.1 * coulomb + half_tick
+    assert abs(distance - coulomb) <= 0.03 * coulomb, "as measured"
 
 
 @pytest.mark.parametrize(("kg", "stiffness"), [(0.02, 1e5), (2.0, 5e3)])

@@ -16,7 +16,7 @@ from tests.asked import lin_force_move, lin_move_at, ptp_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, HOLDS, TABLE_MM, G, Scene, down, part, table
 
 OWN = 1e7
-"""Stiffness (N/m) of a part that gives way by next to nothing."""
+"""Stiffness (N/m) of a nearly rigid part."""
 SLOPPY = GRIPPER.replace("grip_force_n = 40", "grip_force_n = 400")
 
 

@@ -1,5 +1,4 @@
-"""Random scenes of falling, piling, gripping and ploughing, by a seed: nothing explodes, all comes to
-rest."""
+"""Random scenes of falling, piling, gripping and ploughing: parts come to rest with bounded speeds."""
 
 from __future__ import annotations
 
@@ -120,7 +119,7 @@ class RandomScene:
                 assert speed < FASTEST_M_S + self.pressed_n / sqrt(each.mass_kg * each.stiffness), each.name
                 place = world.part_q[number, :3].tolist()
                 for surface in world.surfaces:
-                    # Its energy of motion, in the springs of both, and half of its way in a tick.
+                    # Its kinetic energy, in the springs of both, and half of its distance in a tick.
                     soft = each.mass_kg * (1.0 / each.stiffness + 1.0 / surface.stiffness)
                     deepest = DEEPEST_M + self.fastest * sqrt(soft) + 0.5 * speed * scene.controller.tick_s
                     assert surface.nearest(*place)[0] > -deepest, (each.name, surface.name)

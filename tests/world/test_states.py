@@ -1,4 +1,4 @@
-"""Named states: what is brought back goes on with the same bits; skipping ticks changes nothing."""
+"""Saved states: a restored one continues with the same bits; skipping ticks changes nothing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CUBES = [
 
 
 def ploughs(scene: Scene, ticks: int = 150) -> str:
-    """All that is seen while the arm goes through cubes, as a checksum."""
+    """Return a checksum of all states while the arm moves through cubes."""
     seen = sha256()
     scene.controller.move(lin_move_at(down(550, 100, 312), 0.25, 0.0))
     for _ in range(ticks):
@@ -48,7 +48,7 @@ def halfway() -> Scene:
 
 
 def holding() -> Scene:
-    """What is held is pressed on what lies."""
+    """A held part is pressed on a lying one."""
     scene = Scene(part("upper", (550, -100, 330)), part("lower", (550, 100, 330)), table())
     scene.picks(550, -100, 330, 100)
     scene.goes(down(550, 100, 400))

@@ -83,7 +83,7 @@ class SharedWorld:
         self.step(ticks)
 
     def place_mm(self) -> np.ndarray[Any, Any]:
-        """Where the first part is, in the world."""
+        """Return the position of the first part in the world."""
         return 1e3 * np.array(self.world.pose(0).translation)
 
 
@@ -148,7 +148,7 @@ def test_a_taker_that_opens_again_or_draws_away_leaves_the_part_to_the_giver() -
 
 
 def closed_and_facing() -> SharedWorld:
-    """Both with closed jaws; those of the second one are level, in the way of those of the first."""
+    """Both with closed jaws; those of the second one are level, in the path of the first ones."""
     shared = SharedWorld(part("far", (300, 400, 330)), table())
     for which in (0, 1):
         shared.drives(which, closed=True)

@@ -19,7 +19,7 @@ class RobotError(Exception):
 
 
 class ProtocolError(Exception):
-    """What came is no reply to what was sent."""
+    """The received message is no reply to the sent one."""
 
 
 class Driver:

@@ -1,4 +1,4 @@
-"""Random chains of moves with blending, for any robot, and what is recorded while they run."""
+"""Random sequences of moves with blending, for any robot, and a recorder of their motion."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ PLACES = (
     *("near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on"),
     "wrist",  # nearly stretched
 )
-"""Where targets are, seen from where the chain ends; what comes twice is drawn more often."""
+"""Places of targets, relative to the end of the sequence; those listed twice are drawn more often."""
 SCOUT_TICK_S = 0.05
 REACH = 0.75  # of the position limits, for targets far away
-NEAR = 0.12  # of the position limits, from where the chain ends
+NEAR = 0.12  # of the position limits, from the end of the sequence
 LARGEST_SHIFT_MM, LARGEST_TURN_RAD = 250.0, 0.6
 LEAST_FAR_SPEED = 0.3
 SPEEDS = (1.0, 1.0, 0.7, 0.5, 0.3, 0.1)
 UNTIL_STOPPED = -1  # instead of ticks to wait
-LONGEST = 20 if MANY else 6  # moves of a chain
+LONGEST = 20 if MANY else 6  # moves of a sequence
 ROOMY = {
     "lbr_iiwa_7_r800": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
     "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
@@ -43,8 +43,8 @@ Order = Callable[[Controller, bool], object]
 
 
 @dataclass(frozen=True)
-class ChainMove:
-    """A move to somewhere else, seen from where the chain ends; `parts` (-1..1) say where."""
+class RandomMove:
+    """A move relative to the end of the sequence; `parts` (-1..1) choose its target."""
 
     kind: str
     place: str
@@ -68,22 +68,22 @@ class Interruption:
     what: Literal["stop", "override"]
     wait: int
     value: float = 0.0
-    """Of the override."""
+    """Value of the override."""
 
 
 RESUMED = 0.4  # after a pause
 
 
-def chain_moves(
+def random_moves(
     joint_count: int = 7, kinds: Sequence[str] = KINDS, at_once: bool = False
-) -> st.SearchStrategy[ChainMove]:
+) -> st.SearchStrategy[RandomMove]:
     anywhere = st.integers(0, 2**32 - 1).map(lambda seed: _random_parts(seed, joint_count))
     along_axes = st.tuples(*[st.sampled_from([0.0, 0.0, -1.0, -0.5, 0.5, 1.0])] * joint_count)
     speeds = st.sampled_from([*SPEEDS, 0.05])
     radii = st.one_of(st.floats(0.0, 80.0), st.floats(5.0, 80.0), st.just(0.0), st.just(500.0))
     waits = st.one_of(st.just(0), st.just(0), st.integers(0, 400), st.just(UNTIL_STOPPED))
     return st.builds(
-        ChainMove,
+        RandomMove,
         st.sampled_from(kinds),
         st.sampled_from(PLACES),
         st.one_of(anywhere, anywhere, along_axes),
@@ -93,7 +93,7 @@ def chain_moves(
     )
 
 
-def chains(
+def sequences(
     joint_count: int = 7,
     kinds: Sequence[str] = KINDS,
     at_once: bool = False,
@@ -102,7 +102,7 @@ def chains(
     longest: int = LONGEST,
 ) -> st.SearchStrategy[list[Any]]:
     """2 to `longest` moves, with what is asked for between them."""
-    item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
+    item: st.SearchStrategy[Any] = random_moves(joint_count, kinds, at_once)
     if stops:
         item = st.one_of(item, item, item, st.builds(Interruption, st.just("stop"), st.integers(0, 80)))
     if overrides:
@@ -117,10 +117,10 @@ def in_the_open(name: str, tick_s: float = 0.002) -> Recorder:
 
 
 class Recorder:
-    """A robot that runs a chain, and a scout that goes ahead.
+    """A robot that runs a sequence, and a scout that runs ahead.
 
-    The scout runs each move alone, without blending, and rests at its target. That is where the next move
-    starts from, whatever the robot does meanwhile.
+    The scout runs each move alone, without blending, and rests at its target. The next move starts there,
+    wherever the robot is.
     """
 
     def __init__(self, description: RobotDescription, tick_s: float = 0.002) -> None:
@@ -135,7 +135,7 @@ class Recorder:
 
     @property
     def end(self) -> Joints:
-        """Joints at which the chain ends, as far as it was sent."""
+        """Joints at the end of the moves that were sent."""
         return self.scout.controller.joints
 
     def send(self, kind: str, joints: Joints, frame: Frame, speeds: Joints, blending_mm: float) -> bool:
@@ -152,14 +152,14 @@ class Recorder:
             self.runs[-1].moves.append(SentMove(kind, start, self.end, speeds_rel, blending_mm, self.tick))
         return accepted
 
-    def send_move(self, move: ChainMove) -> None:
-        """Sends a move of a random chain."""
+    def send_move(self, move: RandomMove) -> None:
+        """Send a move of a random sequence."""
         moves = self.runs[-1].moves
         last = (moves[-1].start, moves[-1].corner) if moves else (self.end, self.end)
         self.send(move.kind, *aimed(move, self.robot, self.end, last), move.speeds, move.blending_mm)
 
     def lin(self, x_mm: float, y_mm: float, z_mm: float, blending_mm: float, speed_rel: float = 1.0) -> None:
-        """A LIN by so much from where the chain ends, that has to be accepted."""
+        """Send a LIN relative to the end of the sequence, which has to be accepted."""
         frame = self.scout.controller.tool_frame()
         target = Frame(*np.add(frame, (x_mm, y_mm, z_mm, 0.0, 0.0, 0.0)).tolist())
         assert self.send("lin", self.end, target, (speed_rel,) * len(self.end), blending_mm)
@@ -180,7 +180,7 @@ class Recorder:
         self._orders.append((self.tick, lambda controller, _: controller.stop()))
 
     def override(self, value: float) -> None:
-        """Sets the override of the robot; the scout goes on at full speed."""
+        """Set the override of the robot; the scout stays at full speed."""
         self.robot.controller.set_override(value)
         self._orders.append((self.tick, lambda controller, _: controller.set_override(value)))
 
@@ -191,16 +191,16 @@ class Recorder:
             self.robot.step(ticks)
 
     def finish(self) -> None:
-        """Waits for the end of the chain."""
+        """Wait for the end of the sequence."""
         self.robot.runs_until_stopped()
         self.robot.step(3)
         self.runs[-1].last = self.tick
         self.runs = [run for run in self.runs if run.moves]
 
-    def run(self, chain: list[Any]) -> None:
-        """Sends a chain at its ticks, and waits for the end."""
-        for item in chain:
-            if isinstance(item, ChainMove):
+    def run(self, sequence: list[Any]) -> None:
+        """Send a sequence at its ticks, and wait for the end."""
+        for item in sequence:
+            if isinstance(item, RandomMove):
                 self.send_move(item)
             elif item.what == "override":
                 self.override(item.value)
@@ -213,7 +213,7 @@ class Recorder:
         self.finish()
 
     def ticks(self, blending: bool = True) -> int:
-        """Ticks until the robot rests, the chain sent at the same ticks with or without blending."""
+        """Return ticks until rest for the sequence sent at the same ticks, with or without blending."""
         return len(self._twin(blending, to_end=True).joints) - 1
 
     def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
@@ -230,9 +230,9 @@ class Recorder:
 
 
 def aimed(
-    move: ChainMove, robot: SteppedRobot, end: Joints, last: tuple[Joints, Joints]
+    move: RandomMove, robot: SteppedRobot, end: Joints, last: tuple[Joints, Joints]
 ) -> tuple[Joints, Frame]:
-    """Joints and frame of a target, seen from where the chain ends and from start and end of the last move.
+    """Return joints and frame of a target, relative to the end of the sequence and to the last move.
 
     Where the frame is shifted, the joints are only near.
     """
@@ -268,7 +268,7 @@ def aimed(
     return joints, robot.tcp_frame(joints)
 
 
-def send(robot: SteppedRobot, item: ChainMove | Interruption) -> bool:
+def send(robot: SteppedRobot, item: RandomMove | Interruption) -> bool:
     """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
     if isinstance(item, Interruption):
         robot.stop()

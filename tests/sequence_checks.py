@@ -1,11 +1,11 @@
-"""What must hold of every chain of moves with blending."""
+"""Checks for every sequence of moves with blending."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tests.blended_path import HALF, Joints, Places, Run
-from tests.chains import Recorder
+from tests.sequences import Recorder
 from tests.stepped import Array, assert_within_limits
 
 STOP_S = 0.1
@@ -50,17 +50,17 @@ def assert_rests_at_exact_targets(run: Run) -> None:
 
 
 def comes_to_rest_at(run: Run, corner: Joints) -> bool:
-    """Whether some tick is so near to a corner as it must be if the robot rests there within a tick."""
+    """Return True if some tick is as near to a corner as after a rest there within a tick."""
     return bool((np.abs(run.ticks.q - corner) <= _crept(run) * 1.05 + 1e-9).all(axis=1).any())
 
 
 def least_speed_at(run: Run, corner: int) -> float:
-    """The least way of the joints in a tick round a corner, over twice what a robot does that rests there."""
+    """Return the least motion of the joints in a tick round a corner, over twice that next to a rest."""
     region = np.flatnonzero(_inside(run, corner) & run.places.at(corner))
     if len(region) == 0:  # passed within a tick
         return np.inf
-    ways = _ways(run)[max(region[0] - 1, 0) : region[-1] + 1]
-    return float(ways.min()) / 2.0
+    steps = _steps(run)[max(region[0] - 1, 0) : region[-1] + 1]
+    return float(steps.min()) / 2.0
 
 
 def _inside(run: Run, corner: int) -> Array:
@@ -71,11 +71,11 @@ def _inside(run: Run, corner: int) -> Array:
     return (places.offset[:, corner] <= places.radius[corner]) & ~before & ~after
 
 
-def _ways(run: Run) -> Array:
-    """The way of the joints from each tick to the next (m - 1,), over what they creep next to a rest."""
+def _steps(run: Run) -> Array:
+    """Return the motion of the joints from each tick to the next (m - 1,), over that next to a rest."""
     return (np.abs(np.diff(run.ticks.q, axis=0)) / _crept(run)).max(axis=1)
 
 
 def _crept(run: Run) -> Array:
-    """How far each joint can get in one tick from rest (n,)."""
+    """Return the distance that each joint can go in one tick from rest (n,)."""
     return np.array(run.robot.description.jerk) * run.robot.tick_s**3 / 6.0
