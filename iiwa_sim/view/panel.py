@@ -72,8 +72,11 @@ class Readout:
         self._before: Snapshot | None = None
         self._speed_mm_s = 0.0
 
-    def show(self, state: Snapshot, fault: str = "") -> None:
-        """Show a state below the reason for which there is no newer one."""
+    def show(self, state: Snapshot, fault: str = "", before: Snapshot | None = None) -> None:
+        """Show a state below the reason for which there is no newer one.
+
+        The speed counts from the state `before`, by default the one that was shown last.
+        """
         robot, status, gripper, load_kg = self._robot, state.robot_status, state.gripper, state.tool_load[0]
         force_n = dist(state.cartesian_force[:3], (0, 0, 0))
         lit = [
@@ -89,7 +92,7 @@ class Readout:
         limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
         bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
         place = _rounded((*state.tool_frame[:3], *map(degrees, state.tool_frame[3:])))
-        before, self._before = self._before or state, state
+        before, self._before = before or self._before or state, state
         if state.time_s > before.time_s:
             distance_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
             self._speed_mm_s = distance_mm / (state.time_s - before.time_s)

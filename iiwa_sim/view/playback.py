@@ -75,10 +75,10 @@ class Playback:
             self._slider.value = round(self._time_s, 2)
         self._shown_at_s = now_s
         self._button.label = "Pause" if self._is_playing else "Play"
-        (state,) = timeline.last(STATE, self._time_s)
+        states = timeline.last(STATE, self._time_s, 2)
         (cell,) = timeline.last(CELL, self._time_s)
-        self._scene.show(state, cell)
-        self._readout.show(state)
+        self._scene.show(states[-1], cell)
+        self._readout.show(states[-1], before=states[0])
         if now_s >= self._next_s:
             self._next_s = now_s + PERIOD_S
             self._dialogue.content = dialogue(reversed(timeline.last(DIALOGUE, self._time_s, MOST_LINES)))

@@ -6,7 +6,7 @@ import signal
 import socket
 import threading
 from collections.abc import Iterator
-from math import degrees
+from math import degrees, dist
 from pathlib import Path
 
 import pytest
@@ -66,8 +66,10 @@ def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> N
     for time_s in (0.8, 0.5):
         wanted = first_joint(run, time_s)
         assert 1.0 < float(wanted) < 56.0, "in motion"
+        before, state = Timeline(run).last(STATE, time_s, 2)
+        speed_mm_s = dist(state.tool_frame[:3], before.tool_frame[:3]) / (state.time_s - before.time_s)
         viewer.clicks("Time (s)", time_s)
-        viewer.shows(f">{wanted}<", "moving")
+        viewer.shows(f">{wanted}<", "moving", f"TCP {speed_mm_s:.0f} mm/s")
 
 
 def test_dialogue_and_events_are_shown_up_to_the_present_time(run: Path, viewer: Viewer) -> None:
