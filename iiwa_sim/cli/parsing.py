@@ -1,7 +1,6 @@
 """Command lines: options of the model, and arguments that one command has of its own."""
 
 import argparse
-import difflib
 import re
 from collections.abc import Container, Iterable, Sequence
 from functools import partial
@@ -75,8 +74,8 @@ class Parser(argparse.ArgumentParser):
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
     cell = words[0] if words and not words[0].startswith("-") else ""
-    if difflib.get_close_matches(cell, COMMANDS) and not Path(cell).exists():
-        raise unknown(cell, COMMANDS, "no file and no command")
+    if cell and not cell.endswith(".toml") and not Path(cell).exists():
+        raise unknown(cell, [*COMMANDS, "--help", "--version"], "no file and no command")
     commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
     parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")

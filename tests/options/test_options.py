@@ -80,6 +80,8 @@ WRONG = {
     "a.toml --robot lbr_iiwa_7_r800": "--robot: expected no CELL.toml with it",
     "chek-cell a.toml": "chek-cell: no file and no command, did you mean check-cell?",
     "shwo": "shwo: no file and no command, did you mean show?",
+    "help": "help: no file and no command, did you mean --help?",
+    "run": "run: no file and no command",
     "--count 2 --ros": "--ros: expected one robot",
     "--transcript /tmp/a --record /tmp/a": "--transcript, --record: expected a file of its own",
     "--backdoor-port 0 --backdoor-host 0.0.0.0": "--backdoor-host: expected --backdoor-token or "
