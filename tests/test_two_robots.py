@@ -23,7 +23,7 @@ from iiwa_sim.client.connection import Connection
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.options.sources import SettingError
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recording
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
 from tests.processes import IIWA_SIM, refused, started
 from tests.recordings.recorded import found_in
@@ -237,7 +237,7 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
     with cell.record(file), Drivers(cell) as drivers:
         drivers.ask("right", f"lin move : 400 0 500 {DOWN} 0.5 0")
         cell.run_until_stopped()
-    left, right = Recorded(file), Recorded(Path(f"{file}:right"))
+    left, right = Recording(file), Recording(Path(f"{file}:right"))
     ticks = [[state.tick for state in each.contents(STATE)] for each in (left, right)]
     assert ticks[0] == ticks[1] == list(range(len(ticks[0])))
     ends = [[*each.contents(STATE)][-1].joint_position for each in (left, right)]
@@ -253,7 +253,7 @@ def test_a_recording_has_all_robots_in_one_file(cell: Simulator, tmp_path: Path)
     assert ("world", "right/iiwa_link_0") in children[1]
     assert all(child.startswith("right/") for _, child in children[1])
     with pytest.raises(Exception, match="expected left or right behind the colon"):
-        Recorded(Path(f"{file}:middle"))
+        Recording(Path(f"{file}:middle"))
 
 
 def test_a_simulator_of_two_robots_has_no_attributes_of_one(cell: Simulator) -> None:

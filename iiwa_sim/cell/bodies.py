@@ -31,7 +31,7 @@ _Stiffness = Annotated[float, between(1.0, 1e7, " N/m")]
 _Friction = Annotated[float, between(0.0, 10.0)]
 
 
-class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class PoseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A name and a pose in the world, the base of a single robot: mm, and rad about z, y and x."""
 
     name: Name
@@ -43,7 +43,7 @@ class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=Tr
     gamma: Angle = 0.0
 
 
-class SurfaceSettings(Placed, frozen=True, kw_only=True, tag_field="shape"):
+class SurfaceSettings(PoseSettings, frozen=True, kw_only=True, tag_field="shape"):
     """The keys that all surfaces have."""
 
     stiffness_n_per_m: _Stiffness
@@ -78,7 +78,7 @@ class CylinderSettings(SurfaceSettings, frozen=True, kw_only=True, tag="cylinder
 AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
 
 
-class PartSettings(Placed, frozen=True, kw_only=True):
+class PartSettings(PoseSettings, frozen=True, kw_only=True):
     """A part. The pose is that of its middle."""
 
     shape: Annotated[Literal["box", "cylinder", "sphere", "mesh"], expecting(f"one of {', '.join(SIZES)}")]

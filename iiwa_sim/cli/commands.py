@@ -20,7 +20,7 @@ from iiwa_sim.options.model import SettingError, Settings
 from iiwa_sim.wording import Unusable, harmless, need_library, shortened
 
 if TYPE_CHECKING:
-    from iiwa_sim.recordings.read import Recorded
+    from iiwa_sim.recordings.read import Recording
 
 PICTURES = (".png", ".svg")
 PROGRAMS = ("iiwa-sim", "iiwa_sim")
@@ -57,10 +57,10 @@ def plot(parser: Parser, words: Sequence[str]) -> int:
     from iiwa_sim.cell.cell import cells_of
     from iiwa_sim.plot.draw import picture
     from iiwa_sim.plot.motion import motion_in, run
-    from iiwa_sim.recordings.read import Recorded
+    from iiwa_sim.recordings.read import Recording
 
     if is_recorded:
-        recorded = Recorded(own.commands)
+        recorded = Recording(own.commands)
         motion = motion_in(recorded)
         _warn_if_cut(recorded)
     else:
@@ -224,7 +224,7 @@ def ros2_env(parser: Parser, words: Sequence[str]) -> int:
     return 0
 
 
-def _warn_if_cut(recorded: "Recorded") -> None:
+def _warn_if_cut(recorded: "Recording") -> None:
     if recorded.cut_at_s is not None:
         where = f"cut off or damaged at {round(recorded.cut_at_s, 3):g} s: what follows is lost"
         print(harmless(f"iiwa-sim: {recorded.path}: {where}"), file=sys.stderr)

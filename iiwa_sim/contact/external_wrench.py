@@ -16,7 +16,7 @@ from typing import Any
 from iiwa_sim.contact.links import LinkContact, Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.payload import NO_MOMENTS, Moments, TcpMotion, seen_from, size_of
-from iiwa_sim.contact.tcp_contact_kernel import Gaps, Reached, TcpContact
+from iiwa_sim.contact.tcp_contact_kernel import Gaps, TcpContact, TcpState
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
 from iiwa_sim.robot.arm_kernel import Tcp
 from iiwa_sim.robot.capsules import Capsule, capsules_of
@@ -206,7 +206,7 @@ class ExternalWrench:
         joints: Sequence[float],
         tick: int,
         tick_s: float,
-        reached: Reached | None = None,
+        reached: TcpState | None = None,
         motions: Any = None,
     ) -> None:
         """Make the tick of this number, which has moved the robot to joint positions (rad).

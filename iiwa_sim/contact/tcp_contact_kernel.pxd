@@ -18,7 +18,7 @@ cdef class Contact:
     cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
     cdef void _rub(self, double[::1] p, double limit, bint remember, double[::1] acting) noexcept
 
-cdef class Reached:
+cdef class TcpState:
     cdef double[::1] at                # rotation row by row, and place (m) of the TCP in the base
     cdef double[::1] acting            # force (N) and torque (Nm) in base axes
     cdef bint felt                     # whether they are known
@@ -30,7 +30,7 @@ cdef class TcpContact:
     cdef readonly bint is_known        # whether the contact at the last place is known
     cdef readonly bint settled         # whether the last tick has changed nothing
     cdef dict _contacts
-    cdef double[::1] _at               # pose of the TCP, as in `Reached`
+    cdef double[::1] _at               # pose of the TCP, as in `TcpState`
     cdef double[::1] _place            # its last remembered place (m)
     cdef double[::1] _acting
     cdef double[::1] _asked            # place and velocity of the TCP

@@ -157,7 +157,7 @@ class Contact:
 
 
 @cython.cclass
-class Reached:
+class TcpState:
     """Pose of the TCP after a tick, and the contact there, as a compliant motion has found both."""
 
     def __init__(self) -> None:
@@ -259,7 +259,7 @@ class TcpContact:
         self.is_known = False
         return self.step(tcp, joints, 1.0)
 
-    def step(self, tcp: Tcp, joints: Any, tick_s: cython.double, reached: Reached | None = None) -> Wrench:
+    def step(self, tcp: Tcp, joints: Any, tick_s: cython.double, reached: TcpState | None = None) -> Wrench:
         """Return the wrench along the axes of the TCP after a tick to joint positions (rad).
 
         `reached` is used instead if a compliant motion has already found pose and contact of this tick.

@@ -6,7 +6,7 @@ from operator import sub
 import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
 
-from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact, TcpState
 from iiwa_sim.motion.impedance_kernel import JointBounds, JointSprings, TcpSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.ruckig_trajectory import RuckigTrajectory
@@ -59,7 +59,7 @@ class Impedance:
         """True if the robot is compliant around the start of a hold, not around the nominal motion."""
         self.impedance = NO_SPRINGS
         """Impedance of the TCP around the nominal motion."""
-        self.tcp_contact: Reached | None = None
+        self.tcp_contact: TcpState | None = None
         """TCP after the last tick and its contact there; None if that is not known."""
         self.braking: RuckigTrajectory | None = None
         """Trajectory on which a compliant robot brakes from its velocity; None while it does not."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
+from cython.cimports.iiwa_sim.contact.tcp_contact_kernel import TcpContact, TcpState
 from cython.cimports.iiwa_sim.robot.arm_kernel import Kinematics, Tcp
 from cython.cimports.libc.math import cos, fabs, sin, sqrt
 
@@ -250,7 +250,7 @@ class TcpSprings:
     _bounds: JointBounds
     _pushes: Any
     _springs: Springs
-    _reached: Reached
+    _reached: TcpState
     _tick_s: cython.double
     _weights: Any  # roots of the masses
     _joints: Any  # where the arm is (rad)
@@ -274,9 +274,9 @@ class TcpSprings:
         springs.stiffen(3, 6, INERTIA_KGM2, ROTATIONAL_STIFFNESS_NM_PER_RAD)
         springs.stiffen(6, 7, INERTIA_KGM2, REDUNDANCY_STIFFNESS_NM_PER_RAD)
         self._x, self._v = springs.x, springs.v
-        self.tcp_contact: Reached | None = None
+        self.tcp_contact: TcpState | None = None
         """Pose of the TCP after the last tick, and its contact there, if that is known."""
-        self._reached = Reached()
+        self._reached = TcpState()
         self._tick_s = tick_s
         masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 4
         self._weights = np.sqrt(np.array(masses[: kinematics.coordinates]))

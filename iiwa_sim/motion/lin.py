@@ -122,7 +122,7 @@ def lin(inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float
         if not isinstance(fitted, float):
             borders, pieces = fitted
             return Polynomial(borders, pieces, start, tuple(pieces[-1].sum(axis=0).tolist()), line.length_m)
-    return _Sampled(along, status).path()
+    return _SampledLine(along, status).path()
 
 
 class _LineJoints:
@@ -262,7 +262,7 @@ class _Section(NamedTuple):
     seed: Joints
 
 
-class _Sampled:
+class _SampledLine:
     """A line near singular poses, as sections on one branch each."""
 
     def __init__(self, along: _LineJoints, status: int) -> None:

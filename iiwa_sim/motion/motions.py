@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iiwa_sim.contact.tcp_contact_kernel import Reached, TcpContact
+from iiwa_sim.contact.tcp_contact_kernel import TcpContact, TcpState
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.blend import Move
 from iiwa_sim.motion.executor import Executor
@@ -108,7 +108,7 @@ class Motions:
         return COMPLIANT_JOINTS if self._impedance.holding else COMPLIANT_TCP
 
     @property
-    def tcp_contact(self) -> Reached | None:
+    def tcp_contact(self) -> TcpState | None:
         """TCP after the last tick and its contact there, if that is known."""
         return self._impedance.tcp_contact
 

@@ -20,8 +20,8 @@ from iiwa_sim.dialogue import Direction
 from iiwa_sim.protocols.ports import IIWA
 from iiwa_sim.protocols.table import Request, load_table
 from iiwa_sim.recordings import RecordingFault
-from iiwa_sim.recordings.read import Recorded
-from iiwa_sim.recordings.schemas import ACCEPTED, BEGINS, DIALOGUE, ENDS, EVENTS, FAULT, STATE, Event, Spoken
+from iiwa_sim.recordings.read import Recording
+from iiwa_sim.recordings.schemas import ACCEPTED, BEGINS, DIALOGUE, ENDS, EVENTS, FAULT, STATE, Event, Line
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import shortened
@@ -62,7 +62,7 @@ class Motion(NamedTuple):
     """Beginnings of the error state: time (s) and code."""
 
 
-def motion_in(recorded: Recorded) -> Motion:
+def motion_in(recorded: Recording) -> Motion:
     """Read a recording. Raises RecordingFault, also for less than two states, and RobotFault."""
     states = list({state.tick: state for state in recorded.contents(STATE)}.values())
     if len(states) < 2:
@@ -70,7 +70,7 @@ def motion_in(recorded: Recorded) -> Motion:
     accepted, names, faults = list[Event](), dict[int, tuple[str, float]](), []
     begun, ends_s = list[Event](), dict[int, float]()
     for each in recorded.contents(DIALOGUE, EVENTS):
-        if isinstance(each, Spoken):  # it follows the acceptance of its moves, in the same tick
+        if isinstance(each, Line):  # it follows the acceptance of its moves, in the same tick
             if each.mark == Direction.FROM_CLIENT:
                 names |= {event.move: named(each.text) for event in accepted if event.tick == each.tick}
                 accepted.clear()
@@ -130,7 +130,7 @@ def run(path: Path, cell: Cell, rate_hz: int) -> Motion:
             while robot.call(lambda: robot.controller.under_way):  # the gripper
                 robot.advance(1.0 / rate_hz)
             robot.advance(REST_TICKS / rate_hz)
-        return motion_in(Recorded(file))
+        return motion_in(Recording(file))
 
 
 def _carry_out(text: str, robot: Simulator, driver: Iiwa) -> None:

@@ -12,7 +12,7 @@ from mcap.stream_reader import StreamReader
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.recordings import RecordingFault
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE, Event, Spoken
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, METADATA, STATE, Event, Line
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 
 SUFFIX = ".mcap"
@@ -22,10 +22,10 @@ LARGEST_RECORD = 64 * 1024 * 1024
 """Bytes; ours have some 100 kB. What says that it is larger is damaged."""
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
 
-KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Spoken, EVENTS: Event, CELL: dict[str, Any]}
+KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Line, EVENTS: Event, CELL: dict[str, Any]}
 
 
-class Recorded:
+class Recording:
     """A robot in a file that `iiwa-sim` has recorded."""
 
     def __init__(self, path: Path) -> None:
@@ -109,7 +109,7 @@ class Timeline:
 
     def __init__(self, path: Path) -> None:
         """Read the file. Raises RecordingFault, also if it has no state."""
-        self.recorded = Recorded(path)
+        self.recorded = Recording(path)
         self._times_ns: dict[str, list[int]] = {topic: [] for topic in KINDS}
         self._contents: dict[str, list[Any]] = {topic: [] for topic in KINDS}
         states_ns = self._times_ns[STATE]

@@ -168,7 +168,7 @@ class Recorder:
     def _dialogue_line(self, line: DialogueLine) -> None:
         self._look()  # the line has been carried out
         words = line.session, line.mark, line.text, line.reason, line.protocol
-        self._put(schemas.DIALOGUE, schemas.Spoken(*self._now(), *words))
+        self._put(schemas.DIALOGUE, schemas.Line(*self._now(), *words))
         if line.session == BACKDOOR:
             self.event(BACKDOOR, line.text)
             if self._shown != self._visible():

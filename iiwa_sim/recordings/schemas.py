@@ -34,8 +34,8 @@ ACCEPTED, BEGINS, ENDS, FAULT = "move accepted", "move begins", "move ends", "fa
 """Kinds of events."""
 
 
-class Spoken(msgspec.Struct):
-    """A line of the dialogue, as `iiwa_sim.dialogue` tells it."""
+class Line(msgspec.Struct):
+    """A line of the dialogue, from `iiwa_sim.dialogue`."""
 
     time_s: float
     tick: int

@@ -38,7 +38,7 @@ class Unreachable(Exception):
         self.reason = reason
 
 
-class Found(NamedTuple):
+class Solution(NamedTuple):
     joints: tuple[float, ...]
     """rad, within the limits"""
     status: int
@@ -54,10 +54,10 @@ class _Candidates(NamedTuple):
     redundancies: NDArray[np.float64]
     feasible: NDArray[np.bool_]
 
-    def least(self, costs: NDArray[np.float64]) -> Found:
+    def least(self, costs: NDArray[np.float64]) -> Solution:
         """Return the feasible row of least cost."""
         row = int(np.where(self.feasible, costs, np.inf).argmin())
-        return Found(tuple(self.joints[row].tolist()), int(self.statuses[row]), changed=True)
+        return Solution(tuple(self.joints[row].tolist()), int(self.statuses[row]), changed=True)
 
 
 class Nearest:
@@ -74,7 +74,7 @@ class Nearest:
         present: Sequence[float],
         redundancy: float | None = None,
         keep_status: bool = False,
-    ) -> Found:
+    ) -> Solution:
         """Joint positions for the pose `flange` (in the base, m). `present` is where the move begins (rad).
 
         Without `redundancy` (rad) the present one is kept if it serves. Else it becomes the nearest one that
@@ -97,7 +97,7 @@ class Nearest:
         searched = None if redundancy is not None else limits
         found = inverse.nearest(flange, kept, own, present)
         if found is not None:
-            return Found(*found, changed=False)
+            return Solution(*found, changed=False)
         candidates = self._candidates(flange, _grid(kept, searched, _GRID_RAD), own, present)
         if candidates.feasible.any():
             return candidates.least(np.abs(candidates.redundancies - kept))

@@ -14,7 +14,7 @@ from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refus
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.commands import read_command
-from iiwa_sim.ros.graph import Graph, Served, Topic
+from iiwa_sim.ros.graph import Endpoint, Graph, Topic
 from iiwa_sim.ros.messages import Message
 
 COMMAND_RESULT = "/command_result"
@@ -60,7 +60,7 @@ class AppendixA:
             ("/io_states", f"{_RMI}/msg/IOStates", 10, self._io_states),
         ):
             graph.published[name] = Topic(kind, rate_hz, content, in_ros1=True)
-        graph.subscribed["/command_list"] = Served(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
+        graph.subscribed["/command_list"] = Endpoint(f"{_RMI}/msg/CommandList", self._take, in_ros1=True)
         for name, kind, answer in (
             ("/scale_speed", f"{_RMI}/srv/SetFloat", self._scale_speed),
             ("/get_io", f"{_RMI}/srv/GetIO", self._get_io),
@@ -69,7 +69,7 @@ class AppendixA:
             ("/robot/get_digital_ios", f"{_RMI}/srv/GetDigitalIOs", self._get_digital_ios),
             ("/robot/set_digital_ios", f"{_RMI}/srv/SetDigitalIOs", self._set_digital_ios),
         ):
-            graph.services[name] = Served(kind, answer, in_ros1=True)
+            graph.services[name] = Endpoint(kind, answer, in_ros1=True)
 
     # Commands
 

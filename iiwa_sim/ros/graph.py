@@ -42,7 +42,7 @@ class Topic:
 
 
 @dataclass
-class Served:
+class Endpoint:
     """A topic that the robot subscribes to, or a service."""
 
     kind: str
@@ -60,8 +60,8 @@ class Graph:
         self._tick_rate_hz = round(1.0 / controller.tick_s)
         self.now_ns = now_ns or self.simulated_ns
         self.published: dict[str, Topic] = {}
-        self.subscribed: dict[str, Served] = {}
-        self.services: dict[str, Served] = {}
+        self.subscribed: dict[str, Endpoint] = {}
+        self.services: dict[str, Endpoint] = {}
         self.actions: dict[str, str] = {}
         """Types of actions."""
 
@@ -150,7 +150,7 @@ def rooted(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def types_of(named: Mapping[str, Topic | Served], ros2: bool) -> dict[str, str]:
+def types_of(named: Mapping[str, Topic | Endpoint], ros2: bool) -> dict[str, str]:
     """Return the types of topics or services by name, as ROS 1 or ROS 2 knows them."""
     shown = {name: each.kind for name, each in named.items() if ros2 or each.in_ros1}
     return shown if ros2 else {name: short_name(kind) for name, kind in shown.items()}

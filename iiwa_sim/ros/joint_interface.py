@@ -24,7 +24,7 @@ from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Transform, quaternion_from_rotation
 from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.model import arm_model
-from iiwa_sim.ros.graph import Graph, Served, Topic
+from iiwa_sim.ros.graph import Endpoint, Graph, Topic
 from iiwa_sim.ros.messages import NS_PER_S, Message, checked, time_of
 
 _CONTROLLER = "/joint_trajectory_controller"  # as examples of ros2_control name it
@@ -71,10 +71,10 @@ class JointInterface:
             (COMMANDS, "sensor_msgs/msg/JointState", self._head_for),
             ("/set_speed_scale", "std_msgs/msg/Float64", lambda scale: controller.set_override(scale.data)),
         ):
-            graph.subscribed[topic] = Served(kind, take)
+            graph.subscribed[topic] = Endpoint(kind, take)
 
         def serve(name: str, kind: str, do: Callable[..., None]) -> None:
-            graph.services[name] = Served(f"std_srvs/srv/{kind}", partial(_answer, do))
+            graph.services[name] = Endpoint(f"std_srvs/srv/{kind}", partial(_answer, do))
 
         serve("/stop", "Trigger", controller.stop)
         serve("/reset_error", "Trigger", controller.errors.reset)

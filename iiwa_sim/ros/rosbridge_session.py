@@ -16,7 +16,7 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.log import SessionLog
 from iiwa_sim.ros.appendix_a import COMMAND_RESULT
-from iiwa_sim.ros.graph import ROS_VERSION, Graph, Served, Topic, rooted, rosapi
+from iiwa_sim.ros.graph import ROS_VERSION, Endpoint, Graph, Topic, rooted, rosapi
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, JointInterface
 from iiwa_sim.ros.messages import BadMessage, Message, from_ros1, short_name, to_ros1
 from iiwa_sim.ros.outbox import LONGEST_FEED, Outbox
@@ -31,7 +31,7 @@ class _Identified(msgspec.Struct):
     id: str | int | float | None = None
 
 
-class _Asked(_Identified):
+class _Operation(_Identified):
     """An operation that a client asks for, with the fields of any of them."""
 
     op: str = ""
@@ -59,7 +59,7 @@ class RosbridgeSession:
         self._subscriptions: dict[str, set[Any]] = {}  # the client's ids by topic
         self._ends: dict[str, Callable[[], None]] = {}
         self._goals: dict[str, int] = {}  # numbers by the client's ids
-        self._operations: dict[str, Callable[[_Asked], None]] = {
+        self._operations: dict[str, Callable[[_Operation], None]] = {
             "advertise": self._advertise,
             "publish": self._publish,
             "subscribe": self._subscribe,
@@ -72,11 +72,11 @@ class RosbridgeSession:
 
     def receive(self, text: bytes, decode: Callable[[bytes], Any] = msgspec.json.decode) -> None:
         """Handle one message of the client, a JSON object."""
-        asked = _Asked()
+        asked = _Operation()
         try:
             fields = decode(text)
             asked.id = msgspec.convert(fields, _Identified).id  # the answer has it whatever else is wrong
-            asked = msgspec.convert(fields, _Asked)
+            asked = msgspec.convert(fields, _Operation)
             if asked.op not in self._operations:
                 raise BadMessage(f"op {_shown(asked.op)}: expected {', '.join(self._operations)}")
             self._operations[asked.op](asked)
@@ -94,34 +94,34 @@ class RosbridgeSession:
         for end in self._ends.values():
             end()
 
-    def _reply(self, asked: _Asked, message: Message) -> None:
+    def _reply(self, asked: _Operation, message: Message) -> None:
         self._outbox.reply(_encoded(message if asked.id is None else {**message, "id": asked.id}))
 
     def _notice(self, kind: str | None) -> None:
         """Notice the name of a type: only ROS 2 says package/msg/Type."""
         self._speaks_ros2 |= kind is not None and short_name(kind) != kind
 
-    def _in_ros2(self, named: Topic | Served) -> bool:
+    def _in_ros2(self, named: Topic | Endpoint) -> bool:
         """True if the client gets and sends its messages in the form of ROS 2."""
         return self._speaks_ros2 or not named.in_ros1
 
     # Topics
 
-    def _advertise(self, asked: _Asked) -> None:
+    def _advertise(self, asked: _Operation) -> None:
         self._notice(asked.type)
         _check_type(asked.topic, self._subscribed(asked.topic).kind, asked.type)
 
-    def _subscribed(self, topic: str) -> Served:
+    def _subscribed(self, topic: str) -> Endpoint:
         """A topic that the robot subscribes to."""
         if rooted(topic) not in self._graph.subscribed:
             raise BadMessage(f"no subscriber of {topic}: expected {', '.join(self._graph.subscribed)}")
         return self._graph.subscribed[rooted(topic)]
 
-    def _publish(self, asked: _Asked) -> None:
+    def _publish(self, asked: _Operation) -> None:
         in_ros2 = self._in_ros2(self._subscribed(asked.topic))
         self._graph.receive(rooted(asked.topic), asked.msg if in_ros2 else from_ros1(asked.msg))
 
-    def _subscribe(self, asked: _Asked) -> None:
+    def _subscribe(self, asked: _Operation) -> None:
         """Subscribe to a topic. The options of the newest subscription count; all results wait to be sent."""
         topic = rooted(asked.topic)
         if topic not in self._graph.published:
@@ -143,7 +143,7 @@ class RosbridgeSession:
         if topic not in self._ends:
             self._ends[topic] = self._graph.listen(topic, send)
 
-    def _unsubscribe(self, asked: _Asked) -> None:
+    def _unsubscribe(self, asked: _Operation) -> None:
         topic = rooted(asked.topic)
         if topic not in self._subscriptions:
             raise BadMessage(f"{topic} is not subscribed to")
@@ -155,7 +155,7 @@ class RosbridgeSession:
 
     # Services
 
-    def _call_service(self, asked: _Asked) -> None:
+    def _call_service(self, asked: _Operation) -> None:
         self._notice(asked.type)
         try:
             values, result = self._answer(rooted(asked.service), asked.args or {}), True
@@ -182,7 +182,7 @@ class RosbridgeSession:
 
     # Goals
 
-    def _send_goal(self, asked: _Asked) -> None:
+    def _send_goal(self, asked: _Operation) -> None:
         """Follow a trajectory; its end, or the reason for its rejection, is an `action_result`."""
         self._speaks_ros2 = True
         identifier, feed = str(asked.id), f"feedback {asked.id}"
@@ -209,7 +209,7 @@ class RosbridgeSession:
         self._goals[identifier] = number
         self._outbox.set_feed(feed, 0.0, 1)
 
-    def _cancel_goal(self, asked: _Asked) -> None:
+    def _cancel_goal(self, asked: _Operation) -> None:
         number = self._goals.get(str(asked.id))
         if number is None:
             raise BadMessage("there is no such goal, or it has ended")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import DialogueLine
-from iiwa_sim.recordings.schemas import Spoken
+from iiwa_sim.recordings.schemas import Line
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.view.connection import NOTE_S, Station, notify
 from iiwa_sim.view.jog import Jog
@@ -212,7 +212,7 @@ def lamps(states: Iterable[tuple[str, bool]]) -> str:
     )
 
 
-def dialogue(lines: Iterable[DialogueLine | Spoken]) -> str:
+def dialogue(lines: Iterable[DialogueLine | Line]) -> str:
     """Return lines, the newest one first, as HTML with the newest one at the bottom."""
     rows = []
     for line in lines:

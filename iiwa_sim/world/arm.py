@@ -19,7 +19,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import arm_model
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
-from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, Built, pose_of, priority, wxyz
+from iiwa_sim.world.build import GRASPED, HEAVY, ArmSetup, WorldModel, pose_of, priority, wxyz
 from iiwa_sim.world.details import Vector, arm_bit
 from iiwa_sim.world.gripper import CLOSES, OPENS, STAYS, Cup, Gripper
 from iiwa_sim.world.material import law_of_imposed
@@ -503,7 +503,7 @@ class Arm:
         data.qacc[self._jaw_dofs] = 0.0
         self._v_was, self._felt_was = np.zeros((2, len(self.dofs)))
 
-    def bind(self, built: Built, data: Any) -> None:
+    def bind(self, built: WorldModel, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
         self._built, self._data, model, n = built, data, built.model, len(self.joints)
         self._numbers = numbers = built.arms[self._number]

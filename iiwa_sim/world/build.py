@@ -65,7 +65,7 @@ class BuiltArm(NamedTuple):
     fingers: list[int]  # geoms of the jaws, or of the cup
 
 
-class Built(NamedTuple):
+class WorldModel(NamedTuple):
     """A compiled model, and the numbers of its geoms and bodies; those of the scene come first."""
 
     model: Any
@@ -85,7 +85,7 @@ def build(
     law: Law,
     tick_s: float,
     scene: Any = None,
-) -> Built:
+) -> WorldModel:
     """Build the model.
 
     Arms, surfaces and parts are added to a copy of the `MjSpec` of a scene. They have no names, so all names
@@ -130,7 +130,7 @@ def build(
     at = np.hstack([model.body_pos, model.body_quat])[bodies].tolist()
     offsets = [compose(inverse(pose_of(each)), pose) for each, (_, pose) in zip(at, parts, strict=True)]
     masses = model.dof_M0[model.nv - 6 * len(parts) :].reshape(-1, 6).copy()
-    return Built(model, built, geoms, laid_bodies, offsets, np.array(points, np.intc), masses, kinds)
+    return WorldModel(model, built, geoms, laid_bodies, offsets, np.array(points, np.intc), masses, kinds)
 
 
 def priority(part: Part, tick_s: float) -> int:

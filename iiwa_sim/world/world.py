@@ -18,7 +18,7 @@ from iiwa_sim.frames import IDENTITY, Transform, compose
 from iiwa_sim.wording import harmless
 from iiwa_sim.world import details
 from iiwa_sim.world.arm import NOWHERE, Arm, travel_m
-from iiwa_sim.world.build import ArmSetup, Built, build, pose_of, wxyz
+from iiwa_sim.world.build import ArmSetup, WorldModel, build, pose_of, wxyz
 from iiwa_sim.world.details import Vector, find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
@@ -277,12 +277,12 @@ class World:
             mj.mj_kinematics(self.model, self.data)
             self.behind = False
 
-    def kept(self) -> tuple[Built, Any, list[dict[str, Any]]]:
+    def kept(self) -> tuple[WorldModel, Any, list[dict[str, Any]]]:
         """Return the state, for `restore`."""
         built = self._built._replace(model=copy.copy(self.model))
         return built, copy.copy(self.data), [_copied(vars(each)) for each in (self, *self.arms)]
 
-    def restore(self, state: tuple[Built, Any, list[dict[str, Any]]]) -> None:
+    def restore(self, state: tuple[WorldModel, Any, list[dict[str, Any]]]) -> None:
         """Bring a kept state back; the next ticks are the same to the last bit as after it was kept."""
         built, data, kept = state
         for of, fields in zip((self, *self.arms), kept, strict=True):
@@ -313,9 +313,9 @@ class World:
             self.set_bits(number)
         self.q_was: Vector = data.qpos.copy()
 
-    def _bind(self, built: Built, data: Any) -> None:
+    def _bind(self, built: WorldModel, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
-        self._built: Built = built
+        self._built: WorldModel = built
         self.data, self.model, count = data, (model := built.model), len(self.parts)
         self._scene_v: Vector = data.qvel[: int(model.jnt_dofadr[built.arms[0].hinge])]
         self.part_first, self.part_dof = model.nq - 7 * count, model.nv - 6 * count

@@ -15,7 +15,7 @@ from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.state import Snapshot
 from iiwa_sim.dialogue import Dialogue
 from iiwa_sim.recordings import RecordingFault
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recording
 from iiwa_sim.recordings.recorder import Source, recorders_into
 from iiwa_sim.robot_events import RobotEvents
 
@@ -51,7 +51,7 @@ def contents(path: Path, topic: str) -> list[dict[str, Any]]:
 def states_by_now(path: Path) -> list[Snapshot]:
     """States of a file that is being written, which may have nothing in it yet."""
     try:
-        return list(Recorded(path).contents("/state"))
+        return list(Recording(path).contents("/state"))
     except RecordingFault:
         return []
 

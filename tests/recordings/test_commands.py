@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
 from iiwa_sim.plot.motion import Motion, motion_in
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recording
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, contents
 
@@ -75,7 +75,7 @@ def test_plot_names_moves_by_their_lines(tmp_path: Path) -> None:
         driver.lin_move((600, 40, 420, *DOWN), 0.25, 0)
         plc.pta((0, 30, 0, -60, 0, 90, 10))
         simulator.run_until_stopped()
-    named = [(move.name, move.blending_mm) for move in motion_in(Recorded(path)).moves]
+    named = [(move.name, move.blending_mm) for move in motion_in(Recording(path)).moves]
     assert named[:2] == [("LIN 0.5 r20", 20.0), ("LIN 0.25", 0.0)]
     assert named[2][0].startswith("Cmd I0=1 I1=25")
 

@@ -12,7 +12,7 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings import RecordingFault
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recording
 from iiwa_sim.recordings.schemas import CHANNELS
 from tests.recordings.recorded import FAR, Robot
 from tests.samples import some
@@ -51,7 +51,7 @@ def outcome(data: bytes) -> tuple[int, bool] | str:
         path = Path(folder, "a.mcap")
         path.write_bytes(data)
         try:
-            recorded = Recorded(path)
+            recorded = Recording(path)
             return sum(1 for _ in recorded.messages(CHANNELS)), recorded.cut_at_s is not None
         except RecordingFault as fault:
             return str(fault)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recording
 from iiwa_sim.recordings.schemas import LOG
 from iiwa_sim.recordings.writer import Message, Writer
 from tests.recordings.recorded import FAR, Robot, contents, states_by_now
@@ -70,7 +70,7 @@ def test_a_killed_robot_leaves_a_file_that_can_be_read(tmp_path: Path) -> None:
     with subprocess.Popen(command, stdout=subprocess.PIPE) as server:
         wait_until(lambda: len(states_by_now(path)) > 100)
         server.send_signal(signal.SIGKILL)
-    recorded = Recorded(path)
+    recorded = Recording(path)
     ticks = [state.tick for state in recorded.contents("/state")]
     assert ticks == list(range(ticks[0], ticks[-1] + 1))
     assert recorded.cut_at_s is not None
