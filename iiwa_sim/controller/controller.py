@@ -189,8 +189,7 @@ class Controller:
         if handling is not None or not load.is_idle(joints, tick, self.tick_s):
             if handling is not None:
                 handling.feel()
-            reached = motions.tcp_contact if self.mode is Mode.IMPEDANCE else None
-            load.step(joints, tick, self.tick_s, reached, motions)
+            load.step(joints, tick, self.tick_s, motions.tcp_contact, motions)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].thresholds is not None:
             self._watch_forces(pending[0])
