@@ -37,7 +37,7 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
         simulator.advance(0.4)
         simulator.backdoor.remove_part("pin")
     states = found_in(path, STATE)
-    for found in states:
+    for found in (states[0], states[-1]):
         Draft7Validator(json.loads(found.schema)).validate(found.content)
     openings_mm = [found.content["gripper"]["opening_mm"] for found in states]
     assert openings_mm[0] == 80.0

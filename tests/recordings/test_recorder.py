@@ -31,7 +31,7 @@ from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
 
 ROOT = Path(__file__).parents[2]
-SPEEDS = (0.3,) * 7
+SPEEDS = (0.9,) * 7
 
 
 @pytest.fixture(scope="module")

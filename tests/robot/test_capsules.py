@@ -43,7 +43,7 @@ def test_capsules_and_shapes_of_links_bound_each_other(name: str) -> None:
     for turn in TURNS_RAD if MANY else TURNS_RAD[1:]:
         for link, (near, own) in meshes(description, turn).items():
             capsules = np.array([each for of, each in description.capsules_mm if of == link])
-            corners = near[own].reshape(-1, 3)
+            corners = np.unique(near[own].reshape(-1, 3), axis=0)
             corners = corners[corners[:, 2] > FOOT_MM] if own == 0 else corners
             corners = corners[distances(capsules, corners).min(axis=0) > bound]
             assert is_within(corners, np.concatenate([*near[:own], *near[own + 1 :]])).all(), link

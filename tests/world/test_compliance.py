@@ -25,7 +25,7 @@ CASES: list[Case] = [
     )
     if (what == "held" or below == 5e4 or own == 1e6) and (what, kg, stiffness) != ("hit", 5.0, 100.0)
 ]
-FEW = [case for number, case in enumerate(CASES) if number % 128 == 5]
+FEW = [case for number, case in enumerate(CASES) if number % 256 == 133]
 
 
 def settles(case: Case) -> tuple[float, float]:

@@ -131,7 +131,7 @@ def calm(seed: int) -> dict[str, float]:
 
 
 def test_nothing_explodes_and_all_comes_to_rest() -> None:
-    calm(1006)
+    calm(34)
 
 
 @pytest.mark.slow
