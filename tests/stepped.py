@@ -16,7 +16,7 @@ from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
-from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.model import arm_model
 from tests.asked import joint_move
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ class SteppedRobot:
             servo_timeout_s=servo_timeout_s,
             on_event=self._on_event,
         )
-        self.model = Model(self.description)
+        self.model = arm_model(self.description)
         self.tick_s = tick_s
         self.joints = [self.controller.joints]
         self.stopping = [False]
