@@ -12,6 +12,7 @@ all. Else the robot is (T1 + T2) / 2 behind it.
 """
 
 from collections.abc import Sequence
+from functools import reduce
 from math import comb, prod
 from typing import NamedTuple
 
@@ -73,11 +74,13 @@ class Reference:
         still = (0.0,) * len(self.start)
         if time_s >= self.end_s or time_s < self.times[0]:
             return self.end if time_s >= self.end_s else self.start, still, still
-        times = np.array([time_s])
-        a, b, c = (
-            tuple(averaged(self.times, self.pieces, (), times, order)[0].tolist()) for order in range(3)
-        )
-        return a, b, c
+        k = int(self.times[1:-1].searchsorted(time_s, side="right"))
+        piece, length_s = self.pieces[k : k + 1], np.diff(self.times[k : k + 2])
+        u, found = (time_s - self.times[k]) / length_s[0], list[Joints]()
+        for _ in range(3):
+            found.append(tuple(reduce(lambda value, row: value * u + row, piece[0, ::-1]).tolist()))
+            piece = _differentiated(piece, length_s)
+        return found[0], found[1], found[2]
 
     def first_beyond(self, order: int, lowest: Array, highest: Array) -> tuple[float, int] | None:
         """Return when which joint first leaves bounds (n,) of positions (order 0) or velocities (1)."""
@@ -200,8 +203,7 @@ class JointTrajectory:
         return self._averaged(time_s, 0), self._averaged(time_s, 1), self._averaged(time_s, 2)
 
     def _averaged(self, time_s: float, order: int) -> Joints:
-        found = averaged(self._knots, self._pieces, self._widths, np.array([time_s]), order)
-        return tuple(found[0].tolist())
+        return tuple(averaged(self._knots, self._pieces, self._widths, np.array([time_s]), order)[0].tolist())
 
 
 def joint_trajectory(
