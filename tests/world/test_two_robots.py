@@ -99,7 +99,9 @@ def holding(off_mm: float = 0.0) -> SharedWorld:
     return shared
 
 
-@pytest.mark.parametrize(("off_mm", "most_n"), [(0.0, 25.0), (0.3, 75.0)])
+@pytest.mark.parametrize(
+    ("off_mm", "most_n"), [(0.0, 25.0), pytest.param(0.3, 75.0, marks=pytest.mark.slow)]
+)
 def test_a_part_is_handed_over_when_the_giver_opens(off_mm: float, most_n: float) -> None:
     shared = holding(off_mm)
     giver, taker = shared.world.arms
