@@ -5,7 +5,7 @@
 //
 // It says where the robot is, moves the TCP 50 mm to the side on a straight line, polls until the robot has
 // stopped, and moves back. Exit code 0 if all went well, 1 with a line on stderr if not. The connection is in
-// client.hpp, which is all that a project of one's own needs.
+// client.hpp, the only file that your project needs.
 
 #include "client.hpp"
 

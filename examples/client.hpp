@@ -1,11 +1,11 @@
-// iiwa-sim for tests in C++: a driver's connection, the backdoor, and a robot of one's own. POSIX, C++17, this one file.
+// iiwa-sim for tests in C++: a driver's connection, the backdoor, and a simulator. POSIX, C++17, this one file.
 //
 //     Simulator simulator({"--clock", "fast"});  // starts iiwa-sim, which has to be in PATH, and ends it
 //     Robot robot(simulator.host(), simulator.port());
 //     Backdoor backdoor(simulator.host(), simulator.backdoor_port());
 //     backdoor.call("emergency_stop");
 //
-// What goes wrong is a std::runtime_error.
+// Every failure is a std::runtime_error.
 
 #pragma once
 
@@ -72,7 +72,7 @@ public:
     Robot(const Robot&) = delete;
     Robot& operator=(const Robot&) = delete;
 
-    // The reply to a line, whatever it is.
+    // Return the reply to a line, also an error.
     std::string ask(const std::string& line) {
         send_all(socket_, line + "\r\n");
         size_t end;
@@ -87,7 +87,7 @@ public:
         return reply;
     }
 
-    // A command with its parameters that is to be answered `done`.
+    // Send a command with its parameters; throw if the reply is not `done`.
     void command(const std::string& name, const std::vector<double>& parameters = {}) {
         std::ostringstream line;
         line << std::setprecision(12) << name << (parameters.empty() ? "" : " :");
@@ -98,7 +98,7 @@ public:
         }
     }
 
-    // The numbers that a `get` command answers.
+    // Return the numbers in the reply to a `get` command.
     std::vector<double> numbers(const std::string& name, size_t expected) {
         const std::string reply = ask(name);
         std::istringstream words(reply);
@@ -109,7 +109,7 @@ public:
         return values;
     }
 
-    // `done` says that a move was accepted; the status says when it is over.
+    // Poll the status: `done` only says that a move was accepted.
     void wait_until_stopped(std::chrono::seconds limit) {
         const auto deadline = std::chrono::steady_clock::now() + limit;
         while (ask("get status") != "stopped") {
@@ -123,13 +123,13 @@ private:
     std::string heard_;
 };
 
-// What a test does to the robot and the wire, by HTTP: docs/backdoor.md lists the calls.
+// Fault injection over HTTP: docs/backdoor.md lists the calls.
 class Backdoor {
 public:
     Backdoor(const std::string& host, const std::string& port, const std::string& token = "")
         : host_(host), port_(port), token_(token) {}
 
-    // The answer to a call with these arguments, both in JSON.
+    // Return the reply to a call with these arguments, both in JSON.
     std::string call(const std::string& name, const std::string& arguments = "{}", int timeout_s = 60) {
         const int socket = connected(host_, port_, timeout_s);
         std::string answer;
@@ -156,7 +156,7 @@ private:
     const std::string host_, port_, token_;
 };
 
-// An iiwa-sim of one's own, on free ports, with a backdoor; it ends with this object.
+// An iiwa-sim on free ports, with a backdoor; it ends with this object.
 class Simulator {
 public:
     explicit Simulator(const std::vector<std::string>& options = {}, const std::string& program = "iiwa-sim") {
@@ -197,7 +197,7 @@ public:
     const std::string& backdoor_port() const { return backdoor_port_; }
 
 private:
-    // The port of the next line, which begins with these words.
+    // Return the port in the next line, which begins with these words.
     std::string announced(const std::string& begins) {
         std::string line;
         for (char letter; read(said_, &letter, 1) == 1 && letter != '\n';) line += letter;

@@ -1,8 +1,8 @@
 """Pack 24 boxes in two layers, and notice a lost one.
 
 Run `python examples/palletising.py`. The cell is examples/boxes.toml: output 1 closes the gripper, and inputs
-report `open`, `closed` and `holds`. Each box is put down with a force move, so the program need not know
-how high the layer below is.
+report `open`, `closed` and `holds`. Each box is put down with a force move, so the program needs no
+heights of the layers.
 """
 
 import time
@@ -26,11 +26,11 @@ Wait = Callable[[float], None]
 
 
 class PartLost(Exception):
-    """The gripper does not hold what it should."""
+    """The gripper holds no box."""
 
 
 def wait_for(robot: Iiwa, *inputs: int, wait: Wait) -> int:
-    """The first of these inputs that comes on."""
+    """Wait for one of these inputs, and return its number."""
     for _ in range(1000):
         for number in inputs:
             if robot.get_input(number):
@@ -40,13 +40,13 @@ def wait_for(robot: Iiwa, *inputs: int, wait: Wait) -> int:
 
 
 def done(robot: Iiwa, wait: Wait) -> None:
-    """The robot has done its moves."""
+    """Wait until the robot has stopped."""
     while robot.get_status() == "moving":
         wait(0.01)
 
 
 def settled(robot: Iiwa, wait: Wait) -> None:
-    """What the robot presses on gives way no more: the force stays as it is."""
+    """Wait until the force stays constant: the stack of boxes is at rest."""
     before, times = robot.get_cartesian_force(), 0
     while times < 3:
         wait(0.02)
@@ -55,7 +55,7 @@ def settled(robot: Iiwa, wait: Wait) -> None:
 
 
 def pick(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> None:
-    """Grip the box that stands there, and lift it."""
+    """Grip a box at a place of the table, and lift it."""
     robot.ptp_move((x_mm, y_mm, GRASP_MM + ABOVE_MM, *DOWN), speed=1, blending=0)
     robot.lin_move((x_mm, y_mm, GRASP_MM, *DOWN), speed=0.3, blending=0)
     done(robot, wait)
@@ -68,7 +68,7 @@ def pick(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> None
 
 
 def put(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> float:
-    """Put down what is held, until it is felt; gives the height (mm) of the TCP there."""
+    """Put the held box down until it touches, and return the height (mm) of the TCP there."""
     robot.ptp_move((x_mm, y_mm, GRASP_MM + ABOVE_MM, *DOWN), speed=1, blending=0)
     done(robot, wait)
     if not robot.get_input(HOLDS):
@@ -86,7 +86,7 @@ def put(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> float
 
 
 def palletise(robot: Iiwa, wait: Wait = time.sleep) -> list[float]:
-    """All 24; gives the heights (mm) at which they were put down."""
+    """Pack all 24 boxes, and return the heights (mm) at which they touched."""
     heights = []
     for start, end in zip(FROM, TO, strict=True):
         pick(robot, *start, wait=wait)

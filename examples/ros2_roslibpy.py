@@ -33,7 +33,7 @@ def point(seconds, positions):
 
 
 def send(*points):
-    """The goal's id; its result comes into `results`."""
+    """Send a goal and return its id; its result comes into `results`."""
     goal = roslibpy.Goal({"trajectory": {"joint_names": JOINTS, "points": list(points)}})
     return action.send_goal(goal, results.put, feedback.put, results.put)
 

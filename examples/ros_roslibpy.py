@@ -14,7 +14,7 @@ PATIENCE_S = 30.0
 
 
 def command(number, kind, pose_type, pose, **fields):
-    """A Command at half speed; what is left out has ROS's defaults."""
+    """Return a Command at half speed; missing fields have ROS's defaults."""
     speed = {"velocity_type": "%", "velocity": [0.5]}
     return {
         "command_id": number,
@@ -50,7 +50,7 @@ for _ in moves:
 
 
 def call(name, kind, **request):
-    """A service's response."""
+    """Call a service, and print its response."""
     service = roslibpy.Service(ros, name, kind)
     print(name, request, "->", dict(service.call(roslibpy.ServiceRequest(request), timeout=PATIENCE_S)))
 

@@ -1,4 +1,4 @@
-"""Whether a robot answers and moves: `python check_robot.py HOST PORT`. Stands for the tests of a driver."""
+"""Check that a robot answers and moves: `python check_robot.py HOST PORT`. Replace it by your tests."""
 
 import socket
 import sys

@@ -10,7 +10,7 @@ static void expect(bool holds, const std::string& what) {
     if (!holds) throw std::runtime_error("expected " + what);
 }
 
-// The robot goes where it is sent, in less than the time that takes.
+// The robot reaches its target, faster than in real time.
 static void goes_there() {
     Simulator simulator({"--clock", "fast"});
     Robot robot(simulator.host(), simulator.port());
@@ -29,7 +29,7 @@ static void emergency_stop() {
     expect(robot.ask("get error").compare(0, 4, "3030") == 0, "code 3030");
 }
 
-// A reply that does not come is noticed.
+// The driver notices a lost reply.
 static void lost_reply() {
     Simulator simulator;
     Robot robot(simulator.host(), simulator.port(), 1);

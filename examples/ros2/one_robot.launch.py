@@ -14,9 +14,9 @@ def generate_launch_description():
     robot = ["iiwa-sim", "--ros2", "--ros2-python", "/usr/bin/python3", "--ros-namespace", namespace]
     return LaunchDescription(
         [
-            DeclareLaunchArgument("namespace", default_value="", description="what names are put under"),
+            DeclareLaunchArgument("namespace", default_value="", description="namespace of all names"),
             ExecuteProcess(cmd=robot, output="screen", on_exit=Shutdown()),
-            # It is told where the robot is by /tf, and what it looks like by robot_description.
+            # /tf has the poses of the links, robot_description their shapes.
             Node(
                 package="rviz2",
                 executable="rviz2",

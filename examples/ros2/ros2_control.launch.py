@@ -1,4 +1,4 @@
-"""A robot that ros2_control drives over two topics, and whose joint states it tells.
+"""A robot that ros2_control drives over two topics, and whose joint states it publishes.
 
 A distribution of ROS 2 is sourced that has ros2_control and joint_state_topic_hardware_interface.
 
