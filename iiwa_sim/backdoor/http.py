@@ -14,7 +14,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
 from typing import Any, NamedTuple, get_type_hints
@@ -94,7 +94,8 @@ class BackdoorHttp:
         """`robots` are the backdoors by the names of robots; the name of the only one may be empty."""
         self.robots, self.token = robots, token
         self.acceptor = Acceptor(host, port, self._serve)
-        self._connections: set[socket.socket] = set()
+        self._connections: dict[socket.socket, threading.Thread] = {}
+        self.calls: set[Future[Any]] = set()  # that have not returned
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
@@ -102,26 +103,30 @@ class BackdoorHttp:
         await self.acceptor.start()
 
     async def close(self) -> None:
-        """Stop listening, and end connections."""
+        """Stop listening, cancel calls, and end connections."""
         self.acceptor.close()
-        for connection in list(self._connections):
+        for call in list(self.calls):
+            call.cancel()
+        for connection, thread in list(self._connections.items()):
             with contextlib.suppress(OSError):  # already gone
                 connection.shutdown(socket.SHUT_RDWR)
+            await asyncio.to_thread(thread.join, 1.0)  # a thread that outlives the robot keeps it in memory
 
     async def _serve(self, connection: socket.socket, peer: tuple[Any, ...]) -> None:
         if len(self._connections) >= MOST_CONNECTIONS:
             with contextlib.suppress(OSError), connection:
                 connection.send(b"HTTP/1.1 503 too many connections\r\ncontent-length: 0\r\n\r\n")
             return
-        self._connections.add(connection)
 
         def serve() -> None:
             gone = contextlib.suppress(OSError, CancelledError)  # the client, or the robot
             with gone, connection:
                 _Handler(connection, peer, self)  # type: ignore[arg-type]  # it wants a socketserver
-            self._connections.discard(connection)
+            del self._connections[connection]
 
-        threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True).start()
+        thread = threading.Thread(target=serve, name="iiwa-sim-backdoor", daemon=True)
+        self._connections[connection] = thread
+        thread.start()
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -190,7 +195,12 @@ class _Handler(BaseHTTPRequestHandler):
             result = call.method(robots[robot], **msgspec.structs.asdict(arguments))
             return await result if inspect.isawaitable(result) else result
 
-        return asyncio.run_coroutine_threadsafe(called(), self.server.loop).result()
+        if self.server.acceptor.listening is None:
+            raise ConnectionAbortedError("the robot has gone")
+        future = asyncio.run_coroutine_threadsafe(called(), self.server.loop)
+        self.server.calls.add(future)
+        future.add_done_callback(self.server.calls.discard)
+        return future.result()
 
     def _body(self) -> bytes:
         length = self.headers.get("Content-Length") or "0"

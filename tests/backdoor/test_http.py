@@ -6,6 +6,7 @@ import http.client
 import json
 import socket
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -17,6 +18,7 @@ from iiwa_sim.backdoor.http import CALLS, MOST_CONNECTIONS
 from iiwa_sim.cell.bodies import BoxSettings, PlaneSettings, SphereSettings
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols import faults as wire
 from iiwa_sim.simulator import Simulator
@@ -266,3 +268,14 @@ def test_connections_beyond_the_limit_are_closed_and_existing_ones_served(shared
             return again.makefile("rb").readline().startswith(b"HTTP/1.1 200 ")
 
     wait_until(serves)
+
+
+def test_a_call_under_way_ends_with_the_robot(caplog: pytest.LogCaptureFixture) -> None:
+    with ThreadPoolExecutor(1) as pool:
+        with Simulator(clock="stepped", backdoor_port=0) as simulator:
+            simulator.call(lambda: simulator.controller.move(MoveRequest(Kind.PTP, PLACE, speeds=[1e-4] * 7)))
+            call = pool.submit(client_of(simulator).advance, 86400)
+            wait_until(lambda: simulator.state().tick > 0)
+        with pytest.raises(ConnectionError):
+            call.result(DEADLINE_S)
+    assert "internal error" not in caplog.text
