@@ -55,7 +55,7 @@ def _packing(program: dict[str, Any]) -> float:
 
 
 def _ploughing(boxes: Path) -> float:
-    """Seconds of computing of a tick."""
+    """Return seconds of computing of a tick."""
     text = boxes.read_text()
     with TemporaryDirectory() as folder:
         file = Path(folder) / "cell.toml"

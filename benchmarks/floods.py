@@ -63,7 +63,7 @@ def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
 
 
 def frame(text: bytes, opcode: int = 1) -> bytes:
-    """A masked WebSocket frame with a mask of zeros."""
+    """Return a masked WebSocket frame with a mask of zeros."""
     length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
     return bytes([0x80 | opcode]) + length + b"\0\0\0\0" + text
 
@@ -133,7 +133,7 @@ def _flooded(flood: Flood) -> list[Figure]:
 
 @contextlib.contextmanager
 def _simulator() -> Iterator[dict[str, Address]]:
-    """A simulator; yields the addresses of its ports by name."""
+    """Run a simulator; yield the addresses of its ports by name."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -166,7 +166,7 @@ def _stop_ms(line: Line) -> float:
 
 @contextlib.contextmanager
 def _flooding(address: Address, flood: Flood) -> Iterator[None]:
-    """A process that floods until the context ends."""
+    """Run a process that floods until the context ends."""
     begun = multiprocessing.Event()
     flooders = multiprocessing.Process(target=_flood, args=(address, flood, begun), daemon=True)
     flooders.start()

@@ -100,7 +100,7 @@ def _pipelined(sim: Line, echo: Line, question: bytes) -> Figure:
 
 
 def _flood(line: Line, question: bytes) -> float:
-    """Replies per second to pipelined lines."""
+    """Return replies per second to pipelined lines."""
     sender = threading.Thread(target=line.socket.sendall, args=(question * LINES_PER_PIPELINE,))
     start = perf_counter()
     sender.start()

@@ -42,18 +42,18 @@ class Frame(NamedTuple):
 
     @classmethod
     def from_transform(cls, transform: Transform) -> Frame:
-        """The frame of a pose that has its place in m."""
+        """Return the frame of a pose that has its place in m."""
         x, y, z = transform.translation
         return cls(1e3 * x, 1e3 * y, 1e3 * z, *euler_from_rotation(transform.rotation))
 
     def to_transform(self) -> Transform:
-        """This frame as a rotation matrix and a place in m."""
+        """Return this frame as a rotation matrix and a place in m."""
         x_mm, y_mm, z_mm, alpha, beta, gamma = self
         return transform_from_euler(1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm, alpha, beta, gamma)
 
 
 def multiply(a: Rotation, b: Rotation) -> Rotation:
-    """The rotation `a @ b`."""
+    """Return the rotation `a @ b`."""
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = a
     b0, b1, b2, b3, b4, b5, b6, b7, b8 = b
     return (
@@ -64,13 +64,13 @@ def multiply(a: Rotation, b: Rotation) -> Rotation:
 
 
 def transpose(rotation: Rotation) -> Rotation:
-    """The inverse rotation."""
+    """Return the inverse rotation."""
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
     return (r0, r3, r6, r1, r4, r7, r2, r5, r8)
 
 
 def rotate(rotation: Rotation, vector: Vector) -> Vector:
-    """`rotation @ vector`."""
+    """Return `rotation @ vector`."""
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
     x, y, z = vector
     return (r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z)
@@ -89,7 +89,7 @@ def inverse(t: Transform) -> Transform:
 
 
 def apply(t: Transform, point: Vector) -> Vector:
-    """A point (m) of the inner frame, in the outer frame (m)."""
+    """Return a point (m) of the inner frame, in the outer frame (m)."""
     x, y, z = rotate(t.rotation, point)
     tx, ty, tz = t.translation
     return (x + tx, y + ty, z + tz)
@@ -109,7 +109,7 @@ def transform_from_euler(
 
 
 def euler_from_rotation(rotation: Rotation) -> Vector:
-    """Angles alpha, beta, gamma (rad) with `rotation` = Rz(alpha) Ry(beta) Rx(gamma).
+    """Return angles alpha, beta, gamma (rad) with `rotation` = Rz(alpha) Ry(beta) Rx(gamma).
 
     alpha and gamma lie in (-pi, pi], beta in [-pi/2, pi/2]. At beta = +-pi/2, where only the sum or
     difference of the other two is defined, gamma is 0. Near there alpha is inexact, but gamma is taken from
@@ -139,7 +139,7 @@ def rotation_from_quaternion(quaternion: Quaternion) -> Rotation:
 
 
 def quaternion_from_rotation(rotation: Rotation) -> Quaternion:
-    """Unit quaternion x, y, z, w of a rotation, with w >= 0 (of the two that describe it)."""
+    """Return the unit quaternion x, y, z, w of a rotation, with w >= 0 (of the two that describe it)."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation
     # Divide by the largest of the four, so that none loses digits.
     trace = r00 + r11 + r22
@@ -168,7 +168,7 @@ def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
 
 
 def with_z_along(direction: Vector) -> Rotation:
-    """A rotation that turns z to a direction, a unit vector."""
+    """Return a rotation that turns z to a direction, a unit vector."""
     x, y, z = direction
     second = (0.0, z, -y) if abs(x) < 0.9 else (-z, 0.0, x)
     length = hypot(*second)
@@ -177,5 +177,5 @@ def with_z_along(direction: Vector) -> Rotation:
 
 
 def _half_open(angle: float) -> float:
-    """The angle of atan2 with -pi, which it gives for a negative zero, as pi."""
+    """Return the angle of atan2 with -pi, which it gives for a negative zero, as pi."""
     return pi if angle <= -pi else angle

@@ -138,7 +138,7 @@ class LineWriter:
         return not self._lines.unfinished_tasks
 
     def close(self) -> bool:
-        """`flush`, and end the thread; return False if the file blocks. The file stays open."""
+        """Flush, and end the thread; return False if the file blocks. The file stays open."""
         if done := self.flush():
             self.put(b"")
         return done

@@ -128,7 +128,7 @@ def _sections(fixture: str, simulator: "Simulator", artifact: Path | None) -> It
 
 @contextmanager
 def _running(request: pytest.FixtureRequest, name: str, options: Mapping[str, Any]) -> "Iterator[Simulator]":
-    """A simulator while the context is open; reports tell of it."""
+    """Run a simulator while the context is open; reports include it."""
     from iiwa_sim.simulator import Simulator
 
     folder, artifact = request.config.getoption("--iiwa-artifacts"), None

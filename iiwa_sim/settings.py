@@ -91,17 +91,17 @@ class Reader:
         return Reader(self.path, self._fault, prefix)
 
     def fault(self, key: str, value: object, expected: str) -> SettingsFault:
-        """The exception to raise for a key whose value cannot be used."""
+        """Return the exception to raise for a key whose value cannot be used."""
         key, shown = f"{self._prefix}{key}" if key else "", repr(value) if isinstance(value, str) else value
         return self._fault(self.path, key, MISSING if value is None else shown, expected)
 
     def check(self, key: str, value: object, holds: bool, expected: str) -> None:
-        """Raises the fault if a condition does not hold for a value."""
+        """Raise the fault if a condition does not hold for a value."""
         if not holds:
             raise self.fault(key, value, expected)
 
     def text(self) -> str:
-        """The text of the file."""
+        """Return the text of the file."""
         try:
             if (file := Path(self.path)).exists() and not file.is_file():  # a pipe would never end
                 raise self.fault("", "", "a regular file")
@@ -111,7 +111,7 @@ class Reader:
             raise self.fault("", "", f"a readable text file ({why})") from None
 
     def settings(self, kind: type[Settings]) -> Settings:
-        """The settings in a TOML file, as the type of a `msgspec.Struct` allows them."""
+        """Return the settings in a TOML file, converted to a `msgspec.Struct`."""
         text = self.text()
         try:
             return self.converted(tomllib.loads(text), kind)
@@ -119,7 +119,7 @@ class Reader:
             raise self.fault("", "", f"valid TOML ({fault})") from None
 
     def converted(self, value: Any, kind: type[Settings]) -> Settings:
-        """The settings in tables and lists."""
+        """Return the settings in tables and lists."""
         try:
             return msgspec.convert(value, kind)
         except msgspec.ValidationError as fault:

@@ -164,7 +164,7 @@ class SimulatedRobot:
         return self._call(lambda: self.stepped.joints)
 
     def state(self) -> Snapshot:
-        """The whole state of the robot, of one tick; the last one after the context has ended."""
+        """Return the whole state of the robot, of one tick; the last one after the context has ended."""
         return self._call(lambda: snapshot(self.stepped))
 
     def reply(self, command: str, reply: str, times: int = 1) -> None:

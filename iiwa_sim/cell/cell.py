@@ -80,7 +80,7 @@ class Cell:
         return compose(arm_model(self.description).flange(self.start), self.tool_in_flange)
 
     def controller(self, tick_s: float, *, arm: Arm | None = None, **others: Any) -> Controller:
-        """A new controller of the robot in this cell, with the other arguments as `Controller` takes them.
+        """Return a new controller of the robot in this cell; other arguments are those of `Controller`.
 
         A robot that is not alone needs its `arm` of `shared_world`.
         """
@@ -134,13 +134,13 @@ def shared_world(cells: Sequence[Cell], tick_s: float) -> World | None:
 
 
 def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
-    """A cell with a robot at home and no surroundings; raises `RobotFault`."""
+    """Return a cell with a robot at home and no surroundings; raises `RobotFault`."""
     description = load_robot(name_or_folder)
     return Cell(description, description.home, description.tool_in_flange)
 
 
 def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, ...]:
-    """The cells of a robot by name or folder, or of a cell's file; a name that ends with .toml is a file."""
+    """Return the cells of a robot by name or folder, or of a cell's file (.toml)."""
     if robot is not None and Path(robot).suffix == ".toml":
         robot, cell = None, robot
     if cell is None:
@@ -149,7 +149,7 @@ def cells_of(robot: str | Path | None, cell: str | Path | None) -> tuple[Cell, .
 
 
 def load_cells(path: str | Path) -> tuple[Cell, ...]:
-    """The cell of a file, once for each robot in it.
+    """Return the cell of a file, once for each robot in it.
 
     Raises `CellFault` if the file is missing or does not describe a cell, and `RobotFault` if a robot's
     folder cannot be used. A relative robot folder starts at the folder of the file.
@@ -211,7 +211,7 @@ def _handled(
     parts: tuple[tuple[Part, Transform], ...],
     scene: Scene | None,
 ) -> HandlingSetup:
-    """The gripper, the parts and the scene."""
+    """Return the gripper, the parts and the scene."""
     kind, wiring = NO_HANDLING[:2] if robot.gripper is None else robot.gripper.gripper()
     sensors, drivable = ((), ()) if scene is None else (scene.sensors, scene.drivable)
     wired = {f"input[{k}].sensor": (each.sensor, "a sensor", sensors) for k, each in enumerate(robot.input)}

@@ -243,7 +243,7 @@ class Clock:
             self._ticks_per_wake = max(1, ceil(sleep_ns / self._period_ns))
 
     def _count_anew(self) -> None:
-        """The next tick at the pace is due one period from now."""
+        """Make the next tick at the pace due one period from now."""
         if self.pace.speed > 0.0:
             self._deadline_ns = self._now_ns() + self._period_ns
 

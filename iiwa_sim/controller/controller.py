@@ -299,7 +299,7 @@ class Controller:
         return self.motions.joints
 
     def joint_velocity(self) -> Joints:
-        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
+        """Return joint velocities (rad/s) in the last tick: its difference over its time."""
         last = zip(self.motions.joints, self.joints_before, strict=True)
         return tuple((now - before) / self.tick_s for now, before in last)
 

@@ -180,7 +180,7 @@ class Handling:
             world.set_surfaces([each._replace(pose=arm.in_world(each.pose)) for each in surfaces])
 
     def tcp_is(self, joints: Joints, tcp: Transform) -> None:
-        """The robot has been put somewhere, at rest."""
+        """Notice that the robot has been placed, at rest."""
         self._place_jaws()
         self.arm.place(joints, tcp, self._load.tool_in_flange)
         self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)

@@ -82,7 +82,7 @@ class MoveRequest(NamedTuple):
 
 
 def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
-    """The frame of a position (mm) and a quaternion x, y, z, w; raises `Refused` unless its length is 1."""
+    """Return the frame of a position (mm) and a unit quaternion x, y, z, w; raises `Refused`."""
     length = hypot(*quaternion)
     if not (isfinite(length) and abs(length - 1.0) <= QUATERNION_LENGTH_TOLERANCE):
         expected = f"expected 1, within {QUATERNION_LENGTH_TOLERANCE:g}"
@@ -91,7 +91,7 @@ def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:
 
 
 def shifted(start: Transform, shift: Frame, *, in_tool: bool) -> Frame:
-    """The frame of the TCP that has gone from `start`, in the base, by a shift in the axes of base or tool.
+    """Return the frame of the TCP after a shift from `start`, in the axes of base or tool.
 
     The TCP goes by x, y, z and turns about itself by Rz(alpha) Ry(beta) Rx(gamma), both in those axes.
     """

@@ -331,7 +331,7 @@ class TcpSprings:
 
     @cython.cfunc
     def _plan(self, planned: Any) -> object:
-        """The plan has come to joint positions (rad)."""
+        """Notice that the plan has reached joint positions (rad)."""
         self._planned = planned
         arm: Tcp = self._kinematics.arm
         arm.go_to(planned)

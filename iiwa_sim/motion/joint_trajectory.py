@@ -118,7 +118,7 @@ class Reference:
         return largest
 
     def _derivative(self, order: int) -> Array:
-        """Coefficients (pieces, ROWS - order, n) of a derivative by time."""
+        """Return coefficients (pieces, ROWS - order, n) of a derivative by time."""
         pieces = self.pieces
         for _ in range(order):
             pieces = _differentiated(pieces, np.diff(self.times))
@@ -266,7 +266,7 @@ def averaged(knots: Array, pieces: Array, widths: Sequence[float], times: Array,
 
 
 def _powers(times: Array, knots: Sequence[Knot]) -> Array:
-    """Coefficients (pieces, ROWS, joints) of the pieces between knots."""
+    """Return coefficients (pieces, ROWS, joints) of the pieces between knots."""
     count, joints = len(knots) - 1, len(knots[0].positions)
     h = np.diff(times)[:, None]
     p = np.array([knot.positions for knot in knots])
@@ -296,14 +296,14 @@ def _powers(times: Array, knots: Sequence[Knot]) -> Array:
 
 
 def _given(values: Sequence[Joints], joints: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Values (knots, joints), and of each piece whether both its knots have them."""
+    """Return values (knots, joints), and of each piece whether both its knots have them."""
     there = np.array([len(value) > 0 for value in values])
     filled = np.array([value or [0.0] * joints for value in values])
     return filled, there[:-1] & there[1:]
 
 
 def _integrated(pieces: Array, lengths: Array) -> Array:
-    """Coefficients of the integral over time (s), which is 0 where the first piece begins."""
+    """Return coefficients of the integral over time (s), which is 0 where the first piece begins."""
     count, rows, joints = pieces.shape
     integral = np.zeros((count, rows + 1, joints))
     integral[:, 1:] = pieces * (lengths[:, None] / np.arange(1.0, rows + 1.0))[..., None]
@@ -312,12 +312,12 @@ def _integrated(pieces: Array, lengths: Array) -> Array:
 
 
 def _differentiated(pieces: Array, lengths: Array) -> Array:
-    """Coefficients of the derivative by time (s)."""
+    """Return coefficients of the derivative by time (s)."""
     return pieces[:, 1:] * (np.arange(1.0, pieces.shape[1]) / lengths[:, None])[..., None]
 
 
 def _bounds(pieces: Array) -> tuple[Array, Array]:
-    """Bounds (pieces, n): no polynomial goes farther than the sum of its Chebyshev coefficients."""
+    """Return bounds (pieces, n): no polynomial goes farther than the sum of its Chebyshev coefficients."""
     rows = pieces.shape[1]
     chebyshev = np.einsum("ik,pkj->pij", _CHEBYSHEV[:rows, :rows], pieces)
     middle, reach = chebyshev[:, 0], np.abs(chebyshev[:, 1:]).sum(axis=1)

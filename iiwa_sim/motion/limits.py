@@ -20,5 +20,5 @@ class JointLimits(NamedTuple):
     jerk: Array
 
     def at_speed(self, speed_rel: float | Sequence[float]) -> "JointLimits":
-        """These limits with velocities scaled by one relative speed, or one per joint; accelerations stay."""
+        """Return these limits with velocities scaled by a relative speed, one or one per joint."""
         return self._replace(velocity=self.velocity * np.asarray(speed_rel, dtype=np.float64))

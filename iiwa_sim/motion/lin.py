@@ -92,7 +92,7 @@ class TcpLine:
         )
 
     def poses(self, s: Array) -> Array:
-        """Poses of the flange in the base (m, 12): rotation row by row, translation (m)."""
+        """Return poses of the flange in the base (m, 12): rotation row by row, translation (m)."""
         factors = np.ones((len(s), 4))
         factors[:, 1] = s
         if self._angle:
@@ -139,7 +139,7 @@ class _LineJoints:
     def _solve(
         self, s: Array, statuses: NDArray[np.int64], seed: Sequence[float]
     ) -> tuple[Array, NDArray[np.int64]]:
-        """Joint positions (m, n) at places (m,), on a branch each, and results of `solve` (m,).
+        """Return joint positions (m, n) at places (m,), on a branch each, and results of `solve` (m,).
 
         If the axes of two joints are parallel, one of them keeps its position in the seed.
         """
@@ -151,12 +151,12 @@ class _LineJoints:
         return joints, results
 
     def at(self, s: float, status: int, seed: Sequence[float]) -> Joints | None:
-        """Joint positions at s on a branch; None where that does not reach."""
+        """Return joint positions at s on a branch; None where that does not reach."""
         joints, results = self._solve(np.array([s]), np.array([status]), seed)
         return None if results[0] == OUT_OF_REACH else tuple(joints[0].tolist())
 
     def rows(self, s: Array, statuses: NDArray[np.int64], seed: Joints) -> Array:
-        """Joint positions (m, n) at rising places (m,), on a branch each. Raises `LineOutOfReach`."""
+        """Return joint positions (m, n) at rising places (m,), on a branch each. Raises `LineOutOfReach`."""
         joints, results = self._solve(s, statuses, seed)
         beyond = results == OUT_OF_REACH
         if beyond.any():
@@ -182,7 +182,7 @@ class _LineJoints:
         *,
         near: bool,
     ) -> tuple[list[float], list[Array]] | float:
-        """Borders (p + 1,) and coefficients of the pieces from s = low to high.
+        """Return borders (p + 1,) and coefficients of the pieces from s = low to high.
 
         The first piece begins next to the reference (rad). Return the s of the piece that would be smaller
         than `smallest`, or one too many. Singular poses end a piece unless `near`.
@@ -204,7 +204,7 @@ class _LineJoints:
     def _fitted(
         self, low: float, high: float, status: int, seed: Joints, reference: Sequence[float], *, near: bool
     ) -> Array | None:
-        """Coefficients (rows, n) of a polynomial for low <= s <= high; None where there is none."""
+        """Return coefficients (rows, n) of a polynomial for low <= s <= high; None where there is none."""
         s = low + 0.5 * (high - low) * (1.0 + NODES)
         s[-1] = high
         joints, results = self._solve(s, np.full(len(s), status), seed)
@@ -218,7 +218,7 @@ class _LineJoints:
 
 
 def _fit(joints: Array, alone: bool) -> Array | None:
-    """Coefficients (rows, n) of a polynomial through joint positions at `NODES`; None if these are too few.
+    """Return coefficients (rows, n) of a polynomial through joints at `NODES`; None if these are too few.
 
     Its ends are met but for rounding. `alone` says that the piece has no neighbours.
     """
@@ -241,7 +241,7 @@ def _fit(joints: Array, alone: bool) -> Array | None:
 
 
 def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
-    """Nodes (degree + 1,) in -1..1 for a degree, and factors of the values there in each coefficient."""
+    """Return nodes (degree + 1,) in -1..1, and factors of the values there in each coefficient."""
     k = np.arange(degree + 1)
     nodes = np.sin(pi * (2 * k - degree) / (2 * degree))
     nodes[0], nodes[-1] = -1.0, 1.0
@@ -303,7 +303,7 @@ class _SampledLine:
         return Polynomial(borders, pieces, start, end, self._along.line.length_m)
 
     def _spliced(self, low: float, high: float, before: Array, after: Array) -> Array:
-        """Coefficients (rows, n) of a polynomial over a gap. Raises `SingularLine` off the line."""
+        """Return coefficients (rows, n) of a polynomial over a gap. Raises `SingularLine` off the line."""
         rows = splice(high - low, before, after)
         for part in CHECKED:
             s = low + part * (high - low)
@@ -333,7 +333,7 @@ class _SampledLine:
         return regions
 
     def _fitted(self, low: float, high: float, section: _Section) -> tuple[list[float], list[Array]]:
-        """Borders in s and coefficients of the pieces of a part between gaps."""
+        """Return borders in s and coefficients of the pieces of a part between gaps."""
         _, status, seed = section
         fitted = self._along.pieces(
             low, high, status, seed, self._near(low), SMALLEST_NEAR_SINGULAR, near=True
@@ -344,11 +344,11 @@ class _SampledLine:
         return fitted
 
     def _near(self, s: float) -> Joints:
-        """Joint positions at the sample before s; those of the start at 0."""
+        """Return joint positions at the sample before s; those of the start at 0."""
         return tuple(self._q[int(self._s.searchsorted(s, side="right")) - 1].tolist())
 
     def _sampled(self) -> tuple[Array, Array]:
-        """Places (m,) and joint positions (m, n) that do not go far from one place to the next."""
+        """Return places (m,) and joint positions (m, n) that do not go far from one place to the next."""
         s = np.linspace(0.0, 1.0, EVEN_SAMPLES)
         q = self._from_start_to_end(s)
         while True:
@@ -369,7 +369,7 @@ class _SampledLine:
             s, q = s[order], _without_turns(q[order])
 
     def _from_start_to_end(self, s: Array) -> Array:
-        """Joint positions (m, n) at rising values of s (m,), 0 and 1 included."""
+        """Return joint positions (m, n) at rising values of s (m,), 0 and 1 included."""
         q = self._positions(s)
         q[0] = self._along.start
         q = _without_turns(q)
@@ -388,7 +388,7 @@ class _SampledLine:
         return continued(end, near)
 
     def _positions(self, s: Array) -> Array:
-        """Joint positions (m, n) at rising values of s (m,)."""
+        """Return joint positions (m, n) at rising values of s (m,)."""
         starts = np.array([section.s for section in self._sections])
         statuses = np.array([section.status for section in self._sections])
         places = starts.searchsorted(s, side="right") - 1
@@ -416,7 +416,7 @@ _AT_ENDS = np.concatenate([_AT_1 * (-1.0) ** np.add.outer(np.arange(4), _ORDERS)
 
 
 def splice(width: float, first: Array, last: Array) -> Array:
-    """Coefficients (8, n) of the polynomial with these values and three derivatives (4, n) at its ends.
+    """Return coefficients (8, n) of the polynomial with these values and derivatives (4, n) at its ends.
 
     `width` is its width in s; derivatives are over s.
     """
@@ -426,12 +426,12 @@ def splice(width: float, first: Array, last: Array) -> Array:
 
 
 def at_border(low: float, high: float, coefficients: Array, s: float) -> Array:
-    """Joint positions and three derivatives (4, n), at any s, of a piece from s = low to high."""
+    """Return joint positions and three derivatives (4, n), at any s, of a piece from s = low to high."""
     return Polynomial((low, high), [coefficients], (), ()).derivatives(np.array([s]))[:, 0]
 
 
 def _without_turns(q: Array) -> Array:
-    """Joint positions (m, n) along a line, without whole turns between one and the next."""
+    """Return joint positions (m, n) along a line, without whole turns between one and the next."""
     steps = np.diff(q, axis=0)
     if np.abs(steps).max() <= pi:
         return q

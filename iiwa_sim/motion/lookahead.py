@@ -121,7 +121,7 @@ class LookAhead:
         return may_blend(trajectory.moves[-1], move)
 
     def _first(self, moves: Sequence[Move]) -> Slices[Trajectory]:
-        """The trajectory from rest along the first of `moves`, and those behind it if it is short."""
+        """Return the trajectory from rest along the first of `moves`, and those behind it if it is short."""
         first = yield from alone(moves[0])
         if TINY_S < first.end_s < SHORT_S:
             blends = yield from self._blends(moves, ENOUGH_S)
@@ -132,14 +132,14 @@ class LookAhead:
         return first
 
     def _needed_s(self, trajectory: Trajectory, moves: Sequence[Move]) -> float:
-        """The time (s), about, that it takes to extend a trajectory into moves; less near its end."""
+        """Return the time (s), about, that it takes to extend a trajectory into moves; less near its end."""
         slices = SLICES_AHEAD + sum(SLICES_OF_MOVE + SLICES_PER_S * min(m.length_s, LONG_S) for m in moves)
         needed_s = (slices / self._slices + 1.0) * self._time.tick_s
         left_s = trajectory.end_s - self._time.time_s
         return max(self._margin_s, min(needed_s, 0.5 * left_s, LONGEST_S))
 
     def _blends(self, moves: Sequence[Move], enough_s: float) -> Slices[list[Blend]]:
-        """Blends between moves, until one has to be a stop, or they take long enough at full speed."""
+        """Return blends between moves, until one has to be a stop, or they take long enough at full speed."""
         blends: list[Blend] = []
         ahead_s = 0.0
         for one, other in pairwise(moves):
@@ -153,7 +153,7 @@ class LookAhead:
         return blends
 
     def _on(self, trajectory: Trajectory, moves: Sequence[Move]) -> Slices[Trajectory | None]:
-        """The trajectory extended into as many of `moves` as possible; None if that fails."""
+        """Return the trajectory extended into as many of `moves` as possible; None if that fails."""
         number = moves[0].number
         blends = yield from self._blends([trajectory.moves[-1], *moves], BATCH_S)
         moves = moves[: len(blends)]

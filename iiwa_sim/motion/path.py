@@ -73,7 +73,7 @@ def first_outside(path: Polynomial, lowest: Array, highest: Array) -> Outside | 
 
 
 def _places(path: Polynomial, for_each_row: int) -> Array:
-    """Rising s, so many for each row of coefficients, with both ends of each piece."""
+    """Return rising s, so many for each row of coefficients, with both ends of each piece."""
     rows = (path.offsets[1:] - path.offsets[:-1]).tolist()
     borders = path.borders
     if len(rows) == 1:

@@ -114,7 +114,7 @@ def blend_part(
 @cython.cfunc
 @cython.exceptval(check=False)
 def spline(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.double) -> cython.double:
-    """x at a part of a cell; `controls` (N + 3,) are those of a cubic B-spline over cells."""
+    """Return x at a part of a cell; `controls` (N + 3,) are those of a cubic B-spline over cells."""
     u: cython.double = part
     w: cython.double = 1.0 - u
     return (
@@ -196,7 +196,7 @@ class Polynomial:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _piece_at(self, s: cython.double) -> cython.Py_ssize_t:
-        """The piece in which s lies; the first or last one where s is outside of all."""
+        """Return the piece in which s lies; the first or last one where s is outside of all."""
         low: cython.Py_ssize_t = 0
         high: cython.Py_ssize_t = self.piece_count
         while high - low > 1:
@@ -263,7 +263,7 @@ class Polynomial:
                 values[3, row, j + i] = y3[i] * (scale * scale * scale)
 
     def joints(self, s: cython.double) -> Joints:
-        """Joint positions (rad) at s; before 0 that is the start, beyond 1 the end."""
+        """Return joint positions (rad) at s; before 0 that is the start, beyond 1 the end."""
         place: Joints
         if s <= self._borders[0]:
             place = self.start
@@ -275,7 +275,7 @@ class Polynomial:
         return place
 
     def derivatives(self, s: Array) -> Array:
-        """Positions (rad) and their first three derivatives (rad per unit of s ...), (4, m, n), at s (m,).
+        """Return positions (rad) and their first three derivatives by s, (4, m, n), at s (m,).
 
         Outside of all pieces they are those of the first or last one, continued.
         """

@@ -43,7 +43,7 @@ class RuckigTrajectory(NamedTuple):
         return self.end if time_s >= self.end_s else tuple(self.trajectory.at_time(time_s)[0])
 
     def state(self, time_s: float) -> State:
-        """Joint positions, velocities and accelerations."""
+        """Return joint positions, velocities and accelerations."""
         position, velocity, acceleration = self.trajectory.at_time(time_s)
         return tuple(position), tuple(velocity), tuple(acceleration)
 

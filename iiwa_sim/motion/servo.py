@@ -85,7 +85,7 @@ class Servo:
         self.asks_again, self.pursued = False, None
 
     def begin_stream(self) -> None:
-        """The move that begins next comes long after any other that it replaces."""
+        """Let the next move begin a stream: it replaces no recent one."""
         self._since_s, self._period_s = 0.0, inf
 
     def replace(self, move: Move) -> bool:
@@ -129,7 +129,7 @@ class Servo:
             self.head_for(self._executor.rest, self._limits)
 
     def _point_ahead(self, move: Move) -> Joints:
-        """Joint positions (rad) on the path, ahead of where the robot is; they never go back."""
+        """Return joint positions (rad) on the path, ahead of where the robot is; they never go back."""
         here = self._executor.joints
         point = move.path.joints(self._s)
         while self._s < 1.0 and max(map(_time_s, point, here, self._velocity)) < self._ahead_s:

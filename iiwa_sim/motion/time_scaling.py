@@ -84,7 +84,7 @@ class TimeScaling:
             self._change_to(0.0)
 
     def rest_s(self) -> float:
-        """Planned time at which the rate reaches 0, or would after a stop now."""
+        """Return the planned time at which the rate reaches 0, or would after a stop now."""
         if not self.stopping:
             change = self._change_of_rate(0.0)
             return self.time_s + float(change.at_time(change.duration)[0][0])
@@ -115,18 +115,18 @@ class TimeScaling:
         return self._at(min(after_s, duration) if self.stopping else after_s)
 
     def ticks(self, count: int) -> Array:
-        """Planned times of this tick and the following ones while the rate is constant."""
+        """Return the planned times of this tick and the following ones while the rate is constant."""
         return self.time_s + self.advance_s * np.arange(count, dtype=np.float64)
 
     def ticks_until(self, time_s: float) -> int:
-        """Number of ticks before a planned time while the rate is constant."""
+        """Return the number of ticks before a planned time while the rate is constant."""
         return max(int((time_s - self.time_s) / self.advance_s), 0) if self.advance_s > 0.0 else 0
 
     def _set_rate(self, rate: float) -> None:
         self.rate, self.advance_s = rate, self.tick_s * rate
 
     def _at(self, changed_s: float) -> float:
-        """Planned time so long after the rate began to change."""
+        """Return the planned time so long after the rate began to change."""
         assert self._change is not None
         return self._since_s + float(self._change.at_time(changed_s)[0][0])
 

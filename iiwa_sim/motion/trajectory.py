@@ -182,13 +182,13 @@ class Trajectory:
         return bisect_right(self.path.borders, self.x(time_s), 1, len(self.moves)) - 1
 
     def _parts(self, times: Array) -> tuple[Array, Array, Array]:
-        """Coefficients (6, m) of the quintics at times (m,), their lengths (s), and the parts done."""
+        """Return coefficients (6, m) of the quintics at times (m,), their lengths (s), and the parts done."""
         k = np.maximum(self.times[:-1].searchsorted(times, side="right") - 1, 0)
         lengths = self._lengths[k]
         return self._quintics.take(k, axis=1), lengths, np.minimum((times - self.times[k]) / lengths, 1.0)
 
     def _places(self, times: Array) -> Array:
-        """x (m,) at times (m,), not before 0."""
+        """Return x (m,) at times (m,), not before 0."""
         p, _, u = self._parts(times)
         x = p[0] + u * (p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * p[5]))))
         within: Array = x.clip(self.path.first_x, self.path.end_x)
@@ -232,7 +232,7 @@ class Trajectory:
         )
 
     def _before(self, now_s: float, k: int) -> tuple[Array, Array]:
-        """Times and quintics up to the knot k that may still be asked for."""
+        """Return times and quintics up to the knot k that may still be asked for."""
         first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
         return self.times[first : k + 1], self._quintics[:, first:k]
 

@@ -25,17 +25,17 @@ def parse_decimal(word: bytes) -> float:
 
 
 def quoted(wire: bytes) -> str:
-    """A word from the wire as text for a message: escaped, and cut if it is long."""
+    """Return a word from the wire as text for a message: escaped, and cut if it is long."""
     return readable(wire[:_LONGEST_QUOTE]) + ("..." if len(wire) > _LONGEST_QUOTE else "")
 
 
 def readable(wire: bytes) -> str:
-    """Bytes from the wire as text for a log: characters outside printable ASCII are escaped."""
+    """Return bytes from the wire as text for a log: characters outside printable ASCII are escaped."""
     return repr(wire)[2:-1]
 
 
 def format_decimals(values: Sequence[float]) -> bytes:
-    """Values separated by one blank; raises ValueError where one is not finite."""
+    """Return values as text, separated by one blank; raises ValueError where one is not finite."""
     if not all(map(math.isfinite, values)):
         raise ValueError(f"{values} have no place in a reply")
     texts = [f"{value:z.9f}".rstrip("0") for value in values]  # z: no minus before 0

@@ -64,7 +64,7 @@ def _move(session: LineSession, request: Request) -> bytes:
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
-    """A command that takes effect at once and is answered `done`."""
+    """Return a handler of a command that takes effect at once and is answered `done`."""
 
     def handler(session: LineSession, request: Request) -> bytes:
         call(session.controller, request.values)
@@ -74,7 +74,7 @@ def _does(call: Callable[[Controller, Values], None]) -> Handler:
 
 
 def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
-    """A command that is answered by decimals."""
+    """Return a handler of a command that is answered by decimals."""
     return lambda session, _: _decimals(tuple(read(session.controller)))
 
 
@@ -84,14 +84,14 @@ def _decimals(values: Values) -> bytes:
 
 
 def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
-    """A command that is answered by integers, with bits as 0 and 1."""
+    """Return a handler of a command that is answered by integers, with bits as 0 and 1."""
     return lambda session, request: written(
         " ".join(str(int(value)) for value in read(session.controller, request.values))
     )
 
 
 def _checks(kind: Kind) -> Handler:
-    """A command that checks a move to a frame without making it. It takes as long as planning the move."""
+    """Return a handler that checks a move to a frame without making it; it takes as long as planning."""
 
     def handler(session: LineSession, request: Request) -> bytes:
         session.ends_batch = True

@@ -35,7 +35,7 @@ _DONE: Answer = (), ()
 
 
 def _move(kind: Kind, *, to_joints: bool = False) -> Handler:
-    """A handler of moves to a frame or to a joint position; no message has a speed or a blending."""
+    """Return a handler of moves to a frame or to a joint position; no message has a speed or a blending."""
 
     def handler(session: "Krc4Session", message: Message) -> Answer:
         axes = len(session.controller.description.joints)

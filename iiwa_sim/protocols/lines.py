@@ -30,7 +30,7 @@ class LineSplitter:
         self._partner = b""  # second half of the last line end, skipped if it opens the next packet
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The lines that `data` completes, without their ends."""
+        """Return the lines that `data` completes, without their ends."""
         if data:
             data, self._partner = data.removeprefix(self._partner), b""
         *pieces, self._rest = _END.split(self._rest + data)  # lines and ends in turn
@@ -50,12 +50,12 @@ class LineSplitter:
         return lines
 
     def finish(self) -> list[bytes]:
-        """The unfinished last line at the end of the stream."""
+        """Return the unfinished last line at the end of the stream."""
         return self.feed(b"\n") if _plain(self._rest) else []
 
 
 def _plain(line: bytes) -> bytes:
-    """A line without telnet's commands, and without NUL at its beginning; OVERLONG for one too long."""
+    """Return a line without telnet's commands and leading NUL; OVERLONG for one too long."""
     if len(line) > MAX_LINE_BYTES:
         return OVERLONG
     return (_TELNET.sub(b"", line) if _IAC in line else line).lstrip(b"\0")

@@ -43,7 +43,7 @@ def command_names() -> list[str]:
 
 
 def fitting_protocols(description: RobotDescription) -> list[str]:
-    """Names of the protocols that a robot has the axes for."""
+    """Return the names of the protocols that a robot has the axes for."""
     return [name for name, axes in AXES.items() if len(description.joints) in axes]
 
 

@@ -179,10 +179,10 @@ class LineSession(Session):
 
 
 def written(text: str) -> bytes:
-    """A reply with its line end."""
+    """Return a reply with its line end."""
     return text.encode("ascii", "backslashreplace") + b"\r\n"
 
 
 def shown(line: bytes) -> str:
-    """A line as text for log and dialogue."""
+    """Return a line as text for log and dialogue."""
     return "(too long)" if line is OVERLONG else readable(line)

@@ -122,7 +122,7 @@ class Recorder:
             listeners.remove(listener)
 
     def tick(self) -> None:
-        """A tick has been made."""
+        """Notice that a tick has been made."""
         robot = self._controller
         self._look()
         # A servo's target or a stiffness move has no other sign of its beginning.

@@ -442,7 +442,7 @@ def solve(
 @cython.inline
 @cython.exceptval(check=False)
 def _half_open(angle: cython.double) -> cython.double:
-    """An angle (rad) of less than a turn, above -pi and up to pi."""
+    """Return an angle (rad) of less than a turn, above -pi and up to pi."""
     if angle > _PI:
         return angle - _TAU
     return angle + _TAU if angle <= -_PI else angle
@@ -499,7 +499,7 @@ class Kinematics:
         redundancy: cython.double,
         present: Any,
     ) -> Any:
-        """Joint positions on the present branch for a rotation of the TCP, row by row, and its position.
+        """Return joint positions on the present branch for rotation (row by row) and position of the TCP.
 
         Joints with more than one turn take the one nearest to the present position. None if out of reach.
         """

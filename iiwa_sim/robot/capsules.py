@@ -60,7 +60,7 @@ class Capsule(NamedTuple):
 
 @lru_cache(maxsize=8)
 def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
-    """The capsules of all links, base first: those of robot.toml.
+    """Return the capsules of all links, base first: those of robot.toml.
 
     A link without any there has a capsule within each `collision` sphere, cylinder and box of the URDF. It is
     the longest of the thickest capsules, and a sphere in a cylinder that is thicker than long.

@@ -151,7 +151,7 @@ class RobotDescription:
 
 
 def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
-    """The built-in robot of that name, or else the robot in that folder.
+    """Return the built-in robot of that name, or else the robot in that folder.
 
     A built-in robot is read once in a process. Raises `RobotFault` if the folder is missing or does not
     describe a robot. The URDF is checked when the `Model` is built, and whether its geometry suits the
@@ -217,7 +217,7 @@ def _radians(degrees: list[float]) -> tuple[float, ...]:
 
 
 def _accelerations(ratio: float | list[float], velocity: tuple[float, ...]) -> tuple[float, ...]:
-    """Accelerations (rad/s^2) of joints by their ratio to velocities (1/s), one or one for each joint."""
+    """Return accelerations (rad/s^2) by their ratio to velocities (1/s), one or one for each joint."""
     ratios = ratio if isinstance(ratio, list) else [ratio] * len(velocity)
     return tuple(map(mul, ratios, velocity))
 
@@ -257,7 +257,7 @@ def _check_values(reader: Reader, settings: _Settings) -> None:
 
 @cache
 def built_in_robots() -> tuple[str, ...]:
-    """Names of the built-in robots."""
+    """Return the names of the built-in robots."""
     folders = data_folder("iiwa_sim.robots").iterdir()
     return tuple(sorted(folder.name for folder in folders if (folder / SETTINGS_FILE).is_file()))
 

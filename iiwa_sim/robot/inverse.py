@@ -220,7 +220,7 @@ class Inverse:
         return moved
 
     def _error(self, flange: Transform, q: Sequence[float]) -> NDArray[np.float64]:
-        """The error of a pose (6,): translation (m), then the rotation vector in the base (rad)."""
+        """Return the error of a pose (6,): translation (m), then the rotation vector in the base (rad)."""
         reached = self.model.flange(q)
         axis, angle = turn_between(reached.rotation, flange.rotation)
         return np.append(np.subtract(flange.translation, reached.translation), np.multiply(angle, axis))
@@ -279,7 +279,7 @@ class Inverse:
 
 
 def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The smallest change of joints that reduces the error to `_CLOSED`, by strong singular directions."""
+    """Return the least change of joints that reduces the error to `_CLOSED`, by strong directions."""
     u, sigma, vt = np.linalg.svd(jacobian, full_matrices=False)
     parts = u.T @ error
     missing = (parts**2)[::-1].cumsum()[::-1]  # by this direction and the weaker ones
@@ -289,7 +289,7 @@ def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> 
 
 
 def _srs_dimensions(model: Model) -> Dimensions:
-    """Dimensions of a seven-joint arm with spherical shoulder and wrist.
+    """Return dimensions of a seven-joint arm with spherical shoulder and wrist.
 
     At zero pose the arm stands upright on the base. A1, A3, A5, A7 turn about its z axis, A2 and A6 about
     parallels to y through that axis, A4 about a parallel to -y.
@@ -304,7 +304,7 @@ def _srs_dimensions(model: Model) -> Dimensions:
 
 
 def _opw_dimensions(model: Model) -> Dimensions:
-    """Dimensions of a six-joint arm with a spherical wrist.
+    """Return dimensions of a six-joint arm with a spherical wrist.
 
     At zero pose A1 turns about the z axis of the base, A2, A3 and A5 about parallels to its y axis. A4 and A6
     turn about one and the same parallel to its x axis, which A5 crosses. Every joint but A1 is in the plane

@@ -123,7 +123,7 @@ class Model:
         return _vector(jacobian.reshape(6, -1)[3:, number - 1])  # pin returns (6,) for an arm of one joint
 
     def _fixed_poses(self) -> tuple[Transform, ...]:
-        """The poses between frames that have the axis of their joint as z."""
+        """Return the poses between frames that have the axis of their joint as z."""
         model, poses, before = self.pin_model, [], IDENTITY.rotation
         for number, axis in enumerate(self.local_axes, start=1):
             turned = with_z_along(axis)
@@ -190,7 +190,7 @@ class Model:
         return tuple(links)
 
     def _shapes(self, kind: pin.GeometryType) -> dict[int, list[Shape]]:
-        """Shapes of all links, by the index of the link's frame; meshes are left out."""
+        """Return the shapes of all links, by the index of the link's frame; meshes are left out."""
         found: dict[int, list[Shape]] = {}
         for each in pin.buildGeomFromUrdfString(self.pin_model, self._text, kind).geometryObjects:
             frame = self.pin_model.frames[each.parentFrame]
@@ -214,7 +214,7 @@ def _tcp(model: Model, tool_in_flange: Transform) -> Tcp:
 
 
 def _without_meshes(robot: ET.Element) -> str:
-    """The text for Pinocchio, which would open the files of meshes."""
+    """Return the text for Pinocchio, which would open the files of meshes."""
     for link in robot.findall("link"):
         for body in [*link.findall("collision"), *link.findall("visual")]:
             if body.find("geometry/mesh") is not None:
@@ -243,5 +243,5 @@ def _transform(pose: pin.SE3) -> Transform:
 
 
 def _between(before: Rotation, pose: Transform, after: Rotation) -> Transform:
-    """A pose between two rotated frames: `before` rotates the outer one, `after` the inner one."""
+    """Return a pose between two rotated frames: `before` rotates the outer one, `after` the inner one."""
     return compose(Transform(transpose(before), _ORIGIN), compose(pose, Transform(after, _ORIGIN)))

@@ -75,7 +75,7 @@ class Nearest:
         redundancy: float | None = None,
         keep_status: bool = False,
     ) -> Solution:
-        """Joint positions for the pose `flange` (in the base, m). `present` is where the move begins (rad).
+        """Return joint positions for a pose of the flange (in the base, m); `present` is the start (rad).
 
         Without `redundancy` (rad) the present one is kept if it serves. Else it becomes the nearest one that
         serves on the present branch, to 1 deg. If none does, the joint positions of other branches nearest to
@@ -113,7 +113,7 @@ class Nearest:
         statuses: Sequence[int],
         present: Sequence[float],
     ) -> _Candidates:
-        """Joint positions for every redundancy on every branch."""
+        """Return joint positions for every redundancy on every branch."""
         every_redundancy = np.tile(redundancies, len(statuses))
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
         joints = self._inverse.joints_batch(flange, every_redundancy, every_status, present)
@@ -147,7 +147,7 @@ class Nearest:
         return Unreachable(OUT_OF_REACH, f"the flange at {x:.1f} {y:.1f} {z:.1f} mm is out of reach{far}")
 
     def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
-        """The joint whose limit is the obstacle where limits are exceeded the least."""
+        """Return the joint whose limit is the obstacle where limits are exceeded the least."""
         excess = np.maximum(np.subtract(self._low, joints), np.subtract(joints, self._high)).clip(min=0.0)
         row = int(excess.max(axis=1).argmin())
         joint = int(excess[row].argmax())
@@ -166,7 +166,7 @@ def how_far(beyond_m: float) -> str:
 
 
 def _grid(centre: float, limits: tuple[float, float] | None, step: float) -> NDArray[np.float64]:
-    """Points at multiples of `step` from the centre, itself included, within the limits; and the limits."""
+    """Return points within the limits at multiples of `step` from the centre, and the limits."""
     if limits is None:
         return np.array([centre])
     low, high = limits

@@ -164,7 +164,7 @@ class AppendixA:
     # States
 
     def joint_states(self) -> Message:
-        """The message of /joint_states."""
+        """Return the message of /joint_states."""
         return {
             "header": self._graph.header(),
             "name": list(self._controller.description.joints),

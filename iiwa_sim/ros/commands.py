@@ -67,7 +67,7 @@ def _target(command: Any, joint_count: int, apply_reference: bool) -> Sequence[f
 
 
 def _speed(command: Any, move: MoveRequest, robot: Controller) -> dict[str, Any]:
-    """The fields of a `MoveRequest` for the velocity."""
+    """Return the fields of a `MoveRequest` for the velocity."""
     units = _units(move, robot)
     if on_joints := len(units["%"]) > 1:
         units["RAD/S"] = robot.description.velocity
@@ -80,7 +80,7 @@ def _speed(command: Any, move: MoveRequest, robot: Controller) -> dict[str, Any]
 
 
 def _acceleration(command: Any, move: MoveRequest, robot: Controller) -> dict[str, Any]:
-    """The fields of a `MoveRequest` for the acceleration; none if the command has no values."""
+    """Return the fields of a `MoveRequest` for the acceleration; none if the command has no values."""
     if not command.acceleration:
         return {}
     units = _units(move, robot)
@@ -120,7 +120,7 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
 
 
 def _units(move: MoveRequest, robot: Controller) -> dict[str, Sequence[float]]:
-    """The units of shares, each with what is the whole of each joint, or of the TCP alone."""
+    """Return the units of shares, each with what is the whole of each joint, or of the TCP alone."""
     on_tcp = isinstance(move.target, Frame) or move.kind is Kind.LIN
     count = 1 if on_tcp else len(robot.description.joints)
     return {"%": (1.0,) * count, "PERCENT": (100.0,) * count}

@@ -80,7 +80,7 @@ class Graph:
         return time_of(self.now_ns())
 
     def header(self, frame: str = "") -> Message:
-        """A header as of now."""
+        """Return a header as of now."""
         return {"stamp": self.stamp, "frame_id": frame}
 
     @property

@@ -172,7 +172,7 @@ def _answer(do: Callable[..., None], request: Any) -> Message:
 
 
 def _transform(header: Message, child: str, pose: Transform) -> Message:
-    """geometry_msgs/TransformStamped."""
+    """Return a geometry_msgs/TransformStamped."""
     return {
         "header": header,
         "child_frame_id": child,
@@ -188,7 +188,7 @@ def _seconds(time: Any) -> float:
 
 
 def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
-    """A trajectory_msgs/JointTrajectory as a request; a stamp of 0 means now. Raises `Refused`."""
+    """Return a trajectory_msgs/JointTrajectory as a request; a stamp of 0 means now. Raises `Refused`."""
     if any(point.effort for point in trajectory.points):
         raise Refused(EXECUTION, "effort: expected none")
     stamp = trajectory.header.stamp
@@ -201,7 +201,7 @@ def _trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
 
 
 def _feedback(progress: Progress, names: Sequence[str], header: Message) -> Message:
-    """control_msgs/FollowJointTrajectory_Feedback."""
+    """Return a control_msgs/FollowJointTrajectory_Feedback."""
     since, desired, actual = time_of(round(1e9 * progress.time_s)), progress.desired, progress.actual
     error = ([a - b for a, b in zip(*both, strict=True)] for both in zip(desired[:2], actual, strict=True))
 

@@ -80,7 +80,7 @@ def time_of(ns: int) -> dict[str, int]:
 
 @cache
 def _struct_of(name: str) -> type[msgspec.Struct]:
-    """The class of a message, made of the first part of its definition: that of a request or a goal."""
+    """Return the class of a message, from the first part of its definition: request or goal."""
     package, kind, own = name.split("/")
     paths = [files("iiwa_sim.protocol").joinpath(each, f"{name}.{kind}") for each in FOLDERS]
     text = next(path for path in paths if path.is_file()).read_text(encoding="utf-8")

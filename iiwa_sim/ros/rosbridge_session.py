@@ -102,7 +102,7 @@ class RosbridgeSession:
         self._speaks_ros2 |= kind is not None and short_name(kind) != kind
 
     def _in_ros2(self, named: Topic | Endpoint) -> bool:
-        """True if the client gets and sends its messages in the form of ROS 2."""
+        """Return True if the client gets and sends its messages in the form of ROS 2."""
         return self._speaks_ros2 or not named.in_ros1
 
     # Topics
@@ -112,7 +112,7 @@ class RosbridgeSession:
         _check_type(asked.topic, self._subscribed(asked.topic).kind, asked.type)
 
     def _subscribed(self, topic: str) -> Endpoint:
-        """A topic that the robot subscribes to."""
+        """Return a topic that the robot subscribes to."""
         if rooted(topic) not in self._graph.subscribed:
             raise BadMessage(f"no subscriber of {topic}: expected {', '.join(self._graph.subscribed)}")
         return self._graph.subscribed[rooted(topic)]
@@ -166,7 +166,7 @@ class RosbridgeSession:
         self._reply(asked, response)
 
     def _answer(self, name: str, arguments: Any) -> Any:
-        """The response of a service. Raises BadMessage."""
+        """Return the response of a service. Raises BadMessage."""
         if name == CANCEL_SERVICE:
             self._joints.cancel()
             return {"return_code": 0, "goals_canceling": []}

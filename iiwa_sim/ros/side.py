@@ -79,7 +79,7 @@ class RosSide:
         return RosbridgeSession(self._graph, self._joints, outbox, self._log, name)
 
     def _config(self, settings: Settings, *, ros2: bool) -> Message:
-        """The first line for the process of a node: what there shall be, and the types."""
+        """Return the first line for the process of a node: what there shall be, and the types."""
         graph = self._graph
         return {
             "node": NODE.lstrip("/"),

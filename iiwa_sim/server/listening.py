@@ -106,7 +106,7 @@ def reset_at_close(connection: socket.socket) -> None:
 
 
 async def open_listener(host: str, port: int) -> socket.socket:
-    """A socket that listens on `host`:`port`. Raises ListenFault.
+    """Return a socket that listens on `host`:`port`. Raises ListenFault.
 
     Port 0 picks a free one. A host name stands for its first address, IPv4 before IPv6.
     """
@@ -136,7 +136,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def why(fault: Exception) -> str:
-    """The system's text for an error, without the address."""
+    """Return the system's text for an error, without the address."""
     if isinstance(fault, OSError) and fault.errno is not None:
         # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
         return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)

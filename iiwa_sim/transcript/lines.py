@@ -83,7 +83,7 @@ class Transcript(NamedTuple):
 
 
 def read_file(path: Path) -> Transcript:
-    """The transcript of a file. Raises TranscriptFault."""
+    """Return the transcript of a file. Raises TranscriptFault."""
     try:
         data = path.read_bytes()
     except OSError as fault:
@@ -92,7 +92,7 @@ def read_file(path: Path) -> Transcript:
 
 
 def read(name: str, text: str) -> Transcript:
-    """The transcript of a text; `name` names it in errors. Raises TranscriptFault."""
+    """Return the transcript of a text; `name` names it in errors. Raises TranscriptFault."""
     robot = ""
     protocols: tuple[str, ...] = (DEFAULT_PROTOCOL,)
     spoken: dict[str, str] = {}
@@ -139,7 +139,7 @@ def read(name: str, text: str) -> Transcript:
 
 
 def shipped(*folders: str) -> list[Transcript]:
-    """The transcripts of protocol/transcripts, or of a folder in it, by name."""
+    """Return the transcripts of protocol/transcripts, or of a folder in it, by name."""
     folder = files("iiwa_sim.protocol").joinpath("transcripts", *folders)
     found = sorted(folder.iterdir(), key=lambda each: each.name)
     return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]

@@ -152,7 +152,7 @@ class World:
         return all(min(room[:3]) >= ROOM_M for room in rooms)
 
     def _movers(self) -> list[tuple[list[int], list[int], int]]:
-        """For each arm: geoms of its links, geoms of what moves with its gripper, and the gripper's body."""
+        """Return for each arm geoms of links, geoms that move with its gripper, and the gripper's body."""
         found, body_of = [], self.model.geom_bodyid
         for arm, numbers in zip(self.arms, self._built.arms, strict=True):
             links = [geom for geom in numbers.touching if body_of[geom] < numbers.gripper]

@@ -137,7 +137,7 @@ class Relay:
                 goal.handle.publish_feedback(fill(self._made.Feedback(), message["values"]))
 
     def _typed(self, rows: list[list[Any]]) -> Iterator[tuple[Any, str, list[Any]]]:
-        """Class, name under the node's namespace, and row of each that has a type."""
+        """Yield class, name under the node's namespace, and row of each that has a type."""
         for row in rows:
             made = class_of(row[1])
             if made is None:
