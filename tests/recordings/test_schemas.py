@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from jsonschema import Draft7Validator
 
-from iiwa_sim.recordings.schemas import schemas
+from iiwa_sim.recordings.schemas import CHANNELS, schemas
+from tests.cell.cells import EXAMPLES
 
 TYPES = ("object", "array", "string", "number", "integer", "boolean")
 
@@ -35,3 +37,10 @@ def test_schemas_keep_the_rules_of_the_strictest_reader(name: str, schema: dict[
     assert schema["type"] == "object"
     assert not list(broken_rules(schema, name))
     Draft7Validator.check_schema(schema)
+
+
+def test_the_layout_shows_all_scenes() -> None:
+    """Foxglove and Lichtblick hide a topic of scenes unless the layout has it."""
+    layout = json.loads((EXAMPLES / "foxglove_layout.json").read_text("utf-8"))
+    shown = {topic for topic, each in layout["configById"]["3D!arm"]["topics"].items() if each["visible"]}
+    assert shown == {topic for topic, schema in CHANNELS.items() if schema == "foxglove.SceneUpdate"}
