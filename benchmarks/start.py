@@ -1,6 +1,6 @@
 """Time from the start of the process to its first reply, and of imports.
 
-As in an installation, modules are compiled beforehand: into a folder of their own.
+Modules are compiled beforehand, as in an installation, into a folder of their own.
 """
 
 import os

@@ -36,8 +36,8 @@ class Camera:
     def picture(self, name: str, width: int = WIDTH, height: int = HEIGHT) -> Future[bytes]:
         """Begin to render what a camera sees now; the result is a PNG.
 
-        Raises `Refused` for a camera that the scene does not have and for a size out of range; the future
-        raises it where nothing can be rendered.
+        Raises `Refused` for an unknown camera and for a size out of range; the future raises it if rendering
+        is not possible.
         """
         handling, names = self._controller.handling, self.names
         if handling is None or name not in names:

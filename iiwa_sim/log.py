@@ -1,9 +1,9 @@
 """The log on stderr: one line per event, plain or as JSON.
 
-Everything goes through the standard library's logging, so a program that uses the simulator as a library
-configures it as it likes; only the command line calls `configure`. Levels: `warning` for refused commands,
-for clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, and for
-forces that end a move; `info` for clients that connect and disconnect; `debug` for the dialogue.
+Everything goes through the standard library's logging. Only the command line calls `configure`: a program
+that uses the simulator as a library configures logging itself. Levels: `warning` for rejected commands, for
+clients that are dropped, vanish while the robot moves, or send no more servo commands, and for forces that
+end a move; `info` for clients that connect and disconnect; `debug` for the dialogue.
 """
 
 import json

@@ -1,7 +1,7 @@
 """The backdoor over HTTP: `POST /METHOD` calls a method of `Backdoor` with a JSON object of its arguments.
 
-A key is the name of an argument, or its place from 0. Of several robots, `POST /ROBOT/METHOD` calls that of
-one.
+A key is the name of an argument, or its place from 0. With several robots, `POST /ROBOT/METHOD` calls the
+method of one.
 
 The calls and their parameters come from the signatures of `Backdoor`. A call is made between two ticks, in
 the loop's thread; its connection waits in a thread of its own.

@@ -1,8 +1,8 @@
 """`iiwa-sim` and its commands: options, exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds; 1 where a
-check fails; 2, with one line on stderr, for options, a cell, a robot, an address or a file that cannot be
-used, for rejected commands of a picture, and if stdout takes nothing.
+Exit code 0: after SIGTERM or SIGINT, after a bye that ends the run, and for a command that succeeds.
+Exit code 1: a check has failed. Exit code 2, with one line on stderr: options, a cell, a robot, an address or
+a file cannot be used, a command of a picture was rejected, or stdout cannot be written.
 """
 
 import errno

@@ -293,8 +293,8 @@ def _press(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Return the force on a body, and the one that deflects a compliant robot.
 
-    The latter is that of the end of the next tick, if the link has the least inertia it can have and its
-    average force continues. It keeps a compliant robot from oscillating at any tick rate.
+    The latter is the force at the end of the next tick, for a link of the least inertia under its average
+    force. It keeps a compliant robot from oscillating at any tick rate.
     """
     stiffness, moves = share * surface.stiffness, bool(moved.any())
     speed = float(moved @ normal) / tick_s

@@ -1,8 +1,8 @@
 """Shapes of surfaces: signed distance of a point and outward direction, in closed form.
 
 Lengths are metres, in the shape's own frame. The signed distance is that to the nearest point of the surface,
-negative within the material. The direction is the unit vector along which the distance grows; where several
-are equally good, as in the middle of a sphere, it is always the same one.
+negative within the material. The direction is the unit vector along which the distance grows. If several are
+equally good, as in the middle of a sphere, it is always the same one.
 
 `follow` keeps the side by which a point has entered a finite body, which so has no far side. A box, and the
 inner half of a round body, is the half-space behind a tangent plane.

@@ -219,8 +219,8 @@ class Controller:
     def resting(self) -> bool:
         """True if ticks change nothing but their number and the noise, until the next command.
 
-        A running timeout of a servo, a pause and compliance count as motion, and so does the tick after a
-        motion, in which the velocity becomes 0.
+        A running timeout of a servo, a pause and compliance count as motion. The tick after a motion counts,
+        too: the velocity becomes 0 in it.
         """
         if self.joints_before != self.motions.joints or self.endings.pending:
             return False
@@ -336,10 +336,10 @@ class Controller:
     def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         """Take a move; return its number. Raises `Refused`, and then nothing has changed.
 
-        - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
-          after a force is beyond its threshold, and then begins the next move.
-        - With compliance a move replaces what runs, and so does a hold: that begins where the robot has come
-          to rest, and ends with a stop, a move with compliance, or another hold; other moves are refused.
+        - PTP and LIN queue behind the running move. With thresholds the robot begins to stop on its path in
+          the tick after a force is beyond its threshold, and then begins the next move.
+        - A move with compliance, and a hold, replace the running motion. A hold begins where the robot has
+          come to rest. It ends with a stop, a move with compliance or a hold; other moves are rejected.
         - Servos head for their target at once.
 
         A shift is resolved now, for good. `when_ended` is called at the end of the move.

@@ -46,7 +46,7 @@ class ErrorRecord(msgspec.Struct, frozen=True):
 class RobotErrors:
     """The errors of one controller, and whether its drives are powered.
 
-    A refused command only leaves its record. What stops the robot by itself sets the error state, which
+    A rejected command only leaves its record. A fault that stops the robot sets the error state, which
     lasts until `reset`.
     """
 

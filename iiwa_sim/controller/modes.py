@@ -1,8 +1,8 @@
 """The modes of the robot.
 
-Appendix B of drag&bot's requirements has four modes, normal, impedance, smart and direct, each with its own
-commands; a change between them stops the robot for about 100 ms. Our decisions: the robot is in none of them,
-called unknown, before its first command and after a stop; joint trajectories of ROS have a fifth.
+Appendix B of drag&bot's requirements has four modes: normal, impedance, smart and direct. Each has its own
+commands; a change between them stops the robot for about 100 ms. Our decisions: the mode is `unknown` before
+the first command and after a stop; joint trajectories of ROS have a mode of their own.
 """
 
 from enum import Enum

@@ -41,8 +41,8 @@ _HOME = cython.declare(cython.double, 1e-9)
 class JointBounds:
     """Bounds on the motion of joints in a tick, which keep limits of position and velocity.
 
-    A joint goes no faster than its velocity limit. Towards a position limit it goes only so fast that it can
-    brake before that limit from any tick on, from constant speed, with the limits of a stop.
+    A joint goes no faster than its velocity limit. Near a position limit it can always brake before that
+    limit, from constant speed, with the limits of a stop.
     """
 
     _tick_s: cython.double

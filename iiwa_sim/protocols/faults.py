@@ -117,8 +117,8 @@ class Rule:
 class CannedReplies:
     """Replies of the iiwa's protocol that a test has set for one robot, for all its clients together.
 
-    Replies for one command take its lines in the order in which they were set, each as many as it is for;
-    then the robot answers again.
+    Replies for one command answer its lines in the order in which they were set, each for its number of
+    lines. Then the robot answers again.
     """
 
     def __init__(self) -> None:
@@ -130,8 +130,8 @@ class CannedReplies:
     def set(self, command: str, reply: str, times: int = 1) -> None:
         """Answer the next `times` lines of a command by `reply`, 0 for all, without executing them.
 
-        Raises ValueError for an unknown command, a reply that is not one line of printable ASCII, a number
-        below 0, and if the robot does not speak the iiwa's protocol: KRC4 messages cannot be canned.
+        Raises ValueError for an unknown command, a reply that is not one line of printable ASCII, or a number
+        below 0. It is also raised without the iiwa's protocol: KRC4 messages cannot be canned.
         """
         table, spelling = load_table(IIWA), command.encode("ascii", "backslashreplace")
         known = table.find(spelling)

@@ -25,8 +25,8 @@ def open_session(
 ) -> Session:
     """Open a session of a protocol for a connection.
 
-    Values after the last parameter of a command are ignored, as by the original controller, and logged once
-    for each command; a strict session refuses them.
+    Values after the last parameter are ignored, as by the original controller, and logged once for each
+    command; a strict session rejects them.
     """
     if protocol == KRC4:
         from iiwa_sim.protocols.krc4 import Krc4Session

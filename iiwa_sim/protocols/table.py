@@ -1,9 +1,9 @@
 """The table of the text protocol: its commands, and how a line is parsed by them.
 
 A line reads `command : parameters`. Letter case is ignored, any run of blanks and tabs counts as one blank. A
-line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
-parameters (too few, no number, out of range) `error`. Values behind the last parameter are counted: the
-session ignores or refuses them. Parameters behind a command that takes none are ignored.
+line without a known command (empty, `:`, more than one `:`) is answered `unknown command`. A line with wrong
+parameters (too few, no number, out of range) is answered `error`. Values behind the last parameter are
+counted: the session ignores or rejects them. Parameters behind a command that takes none are ignored.
 """
 
 import re
@@ -239,8 +239,8 @@ def load_error_codes() -> Mapping[int, ErrorCode]:
 def helped(table: Table, phrase: str) -> str:
     """Return the answer to `help : PHRASE`.
 
-    For a command that is its usage, for an error code its meaning, else the names that are like the phrase,
-    without a phrase all commands. Raises `Refused` if no name is like the phrase, and for a number that is no
+    A command is answered by its usage, an error code by its meaning, another phrase by the names that are
+    like it, no phrase by all commands. Raises `Refused` if no name is like the phrase, and for an unknown
     code.
     """
     if not phrase:

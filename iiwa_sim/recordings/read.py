@@ -19,7 +19,7 @@ SUFFIX = ".mcap"
 STEP_NS = 20_000_000
 """Least simulated time between two states of a `Timeline`."""
 LARGEST_RECORD = 64 * 1024 * 1024
-"""Bytes; ours have some 100 kB. What says that it is larger is damaged."""
+"""Bytes; ours have some 100 kB. A larger one is damaged."""
 EXPECTED = "expected a recording of iiwa-sim, in MCAP"
 
 KINDS: dict[str, type[Any]] = {STATE: Snapshot, DIALOGUE: Line, EVENTS: Event, CELL: dict[str, Any]}

@@ -250,8 +250,8 @@ class Inverse:
     def turning_point(self, q: Sequence[float]) -> str | None:
         """Return the kind of singularity at which no straight line can start or end; None elsewhere.
 
-        There, unlike at a stretched wrist, joints go with the square root of the pose, or one of them may
-        have to turn at once to follow a line.
+        There joints go with the square root of the pose, or one of them may have to turn at once to follow
+        a line. A stretched wrist does not count.
         """
         sideways, bend, _ = self.distances(q)
         if abs(bend) < _STRETCHED_RAD:

@@ -2,10 +2,10 @@
 
 The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md. An operation that is
 not allowed or not possible is answered by a `status` of level `error` that echoes its `id`, and changes
-nothing. A client that goes does not stop the robot: it is one of many publishers, as everywhere in ROS.
+nothing. A client that disconnects does not stop the robot: it is one of many publishers, as usual in ROS.
 
-A client that names a type as ROS 2 does, package/msg/Type, or sends a goal, gets all messages in the form of
-ROS 2 from then on. Topics that ROS 1 does not have are always in that form.
+A client that sends a goal, or names a type as package/msg/Type, gets all further messages in the form
+of ROS 2. Topics that ROS 1 does not have are always in that form.
 """
 
 from collections.abc import Callable

@@ -3,9 +3,9 @@ r"""Texts of a transcript in both protocols: how they are sent, filled in and co
 A text of the iiwa's protocol is a line. A KRC4 message is in its short form (see `krc4_xml`) or verbatim. In
 both, bytes that do not print are written `\x09`, a backslash `\\`, and a literal brace `\x7b`.
 
-`{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its third number, and
-`{get tool frame + 0 0 9 0 0 0}` for its numbers with these added. Of KRC4 messages `{GOP}` stands for the
-reals of the last reply, and `{GOP + 0 0 10}` for them with these added.
+`{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its third number.
+`{get tool frame + 0 0 9 0 0 0}` stands for its numbers with these added. With KRC4 messages `{GOP}` stands
+for the reals of the last reply, and `{GOP + 0 0 10}` for them with these added.
 """
 
 import math

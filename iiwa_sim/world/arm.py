@@ -341,7 +341,7 @@ class Arm:
         geom, apart = self.world.geoms[number], self.world.apart
         return all(apart(geom, pad) < ON_PAD_M for pad in self._numbers.pads)
 
-    # What the gripper holds
+    # Grasped part
 
     def hold(self, number: int) -> None:
         """Hold a part where it is, from now on; another arm that holds it still leads."""

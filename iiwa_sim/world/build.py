@@ -210,9 +210,9 @@ def _add_capsule(body: Any, back: Transform, capsule: Capsule, rigid: dict[str, 
 def _add_gripper(spec: Any, arm: ArmSetup, rigid: dict[str, Any]) -> tuple[Any, ...]:
     """Add the gripper as a free body at the TCP, with jaws, a cup or the contact sphere, and the tool.
 
-    It is no link of the chain: MuJoCo leaves out of contacts what turning links add to accelerations (the
-    derivative of the Jacobian), so a part that is carried fast round the base would drift at the end of a
-    chain, by some 4 mm/s. The constraint forces on its six dofs are the wrench at the TCP.
+    It is no link of the chain: MuJoCo leaves the derivative of the Jacobian out of contacts. A part that is
+    carried fast round the base would drift at the end of a chain, by some 4 mm/s. The constraint forces on
+    its six dofs are the wrench at the TCP.
     """
     kind, body = arm.gripper and arm.gripper.kind, spec.worldbody.add_body()
     _make_light(body)

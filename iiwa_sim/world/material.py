@@ -1,9 +1,9 @@
 """Stiffness of a cell (N/m) as contact parameters of MuJoCo.
 
 MuJoCo presses with f = (aref - a) / R in a contact, with aref = -b v - k r and R = (1 - d) / d W, where W is
-the sum of `body_invweight0` of both bodies. That number only scales R. Set to S / k_body for each body, with
+the sum of `body_invweight0` of both bodies, which only scales R. Set to S / k_body for each body, with
 S = k / (1 - d) the same everywhere, it makes f = r / (1 / k_a + 1 / k_b) at rest: the stiffness of both in
-series, whatever their mass. k and d then only choose how fast a contact may be.
+series, for any mass. k and d then only choose how fast a contact may be.
 """
 
 from __future__ import annotations

@@ -50,11 +50,11 @@ def correct(
 ) -> None:
     """Correct the reference accelerations of contacts before the solver uses them.
 
-    All points in which two bodies meet have the stiffness of the two in series together, however many the
-    engine finds; those of one pair follow each other. Friction asks for no greater deceleration than it can
+    All contact points of two bodies together have the stiffness of the two in series, for any number of
+    points; those of one pair follow each other. Friction asks for no greater deceleration than it can
     give, or 1.5 g: MuJoCo's contact is convex, so a body that slides fast would be pressed up, lifted off,
     and rattle. With the cap it is lifted by less than the margin, in which the contact is still there and
-    presses by damping only. What is imposed presses on what stands by k d alone, without damping.
+    presses by damping only. Imposed bodies press on standing ones by k d alone, without damping.
 
     `points` has for each geom the least number of points in which it rests, 1, 2 or 4; `kinds` its kind.
     """
@@ -137,8 +137,8 @@ def advance(joints: Joints, tcp: Transform, b: cython.double[::1], jaw_m: cython
     """Lower the bounds of distances of an arm by its motion in a tick; return how far (m) links or jaws go.
 
     `b` begins with bounds (m) of links, of what moves with the gripper, and of both from other arms. Then
-    follow the motion of links (m), TCP and jaws (m), and TCP (rad), the reach (m) of what moves with it, the
-    pose of the TCP, and of each joint the greatest lever (m) and the position (rad).
+    follow motions of links (m), of TCP and jaws (m) and of the TCP (rad), and the reach (m) of its load. The
+    pose of the TCP is next; then the greatest lever (m) of each joint, and its position (rad).
     """
     pose = cython.declare(cython.double[12])
     for k in range(12):
@@ -162,7 +162,7 @@ def leave_out(
     """Return how many ticks after number `tick` need not be computed.
 
     Nothing is near the arm in these and the next one, and its load acts on the TCP with at most `most_n` and
-    `most_nm`. Joint positions `ahead` are those of now and of coming ticks, of which so many are `made`;
+    `most_nm`. Joint positions `ahead` are those of now and of coming ticks; `made` of them are done.
     `carried` are mass (kg), first (kg m) and second moments (kg m2). Bounds are lowered, as by `advance`.
     """
     poses = cython.declare(cython.double[36])

@@ -1,7 +1,7 @@
 """The bodies of a cell in MuJoCo, tick by tick, beside arms whose motion is imposed.
 
 A tick integrates what the last forces made of the parts, puts the arms where their plans have brought them,
-and finds the forces there. So what is read belongs to the places of this tick.
+and finds the forces there. Forces therefore belong to the poses of this tick.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class World:
     on it: `wrench`, `push`, `torques` and `contacts`.
 
     A scene is an `MjSpec`; numbers of its bodies, geoms, joints, actuators and sensors are those of `model`,
-    in which they come first. Sensors are read in each tick. What is changed in `model` or `data` from outside
-    needs `wake`, and is lost when surfaces or tools change the model, but for controls and states of bodies.
+    in which they come first. Sensors are read in each tick. Changes to `model` or `data` from outside need
+    `wake`. They are lost when surfaces or tools change the model, except for controls and states of bodies.
     """
 
     def __init__(
