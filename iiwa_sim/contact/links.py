@@ -366,8 +366,9 @@ def _scene(
     ]
     meeting = _meeting(description, tool)
     folding = [_Pair(a, b, None) for a, b in meeting[1].tolist()]
-    levers = [reach[each.capsule] for each in moving]
-    levers += [np.where(np.arange(model.nq) < joints[a], 0.0, reach[b]) for a, b, *_ in folding]
+    first, second = meeting[1].T
+    still = np.arange(model.nq) < np.array(joints)[first, None]
+    levers = np.concatenate([reach[[each.capsule for each in moving]], np.where(still, 0.0, reach[second])])
     pairs = (*moving, *folding)
     for each in pairs:
         scene.addCollisionPair(pin.CollisionPair(*each[:2]))
@@ -376,8 +377,7 @@ def _scene(
         for request in found.distanceRequests:
             # A guess would have a distance depend, in its last bits, on those measured before.
             request.gjk_tolerance, request.enable_cached_gjk_guess = TOLERANCE_M, False
-    gaps = np.reshape(levers, (len(levers), model.nq)), *meeting
-    return _Scene(capsules, joints, len(own), scene, found, pairs, gaps)
+    return _Scene(capsules, joints, len(own), scene, found, pairs, (levers, *meeting))
 
 
 @lru_cache(maxsize=16)
