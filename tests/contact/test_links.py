@@ -83,6 +83,9 @@ def ends_of(name: str, capsule: Capsule, joints: tuple[float, ...]) -> tuple[Vec
 def depth_in(placed: Surface, ends: tuple[Vector, Vector], radius: float) -> float:
     """Return the penetration depth (m) of a capsule in a surface, by points along its line."""
     line = np.array(ends[0]) + np.linspace(0.0, 1.0, 400)[:, None] * np.subtract(ends[1], ends[0])
+    most = radius + float(np.linalg.norm(line[-1] - line[200])) - placed.nearest(*line[200].tolist())[0]
+    if most < -2e-3:  # far away
+        return most
     return radius - min(placed.nearest(*point)[0] for point in line.tolist())
 
 
