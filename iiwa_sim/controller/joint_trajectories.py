@@ -110,7 +110,7 @@ class JointTrajectories:
     def after_tick(self) -> None:
         """Stop a robot that is too far from the trajectory that it follows."""
         motions, request = self._controller.motions, self._request
-        if (followed := motions.tracked) is None:
+        if not (request.path_tolerance or request.goal_tolerance) or (followed := motions.tracked) is None:
             return
         time_s = motions.tracked_s
         late_s = time_s - followed.reference.end_s
