@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from math import dist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,8 @@ FORCE, CONTACT, TRAIL, TOOL = (230, 90, 20), (230, 30, 30), (60, 90, 220), (90, 
 M_PER_N, LONGEST_ARROW_M, LEAST_N = 0.005, 0.5, 0.5
 MOST_CONTACTS = 4
 TRAIL_STEP_M, TRAIL_POINTS, TRAIL_JUMP_S = 0.004, 400, 2.0
+FASTEST_M_S = 5.0
+"""A TCP that is faster was put elsewhere by the backdoor."""
 FAR_M = 1.5
 """Distance from the base beyond which bodies do not count for the camera."""
 
@@ -164,10 +167,11 @@ class Scene:
         return scene.add_cylinder(path, radius=radius_m, height=length_m, **look)
 
     def _add_to_path(self, passed_s: float, point: Vector) -> None:
-        """Add a point (m) to the path of the TCP. Time that goes back or jumps begins a new one."""
-        if not 0.0 <= passed_s <= TRAIL_JUMP_S:
+        """Add a point (m) to the path of the TCP. A jump in time or by the backdoor begins a new one."""
+        step_m = dist(point, self._path[-1]) if self._path else 0.0
+        if not 0.0 <= passed_s <= TRAIL_JUMP_S or step_m > TRAIL_STEP_M + FASTEST_M_S * passed_s:
             self._path.clear()
-        if not self._path or np.linalg.norm(np.subtract(point, self._path[-1])) > TRAIL_STEP_M:
+        if not self._path or step_m > TRAIL_STEP_M:
             self._path.append(point)
         self._trail.visible = len(self._path) > 1
         if self._trail.visible:

@@ -54,6 +54,9 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator, viewer:
     wait_until(lambda: simulator.state().robot_status[1] == 0)
     viewer.clicks("Safety", "Reset error")
     wait_until(lambda: simulator.state().error.code == 0)
+    since = len(viewer.seen)
+    simulator.backdoor.place((0.0,) * 7)  # the path of the TCP begins anew
+    viewer.until(lambda each: each.get("visible") is False and each["name"].endswith("/trail"), since)
 
 
 @pytest.mark.parametrize("view", VIEWS)
