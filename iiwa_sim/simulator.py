@@ -324,7 +324,7 @@ class Simulator(OnlyRobot):
             opened.callback(self.clock.stop)
             ros = () if self.ros is None else self.ros.transports
             for server in (self._status, *ros, self._backdoor_http):
-                if server is not None:  # who has reached the robots' own ports finds these open
+                if server is not None:  # open before clients reach the robots' own ports
                     opened.push_async_callback(server.close)
                     await server.start()
             for robot in self.robots.values():

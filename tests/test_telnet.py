@@ -40,4 +40,4 @@ def test_a_telnet_session(caplog: pytest.LogCaptureFixture) -> None:
             assert asks("") == "unknown command"
             assert asks("BYE") == "bye"
             assert telnet.wait(DEADLINE_S) is not None
-    assert "refused 'lin move : up'" in caplog.text, "who runs it sees why"
+    assert "refused 'lin move : up'" in caplog.text, "the log has the reason"

@@ -79,7 +79,7 @@ class LookAhead:
         start.go_on(MOST_AT_REST)
         found = start.found
         if found is not None and list(waiting[: len(found.moves)]) != list(found.moves):
-            self._start = None  # waiting moves have been forgotten meanwhile
+            self._start = None  # waiting moves have been dropped meanwhile
             return None
         return found
 

@@ -84,7 +84,7 @@ class Turns:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._lock = asyncio.Lock()  # it serves who waits in order
+        self._lock = asyncio.Lock()  # it serves waiting connections in order
 
     async def take(self, handle: Callable[[], None]) -> None:
         """Handle a message when it is the client's turn."""

@@ -36,5 +36,5 @@ class StatusStream(TcpServer):
 
     @property
     def watching(self) -> bool:
-        """Return True if there are readers, who are sent lines in time."""
+        """Return True if there are readers, which get lines in time."""
         return bool(self.connections)

@@ -1,4 +1,4 @@
-"""A viser server behind checks of who may open the page; viser by itself admits everybody."""
+"""A viser server with access checks; viser by itself admits all browsers."""
 
 from __future__ import annotations
 

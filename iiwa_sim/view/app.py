@@ -50,7 +50,7 @@ def main() -> None:
     over = threading.Event()
 
     def wait() -> None:
-        os.read(0, 1)  # nothing comes but the end
+        os.read(0, 1)  # returns at the end of stdin
         over.set()
 
     threading.Thread(target=wait, daemon=True).start()

@@ -125,7 +125,7 @@ class Jog:
             if self._ask("get status") == "moving":
                 raise RuntimeError("another client moves the robot")
             if release.wait(TAP_S):
-                if self._user is user:  # who has not gone
+                if self._user is user:  # still connected
                     self._move(sign, is_step=True)
             else:
                 try:

@@ -1,4 +1,4 @@
-"""A spring from the TCP to the mouse, for a viewer who drags the arm."""
+"""A spring from the TCP to the mouse, for a viewer that drags the arm."""
 
 from __future__ import annotations
 

@@ -227,7 +227,7 @@ class Arm:
         h, n, data, dofs = self.world.tick_s, len(self.joints), self._data, self.dofs
         v, was, felt, push = v_of_all[dofs], self._v_was, self._acting[dofs], 0.0
         if self.compliance:
-            # The mean velocity of a tick has half of what acted before it, and half of what did earlier.
+            # The mean velocity of a tick has half of the forces before it, and half of the earlier ones.
             push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
             push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
         self._v_was, self._felt_was = v, felt

@@ -155,10 +155,10 @@ def test_goals_end_as_those_of_joint_trajectory_controller(python: Path, robot: 
 
 @pytest.mark.slow
 def test_a_goal_that_another_client_cancels_is_aborted(python: Path, robot: Simulator) -> None:
-    with started(*user(python, "cancelled_by_another")) as someone:
-        assert json.loads(someone.line()) == "sent"
+    with started(*user(python, "cancelled_by_another")) as client:
+        assert json.loads(client.line()) == "sent"
         with connect(f"ws://127.0.0.1:{robot.rosbridge_port}") as other:
             other.send(json.dumps({"op": "call_service", "service": CANCEL_SERVICE}))
             other.recv(DEADLINE_S)
-        assert json.loads(someone.line()) == [6, -1, "cancelled"]
-        someone.process.wait(DEADLINE_S)
+        assert json.loads(client.line()) == [6, -1, "cancelled"]
+        client.process.wait(DEADLINE_S)

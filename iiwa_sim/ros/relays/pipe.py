@@ -43,7 +43,7 @@ class Pipe:
         return (response["values"], "") if response["result"] else (None, response["values"])
 
     def read(self, take: Callable[[dict[str, Any]], None]) -> None:
-        """Take messages until standard input ends; responses go to those who wait for them."""
+        """Take messages until standard input ends; responses go to the waiting callers."""
         for line in sys.stdin:
             message = json.loads(line)
             if message["op"] == "service_response":

@@ -43,7 +43,7 @@ POLL_S = 0.01
 def serve(pipe: Pipe, config: Message) -> None:
     """Be a node until standard input ends. Raises Fault."""
     try:
-        # Signals are for who has started this process: it closes standard input.
+        # Signals are for the parent process, which closes standard input.
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = rclpy.create_node(config["node"], namespace=config["namespace"] or None)
     except (RuntimeError, ValueError, NameValidationException) as fault:
@@ -185,7 +185,7 @@ class Relay:
                 cancelling = True
                 self._pipe.say("cancel_action_goal", id=goal.number)
         status, result = goal.end.get("status", ABORTED), goal.end.get("values", {"error_code": INVALID_GOAL})
-        if status == CANCELED and not cancelling:  # another client did: rclpy tells it only to who asked
+        if status == CANCELED and not cancelling:  # rclpy reports it to the client that asked
             status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)()
         del self.goals[goal.number]
