@@ -112,7 +112,7 @@ def pytest_runtest_makereport(
 
 
 def _sections(fixture: str, simulator: "Simulator", artifact: Path | None) -> Iterator[tuple[str, str]]:
-    """Return title and text of what a report tells of a simulator."""
+    """Return title and text of the report of a simulator."""
     for robot in simulator.robots.values():
         name = f"{fixture} {robot.name}".rstrip()
         yield f"{name} dialogue", robot.dialogue.report()

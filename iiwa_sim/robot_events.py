@@ -15,29 +15,29 @@ logger = logging.getLogger(__name__)
 
 
 class RobotEvents:
-    """The events of one robot, as its controller tells them; `name` is that of the robot in the log."""
+    """The events of one robot, reported by its controller; `name` is that of the robot in the log."""
 
     def __init__(self, dialogue: Dialogue, name: str = "") -> None:
         self.listeners: list[Callable[[str, str, int, int], None]] = []
         """Called with the kind and the text of an event, its move and its error code, 0 for none."""
         self._dialogue, self._name = dialogue, name
 
-    def tell(self, event: RobotEvent) -> None:
-        """Tell of an event of the controller."""
+    def report(self, event: RobotEvent) -> None:
+        """Report an event of the controller."""
         match event:
             case ErrorRecord(code=code, reason=reason):
-                self._tell("fault", reason, code=code)
+                self._emit("fault", reason, code=code)
             case Contact(move=move):
-                self._tell("contact", str(event), move=move)
+                self._emit("contact", str(event), move=move)
             case str():
-                self._tell("touch", event)
+                self._emit("touch", event)
 
     def part(self, text: str, slips: bool) -> None:
-        """Tell that a part is gripped, released or gone; `slips` is True if the gripper lost it."""
+        """Report that a part is gripped, released or gone; `slips` is True if the gripper lost it."""
         kind, level = ("part slips", logging.WARNING) if slips else ("part", logging.INFO)
-        self._tell(kind, text, level=level)
+        self._emit(kind, text, level=level)
 
-    def _tell(self, kind: str, text: str, move: int = 0, code: int = 0, level: int = logging.WARNING) -> None:
+    def _emit(self, kind: str, text: str, move: int = 0, code: int = 0, level: int = logging.WARNING) -> None:
         with log.named(self._name):
             logger.log(level, "%s", text, extra={"fields": {"kind": kind, "move": move, "code": code}})
         for listener in self.listeners:

@@ -121,11 +121,11 @@ class SimulatedRobot:
         """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
         self.events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
-            clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self.events.tell
+            clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self.events.report
         )
         """The controller, for the clock, which steps it."""
         if controller.handling is not None:
-            controller.handling.arm.tell = self.events.part
+            controller.handling.arm.report = self.events.part
         self.log = SessionLog()
         self.faults = faults = WireFaults(partial(self.dialogue.event, mark=Direction.ON_WIRE))
         ports = cell.ports or settings.ports

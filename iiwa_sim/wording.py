@@ -35,7 +35,7 @@ def shortened(text: str, longest: int) -> str:
 
 
 def distinct(value: float, *limits: float) -> list[str]:
-    """Return a number and its limits as text, with as many digits (at least 7) as tell it from each limit."""
+    """Return a number and its limits as text, with enough digits (at least 7) to distinguish them."""
     texts: list[str] = []
     for digits in range(7, 18):
         texts = [f"{each:.{digits}g}" for each in (value, *limits)]

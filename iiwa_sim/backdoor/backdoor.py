@@ -345,7 +345,7 @@ def _refusing() -> Iterator[None]:
 
 
 def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a method that runs in the simulator's event loop, and tells what it has changed."""
+    """Return a method that runs in the simulator's event loop, and reports its changes."""
     name, acts = method.__name__, method.__annotations__["return"] is None
 
     @wraps(method)
@@ -376,7 +376,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
     wrench, joint_push, tool_load = load.wrench, load.joint_push, controller.tool_load
     allowed = controller.protection.allowed
     restore_bodies = None if handling is None else handling.kept()
-    felt = load.felt()  # contacts, with their friction and entry sides
+    contacts = load.kept()  # with their friction and entry sides
 
     def restore() -> None:
         for there in contact.surfaces:
@@ -390,7 +390,7 @@ def _kept(controller: Controller) -> Callable[[], None]:
         controller.set_tool_load(tool_load)
         if restore_bodies is not None:
             restore_bodies()
-        load.feel_again(felt)
+        load.restore(contacts)
         controller.emergency_stop(pressed=False)
         controller.switch_drives(on=True)
         controller.errors.reset()

@@ -66,7 +66,7 @@ class Probe(NamedTuple):
     event: str
     """The input, or what happens."""
     original: str
-    """The original's behaviour; empty for a dialogue, which tells it line by line."""
+    """The original's behaviour; empty for a dialogue, which has it line by line."""
     ask: Callable[[Link], Finding | str]
     """Asks the server; a text is a deviation, and so is an OSError, as for a reply that does not come."""
     ours: str = ""

@@ -39,7 +39,7 @@ class Parser(argparse.ArgumentParser):
         self.argument_default = argparse.SUPPRESS
 
     def add_options(self, fields: Iterable[str], shown: Container[str] = OPTIONS) -> None:
-        """Add options of the model, each in its group; --help tells those that are `shown`."""
+        """Add options of the model, each in its group; --help lists those that are `shown`."""
         for title, options in groupby(map(OPTIONS.__getitem__, fields), lambda option: option.group):
             group = self.add_argument_group(title)
             for option in options:
@@ -79,7 +79,7 @@ def from_command_line(words: Sequence[str]) -> Given:
     commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
     parser = Parser("", TITLE, closing, "iiwa-sim [CELL.toml] [OPTION ...]")
-    parser.add_argument("--help-all", action="help", help="tell all options and exit")
+    parser.add_argument("--help-all", action="help", help="list all options and exit")
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     rare = "" if "--help-all" in words else " ".join(NEEDS)
     parser.add_options(OPTIONS, OPTIONS.keys() - rare.split())

@@ -33,7 +33,7 @@ class Iiwa(Client):
         if reply not in ("error", "unknown command"):
             return reply
         last = replies.LastError(0, "")
-        with contextlib.suppress(OSError, ValueError):  # a server without `get error` tells no reason
+        with contextlib.suppress(OSError, ValueError):  # a server without `get error` has no reason
             last = _last_error(self._ask("get error"))
         why = f"{last.code} {last.reason}" if last.code else "its log has the reason"
         kind = CommandError if reply == "error" else UnknownCommandError

@@ -20,7 +20,7 @@ class Krc4(Client):
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0, *, axes: int = 6) -> None:
-        """Connect; `timeout_s` bounds that and the wait for each reply. No message tells how many axes."""
+        """Connect; `timeout_s` bounds that and the wait for each reply. No message has the number of axes."""
         self._axes = axes
         self._id = 0
         super().__init__(host, port, timeout_s)

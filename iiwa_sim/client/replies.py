@@ -61,9 +61,9 @@ class CommandError(Exception):
     def __init__(self, message: str, code: int = 0, reason: str = "") -> None:
         super().__init__(message)
         self.code = code
-        """Result code of robot_movement_interface (docs/protocol.md); 0 if the server tells none."""
+        """Result code of robot_movement_interface (docs/protocol.md); 0 if the server has none."""
         self.reason = reason
-        """The reason in words; empty if the server tells none, as with KRC4 messages."""
+        """The reason in words; empty if the server has none, as with KRC4 messages."""
 
 
 class UnknownCommandError(CommandError):

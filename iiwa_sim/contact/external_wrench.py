@@ -109,7 +109,7 @@ class ExternalWrench:
             tcp, found = add(self.wrench, self._parts_push), self._links.forces
             if self._motion is not None:
                 tcp = add(tcp, self._motion.wrench(self._at_tcp, moving=False))
-            rows = self.joint_push, found.yielding, found.folded, self.torques.get("parts")
+            rows = self.joint_push, found.deflecting, found.folded, self.torques.get("parts")
             self._pushes = tcp, _sum([row for row in rows if row is not None])
         return self._pushes
 
@@ -249,13 +249,13 @@ class ExternalWrench:
         self._set(self.torques, "links", found.folded)
         self._set(self.wrenches, "tool", wrench)
 
-    def felt(self) -> Any:
+    def kept(self) -> Any:
         """Return the memory of all contacts, with their forces."""
         return self.contact.memory(), self._links.memory(), dict(self.wrenches), dict(self.torques)
 
-    def feel_again(self, felt: Any) -> None:
+    def restore(self, kept: Any) -> None:
         """Continue from such a memory, with the robot put where it was."""
-        contact, links, wrenches, torques = felt
+        contact, links, wrenches, torques = kept
         self.contact.restore(contact)
         self._links.restore(links)
         self.wrenches, self.torques, self._pushes = dict(wrenches), dict(torques), None

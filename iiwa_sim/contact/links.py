@@ -72,7 +72,7 @@ class LinkForces(NamedTuple):
     """Torques of surfaces on links (Nm)."""
     tool: tuple[float, ...] | None = None
     """Force and torque about the origin on tool and jaws (N, Nm, in the base)."""
-    yielding: tuple[float, ...] | None = None
+    deflecting: tuple[float, ...] | None = None
     """Torques of surfaces (Nm) at the end of the next tick, which deflect a compliant robot."""
     contacts: tuple[LinkContact, ...] = ()
     folded: tuple[float, ...] | None = None
@@ -257,7 +257,7 @@ class Links:
         scene, before, self._memory = self._scene, self._memory, {}
         sharing = max(1, len(self.forces.contacts))
         contacts, tool = [], np.zeros(6)
-        torques, yielding = np.zeros((2, len(moved)))
+        torques, deflecting = np.zeros((2, len(moved)))
         for key, (distance, normal, point, row) in touching.items():
             kept, first = before.get(key), key[0]
             if distance >= 0.0 and (kept is None or kept.push == 0.0):
@@ -270,7 +270,7 @@ class Links:
             force, push = _press(
                 kept, surface, scene.capsules[first].share, -distance, normal, levers, gone, tick_s, per_kg
             )
-            yielding[:joint] += push @ levers
+            deflecting[:joint] += push @ levers
             if distance >= 0.0:
                 continue
             x, y, z = point.tolist()
@@ -282,7 +282,7 @@ class Links:
             else:
                 tool += (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
         self.forces = self.forces._replace(
-            torques=tuple(torques.tolist()), tool=tuple(tool.tolist()), yielding=tuple(yielding.tolist()),
+            torques=tuple(torques.tolist()), tool=tuple(tool.tolist()), deflecting=tuple(deflecting.tolist()),
             contacts=tuple(contacts),
         )  # fmt: skip
 

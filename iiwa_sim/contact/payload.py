@@ -1,4 +1,4 @@
-"""Weight and inertia of a body that is fixed to the TCP, as the robot feels them."""
+"""Wrench of weight and inertia of a body that is fixed to the TCP."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class TcpMotion:
     """Poses of a TCP in three consecutive ticks, and the wrench of a body that moves with it.
 
     A point r of the body accelerates by p'' + R'' r. Both second derivatives are those at the middle pose. If
-    the coming pose is known, the middle one is the present one; otherwise inertia is felt a tick late.
+    the coming pose is known, the middle one is the present one; otherwise inertia acts a tick late.
     """
 
     def __init__(self, pose: Transform) -> None:

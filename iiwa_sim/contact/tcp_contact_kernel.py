@@ -163,7 +163,7 @@ class TcpState:
     def __init__(self) -> None:
         """Start with nothing known."""
         self.at, self.acting = np.zeros(12), np.zeros(6)
-        self.felt = False
+        self.is_known = False
 
 
 @cython.cclass
@@ -278,7 +278,7 @@ class TcpContact:
         for k in range(3):
             v[k] = (r[9 + k] - p[k]) / tick_s if self.is_known else 0.0
             stays = stays and v[k] == 0.0
-        if reached is not None and reached.felt:
+        if reached is not None and reached.is_known:
             a[:] = reached.acting
             p[0], p[1], p[2] = r[9], r[10], r[11]
         else:

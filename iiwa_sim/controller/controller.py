@@ -124,13 +124,13 @@ class Controller:
     # Ticks
 
     def step(self, at_most: int = 1) -> int:
-        """Make one tick: the robot moves, feels the forces where it is then, and compares them with limits.
+        """Make one tick: the robot moves, takes the forces there, and compares them with limits.
 
         Before it make others, up to `at_most` in all, in which the robot only moves to known positions and
         touches nothing. The result is the same, bit for bit. Return the number of ticks.
 
         A stop that a force asks for begins in the next tick. An internal error stops the robot, in error, and
-        is raised. Robots that share a world all `move_on`, then the world steps, then all `feel`.
+        is raised. Robots that share a world all `move_on`, then the world steps, then all `take_forces`.
         """
         left_out, handling = 0, self.handling
         if handling is not None and at_most > 1 and handling.skips:
@@ -138,7 +138,7 @@ class Controller:
         self.move_on()
         if handling is not None:
             handling.world.step()
-        self.feel()
+        self.take_forces()
         return left_out + 1
 
     def _leave_out(self, handling: Handling, ticks: int) -> int:
@@ -182,13 +182,13 @@ class Controller:
         if self.handling is not None:
             self.handling.go(motions)
 
-    def feel(self) -> None:
-        """Make the second half of a tick: the robot feels the forces, and compares with limits."""
+    def take_forces(self) -> None:
+        """Make the second half of a tick: the robot takes the forces, and compares them with limits."""
         motions, load, handling, tick = self.motions, self.load, self.handling, self.tick
         joints = motions.joints
         if handling is not None or not load.is_idle(joints, tick, self.tick_s):
             if handling is not None:
-                handling.feel()
+                handling.take_forces()
             load.step(joints, tick, self.tick_s, motions.tcp_contact, motions)
         pending, protection = self.endings.pending, self.protection
         if pending and pending[0].thresholds is not None:

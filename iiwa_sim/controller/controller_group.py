@@ -20,10 +20,10 @@ class ControllerGroup:
         While one is `watching`, robots at rest tick, too; one that `has_commands` will make a robot move."""
         self._calls = [controller.move_on for controller in self.controllers]
         self._calls += [] if world is None else [world.step]
-        self._calls += [controller.feel for controller in self.controllers]
+        self._calls += [controller.take_forces for controller in self.controllers]
 
     def step(self, at_most: int = 1) -> int:  # noqa: ARG002 a single robot may make several at once
-        """Make one tick: all robots move, then their world finds the forces, then all robots feel them.
+        """Make one tick: all robots move, their world finds the forces, and all robots take them.
 
         A fault in one of them is raised at the end of the tick, which observers see nevertheless. Return 1.
         """

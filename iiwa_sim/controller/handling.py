@@ -160,7 +160,7 @@ class Handling:
             return False
         return self._rested and world.quiet and world.behind and self.arm.base is None
 
-    def feel(self) -> None:
+    def take_forces(self) -> None:
         """End a tick: take the forces of bodies on the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm
         self._load.hand(arm.wrench, arm.push, arm.torques)

@@ -190,7 +190,7 @@ class Springs:
                 before = x[k]
                 x[k] = c[k, 0] * before + c[k, 1] * v[k] + c[k, 2] * f[k]
                 v[k] = c[k, 3] * before + c[k, 4] * v[k] + c[k, 5] * f[k]
-                # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
+                # Before its half kick the velocity is too slow by that, which damping must not see.
                 u[k] = v[k] + kicks[k]
             share: cython.double = (n + 1.0) / self._substeps
             self.touches = self._acts(place, moved, share, x, u, True, self.acting)
@@ -313,7 +313,7 @@ class TcpSprings:
             self._joints = nominal
             return nominal
         if self._follow(before):
-            self._reached.felt = contact
+            self._reached.is_known = contact
             self._reached.acting[:] = springs.acting
             self.tcp_contact = self._reached
         else:

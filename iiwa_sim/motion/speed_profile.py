@@ -14,7 +14,7 @@ from iiwa_sim.motion.plan_kernel import BlendedPath, SpeedProfile, run
 
 T = TypeVar("T")
 Slices = Generator[None, None, T]
-"""Work that may be interrupted where it yields: a tick, which delays commands, has room for one slice."""
+"""Work in slices, as a generator: a tick, which delays commands, has room for one slice."""
 
 WORK = 1000
 """Budget of one call of the profile, in interior-point steps of a segment: some 0.4 ms."""

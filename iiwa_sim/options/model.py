@@ -193,4 +193,4 @@ NEEDS = {
     "backdoor_host backdoor_token backdoor_token_file": "backdoor_port view_port",
     "view_host view_token view_token_file": "view_port",
 }
-"""Options each of which needs one of the others. Only --help-all tells them."""
+"""Options each of which needs one of the others. Only --help-all lists them."""

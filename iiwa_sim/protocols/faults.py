@@ -157,15 +157,15 @@ class CannedReplies:
 class WireFaults:
     """Wire faults of one robot's servers, and their connections, numbered from 1 as they come."""
 
-    def __init__(self, tell: Callable[[str, str], None] = lambda _name, _what: None) -> None:
-        """`tell` is called with the name of a connection and the text of what replaces a reply."""
+    def __init__(self, report: Callable[[str, str], None] = lambda _name, _what: None) -> None:
+        """`report` is called with the name of a connection and the text of what replaces a reply."""
         self.rules: list[Rule] = []
         """The faults in the order in which they were set."""
         self.peers: dict[int, tuple[Peer, str]] = {}
         """The connections by number, each with its name."""
         self.canned = CannedReplies()
         """Replies that are given in place of the robot's."""
-        self._tell = tell
+        self._report = report
         self._count = 0
         self._random = Random(0)
 
@@ -199,7 +199,7 @@ class WireFaults:
     def end(self, how: End, connection: int = EVERY) -> None:
         """End a connection, or all. Raises `Refused` if there is no such connection."""
         for peer, name in self._peers_of(connection):
-            self._tell(name, how.value)
+            self._report(name, how.value)
             peer.end(how)
 
     def clear(self) -> None:
@@ -221,7 +221,7 @@ class WireFaults:
         steps = _steps(rule.fault, reply, self._random)
         if steps != [reply]:
             text = ", ".join(_text_of(step, reply) for step in steps) or "nothing"
-            self._tell(self.peers[connection][1], text)
+            self._report(self.peers[connection][1], text)
         return steps
 
     def _peers_of(self, connection: int) -> list[tuple[Peer, str]]:

@@ -49,7 +49,7 @@ class Element(NamedTuple):
     fault: str
     """Description of content that no message has; empty if there is none."""
     breaks: bool = False
-    """True if nothing more can be read from the stream: `fault` tells why."""
+    """True if nothing more can be read from the stream; `fault` is the reason."""
 
 
 class XmlStream:

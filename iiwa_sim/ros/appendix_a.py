@@ -33,7 +33,7 @@ class _Command:
 
     message: Any
     result: tuple[int, str] | None = None
-    """Code and information; only the first end counts, as the robot may tell of a replaced move later."""
+    """Code and information; only the first end counts, as the robot may report a replaced move later."""
 
 
 class AppendixA:

@@ -57,7 +57,7 @@ def make(source: Path, library: Path, work: Path) -> None:
 
 if __name__ == "__main__":
     os.environ["AMENT_PREFIX_PATH"] = str(PREFIX)
-    os.dup2(2, 1)  # the generators tell on standard output what they read
+    os.dup2(2, 1)  # the generators list their files on standard output
     for each in map(Path, sys.argv[1:]):
         library = PREFIX / "lib" / f"lib{each.name}__{ON_WIRE}.so"
         if not library.exists():

@@ -16,7 +16,7 @@ def check_token(text: str | None) -> None:
 
 
 def fits(token: str, given: bytes) -> bool:
-    """Return True if a client gave this token; the time taken tells nothing of it."""
+    """Return True if a client gave this token; the time taken does not depend on it."""
     import hmac  # which loads OpenSSL: only where there is a token
 
     return hmac.compare_digest(token.encode(), given)

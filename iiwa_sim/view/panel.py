@@ -161,7 +161,7 @@ class Panel:
             self.scene.show(self._station.state, self._station.cell)
 
     def show(self) -> None:
-        """Show the newest state on the panel, and what the backdoor tells."""
+        """Show the newest state on the panel, with faults of the backdoor."""
         station, state, now_s = self._station, self._station.state, time.monotonic()
         if now_s < self._next_s:
             return

@@ -64,7 +64,7 @@ class Arm:
         self.base: Transform | None = None if setup.base == IDENTITY else setup.base
         """Pose of the base in the world; None where they are the same."""
         self.model = arm_model(setup.description)
-        self.tell: Callable[[str, bool], None] = lambda _line, _warns: None
+        self.report: Callable[[str, bool], None] = lambda _line, _warns: None
         """Takes a line on a part, and True for a warning."""
         self.held = -1
         """The number of the part that the gripper holds; -1 for none."""
@@ -93,8 +93,8 @@ class Arm:
         self.jaw_speed = self._jaw_wants = 0.0  # of each jaw, and as outputs drive it (m/s)
         self.jaws_move = self.jaws_rest = False
         self._v_was: Vector = np.zeros(0)
-        self._felt_was: Vector = np.zeros(0)
-        self._felt = self._on_held = self._weight = self._carried = NO_WRENCH
+        self._forces_was: Vector = np.zeros(0)
+        self._on_gripper = self._on_held = self._weight = self._carried = NO_WRENCH
         self.wrench: Wrench = NO_WRENCH
         """Wrench of bodies on the TCP, along its axes: contacts, and weight and inertia of the held part."""
         self.push: Wrench = NO_WRENCH
@@ -198,7 +198,7 @@ class Arm:
 
     def skip(self) -> None:
         """End a tick in which it meets nothing."""
-        self._felt, self.torques = NO_WRENCH, None
+        self._on_gripper, self.torques = NO_WRENCH, None
         self.wrench, self.push = self._carried, self._weight
         if self.jaws_move:
             self.move_jaws(computed=False)
@@ -225,21 +225,21 @@ class Arm:
     def impose(self, v_of_all: Vector) -> None:
         """Give arm, gripper and held part their velocity in this tick, and the force on a compliant one."""
         h, n, data, dofs = self.world.tick_s, len(self.joints), self._data, self.dofs
-        v, was, felt, push = v_of_all[dofs], self._v_was, self._acting[dofs], 0.0
+        v, was, forces, push = v_of_all[dofs], self._v_was, self._acting[dofs], 0.0
         if self.compliance:
             # The mean velocity of a tick has half of the forces before it, and half of the earlier ones.
-            push = self._inertia * (v - was) / h - 0.5 * (felt + self._felt_was)
-            push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - felt[:n]
-        self._v_was, self._felt_was = v, felt
+            push = self._inertia * (v - was) / h - 0.5 * (forces + self._forces_was)
+            push[:n] = JOINT_INERTIA_KGM2 * (v[:n] - was[:n]) / h - forces[:n]
+        self._v_was, self._forces_was = v, forces
         data.qvel[dofs], data.qfrc_applied[dofs] = v, push
 
-    def feel(self) -> None:
+    def take_forces(self) -> None:
         """Find what contacts do to the arm and to what it holds."""
         data, first, n = self._data, self._dof, len(self.joints)
         self.torques = None
-        self._felt = self._on_held = NO_WRENCH
+        self._on_gripper = self._on_held = NO_WRENCH
         if data.ncon:
-            self._felt = self._at_tcp(first + n, IDENTITY)
+            self._on_gripper = self._at_tcp(first + n, IDENTITY)
             if self.leads:
                 self._on_held = self._at_tcp(self._held_dof, self.inside)
             torques = self._acting[first : first + n].tolist()
@@ -253,10 +253,10 @@ class Arm:
             self.lost = -1
             world.set_bits(lost)
             world.wake_up()
-        self.wrench = self.push = self._felt
+        self.wrench = self.push = self._on_gripper
         if self.leads:
-            felt = add(self._felt, self._on_held)
-            self.wrench, self.push = add(felt, self._carried), add(felt, self._weight)
+            contact = add(self._on_gripper, self._on_held)
+            self.wrench, self.push = add(contact, self._carried), add(contact, self._weight)
 
     def _at_tcp(self, first: int, inside: Transform) -> Wrench:
         """Return the wrench of contacts on a free body at a pose in the TCP; its dofs begin at `first`."""
@@ -438,7 +438,7 @@ class Arm:
         held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
         self.dofs = np.array([*range(first, first + n + 6), *held])
         self.with_jaws = np.array([*range(first, self._jaw_dofs.stop), *held])
-        self._v_was, self._felt_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
+        self._v_was, self._forces_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
         self.weigh_imposed()
 
     def _comply(self, compliance: int) -> None:
@@ -501,7 +501,7 @@ class Arm:
         for array in (data.qvel, data.qfrc_applied, data.qacc):
             array[self.dofs] = 0.0
         data.qacc[self._jaw_dofs] = 0.0
-        self._v_was, self._felt_was = np.zeros((2, len(self.dofs)))
+        self._v_was, self._forces_was = np.zeros((2, len(self.dofs)))
 
     def bind(self, built: WorldModel, data: Any) -> None:
         """Take views of the arrays of a model and its data."""
@@ -521,4 +521,4 @@ class Arm:
         details.never_sleeps(model, numbers.gripper)
 
     def _say(self, what: str, number: int) -> None:
-        self.tell(harmless(what.format(self.world.parts[number].name)), what == SLIPS)
+        self.report(harmless(what.format(self.world.parts[number].name)), what == SLIPS)

@@ -33,9 +33,9 @@ from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
-YIELDS, FREE, GRASPED, LIGHT = -1, 1, 2, 3
+LOWEST, FREE, GRASPED, LIGHT = -1, 1, 2, 3
 """Priorities of contact laws and friction; bodies of a scene have 0, arms the least.
-A light free part would swing on the spring of a held one; others feel that spring, without damping."""
+A light free part would swing on the spring of a held one; others have that spring, without damping."""
 MARGIN_M = 1e-4
 """Distance at which contacts of a body are found: it slides lifted by less than twice that."""
 ROLLING, SPINNING = 0.002, 0.05
@@ -98,7 +98,7 @@ def build(
     option.cone, option.impratio, option.tolerance = mj.mjtCone.mjCONE_ELLIPTIC, 100.0, 1e-12
     option.integrator = mj.mjtIntegrator.mjINT_IMPLICIT
     if not any(each.type == mj.mjtSensor.mjSENS_TOUCH for each in spec.sensors):
-        option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)  # bodies that sleep have no contacts to feel
+        option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)  # bodies that sleep have no contacts
     common = {"solref": law.solref, "solimp": law.solimp, "margin": MARGIN_M}
     of_arms = [_add_arm(spec, arm, number, law) for number, arm in enumerate(arms)]
     of_surfaces = []
@@ -185,7 +185,7 @@ def _make_light(body: Any) -> None:
 def _add_arm(spec: Any, arm: ArmSetup, number: int, law: Law) -> tuple[Any, ...]:
     """Add an arm: the moving links as capsules on a chain of hinges, then its gripper."""
     bit, on, hinges, links = arm_bit(number), law_of_arms(law), [], []
-    rigid = {"solref": on.solref, "solimp": on.solimp, "margin": MARGIN_M, "condim": 1, "priority": YIELDS}
+    rigid = {"solref": on.solref, "solimp": on.solimp, "margin": MARGIN_M, "condim": 1, "priority": LOWEST}
     rigid |= {"contype": bit, "conaffinity": PARTS + ARMS - bit, "mass": 0.0}
     body, pose = _add_body(spec.worldbody, arm.base), IDENTITY
     for each in arm_model(arm.description).fixed_poses[:-1]:

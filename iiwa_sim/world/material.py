@@ -13,7 +13,7 @@ from typing import NamedTuple
 from iiwa_sim.world.tick_kernel import BASE
 
 RIGID_N_PER_M = 1e8
-"""Stiffness of links, jaws and tools, as parts feel it."""
+"""Stiffness of links, jaws and tools against parts."""
 ARMS_N_PER_M = 5e4
 """Stiffness of arms against each other."""
 

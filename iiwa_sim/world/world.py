@@ -216,7 +216,7 @@ class World:
         built, imposed = self._built, np.concatenate([arm.with_jaws for arm in self.arms])
         find_forces(built.model, self.data, built.points, built.kinds, imposed, self.tick_s)
         for arm in self.arms:
-            arm.feel()
+            arm.take_forces()
 
     # Parts
 
@@ -235,7 +235,7 @@ class World:
         self._take_away(number)
         self.wake()
         for arm in self.arms:
-            arm.tell(harmless(REMOVED.format(self.parts[number].name)), False)
+            arm.report(harmless(REMOVED.format(self.parts[number].name)), False)
 
     def _take_away(self, number: int) -> None:
         self._gone.add(number)
@@ -347,7 +347,7 @@ class World:
 
 
 _SHARED = {"_built", "data", "_start", "_scene", "arms", "changes", "parts"}
-_SHARED |= {"world", "_data", "model", "gripper", "tell"}
+_SHARED |= {"world", "_data", "model", "gripper", "report"}
 """Attributes of worlds and arms that a named state does not keep, or copies otherwise."""
 
 

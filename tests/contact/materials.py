@@ -47,7 +47,7 @@ def surface(
 class World(TcpContact):
     """Surfaces and the TCP, with vectors in place of numbers."""
 
-    def feel(self, place: Vector, velocity: Vector, tick_s: float) -> Touch:
+    def touch(self, place: Vector, velocity: Vector, tick_s: float) -> Touch:
         """Return the contact there; it is remembered unless the tick takes no time."""
         acting = np.zeros(6)
         if not self.acts_at(*place, *velocity, tick_s > 0.0, acting):

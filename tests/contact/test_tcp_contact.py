@@ -33,14 +33,14 @@ speeds = st.floats(-3.0, 3.0)
 poses = st.builds(transform_from_euler, metres, metres, metres, angles, angles, angles)
 
 
-def felt(world: World, positions: Iterable[Vector], tick_s: float = TICK_S) -> list[Touch]:
+def touched(world: World, positions: Iterable[Vector], tick_s: float = TICK_S) -> list[Touch]:
     """Return the contact along a path, tick by tick."""
     touches: list[Touch] = []
     before: Vector | None = None
     for x, y, z in positions:
         was_x, was_y, was_z = (x, y, z) if before is None else before
         velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
-        touches.append(world.feel((x, y, z), velocity, tick_s))
+        touches.append(world.touch((x, y, z), velocity, tick_s))
         before = (x, y, z)
     return touches
 
@@ -57,7 +57,7 @@ def test_at_rest_the_force_is_stiffness_times_depth_along_the_normal(
 ) -> None:
     placed = surface(shape, pose, friction=0.5)
     distance, *direction = placed.nearest(*position)
-    touch = World([placed], RADIUS).feel(position, REST, TICK_S)
+    touch = World([placed], RADIUS).touch(position, REST, TICK_S)
     if distance >= RADIUS:
         assert touch is NO_TOUCH
     else:
@@ -69,7 +69,7 @@ def test_at_rest_the_force_is_stiffness_times_depth_along_the_normal(
 @given(st.floats(-0.01, 0.01), speeds, st.floats(0.0, 100.0))
 def test_damping_adds_a_share_and_never_pulls(height: float, speed: float, damping: float) -> None:
     world = World([surface(damping=damping)], RADIUS)
-    normal = world.feel((0.0, 0.0, height), (0.3, 0.0, speed), TICK_S).force[2]
+    normal = world.touch((0.0, 0.0, height), (0.3, 0.0, speed), TICK_S).force[2]
     depth = max(0.0, RADIUS - height)
     assert normal == pytest.approx(STIFFNESS * depth * max(0.0, 1.0 - damping * speed))
     assert normal >= 0.0
@@ -87,7 +87,7 @@ def wander(seed: int, ticks: int, size: float, middle: Vector) -> list[Vector]:
 def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) -> None:
     placed = surface(shape, at(0.0, 0.0, -0.1), friction=friction)
     for position, touch in zip(
-        path := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), felt(World([placed], RADIUS), path), strict=True
+        path := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), touched(World([placed], RADIUS), path), strict=True
     ):
         if touch is not NO_TOUCH:
             _, *direction = placed.nearest(*position)
@@ -98,7 +98,7 @@ def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) ->
 
 def test_friction_makes_its_torque_at_the_contact_radius() -> None:
     world = World([surface(friction=0.3)], RADIUS)
-    touch = felt(world, line((0, 0, 0.004), (0.06, 0.08, 0.004)))[-1]
+    touch = touched(world, line((0, 0, 0.004), (0.06, 0.08, 0.004)))[-1]
     arm = (0.0, 0.0, -RADIUS)
     assert touch.torque == pytest.approx(np.cross(arm, touch.force))
     assert hypot(*touch.torque) == pytest.approx(RADIUS * 0.3 * touch.force[2])
@@ -107,12 +107,12 @@ def test_friction_makes_its_torque_at_the_contact_radius() -> None:
 def test_before_it_slips_friction_is_a_spring_and_turning_back_unloads_it() -> None:
     world = World([surface(friction=0.5)], RADIUS)
     held = 0.5 * 0.001  # friction times depth: the spring is as stiff as the surface
-    felt(world, [(0.0, 0.0, 0.004)])
+    touched(world, [(0.0, 0.0, 0.004)])
     for x in (0.2 * held, 0.9 * held, -0.4 * held, 0.0):
-        assert world.feel((x, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(-STIFFNESS * x)
-    felt(world, line((0, 0, 0.004), (0.1, 0, 0.004)))
-    assert world.feel((0.1 - held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(0.0, abs=1e-9)
-    assert world.feel((0.1 - 2 * held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(STIFFNESS * held)
+        assert world.touch((x, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(-STIFFNESS * x)
+    touched(world, line((0, 0, 0.004), (0.1, 0, 0.004)))
+    assert world.touch((0.1 - held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(0.0, abs=1e-9)
+    assert world.touch((0.1 - 2 * held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(STIFFNESS * held)
 
 
 @given(st.integers(0, 10**6), st.sampled_from(SHAPES), st.floats(0.0, 5.0))
@@ -120,16 +120,16 @@ def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, da
     placed = surface(shape, at(0.4, -0.3, 0.2), friction=0.4, damping=damping)
     world = World([placed], RADIUS)
     path = wander(seed, 80, 0.01, (0.4, -0.3, 0.301))[:50]
-    felt(world, [*path, path[-1]])  # less friction without speed: it may slip once more
-    first = world.feel(path[-1], REST, TICK_S)
-    assert all(world.feel(path[-1], REST, TICK_S) == first for _ in range(50))
+    touched(world, [*path, path[-1]])  # less friction without speed: it may slip once more
+    first = world.touch(path[-1], REST, TICK_S)
+    assert all(world.touch(path[-1], REST, TICK_S) == first for _ in range(50))
 
 
 def test_a_contact_after_lifting_off_begins_without_friction() -> None:
     world = World([surface(friction=0.3)], RADIUS)
-    felt(world, line((0, 0, 0.004), (0.05, 0, 0.004)))
-    felt(world, [(0.05, 0.0, 0.006)])
-    assert world.feel((0.05, 0.0, 0.004), REST, TICK_S).force[:2] == (0.0, 0.0)
+    touched(world, line((0, 0, 0.004), (0.05, 0, 0.004)))
+    touched(world, [(0.05, 0.0, 0.006)])
+    assert world.touch((0.05, 0.0, 0.004), REST, TICK_S).force[:2] == (0.0, 0.0)
 
 
 ROUND: list[Shape] = [Sphere(0.02), Cylinder(0.02, 0.1)]
@@ -151,7 +151,9 @@ def test_the_force_keeps_its_direction_in_and_behind_a_thin_plate(
     down = line((0.02, 0.01, 0.007), (0.02, 0.01, 0.001 - deep), ticks)
     up = z_axis(pose)
     for (_, _, z), touch in zip(
-        [*down, *down[::-1]], felt(world, [apply(pose, point) for point in [*down, *down[::-1]]]), strict=True
+        [*down, *down[::-1]],
+        touched(world, [apply(pose, point) for point in [*down, *down[::-1]]]),
+        strict=True,
     ):
         expected = np.multiply(STIFFNESS * max(0.0, radius + 0.001 - z), up)
         assert touch.force == pytest.approx(expected, abs=1e-6)
@@ -178,29 +180,29 @@ def test_a_round_body_pushes_against_the_direction_of_entry_also_past_its_middle
     reach = 0.02 + radius
     y = beside * 0.5 * reach
     way_in = line((0.1, y, 0.0), (-beyond, y, 0.0), ticks)
-    touch = felt(world, [apply(pose, point) for point in way_in])[-1]
+    touch = touched(world, [apply(pose, point) for point in way_in])[-1]
     out = rotate(transpose(pose.rotation), touch.force)
     # From half of the path on it is pushed along its direction there.
     expected = np.array([sqrt(1.0 - beside**2), beside])
     depth = reach - float(expected @ (-beyond, y))
     off = np.subtract(out, (*(STIFFNESS * depth * expected), 0.0))
     assert np.linalg.norm(off) <= 0.03 * STIFFNESS * depth
-    back = felt(world, [apply(pose, point) for point in way_in[::-1]])
+    back = touched(world, [apply(pose, point) for point in way_in[::-1]])
     assert back[-1] is NO_TOUCH
     assert all(rotate(transpose(pose.rotation), each.force)[0] >= -1e-9 for each in back)
 
 
 def test_a_moved_surface_carries_the_tcp_along_by_friction() -> None:
     world = World([surface(friction=0.5)], RADIUS)
-    felt(world, [(0.0, 0.0, 0.004)])
+    touched(world, [(0.0, 0.0, 0.004)])
     world.move("it", at(0.0001, 0.0, 0.0005))
-    touch = world.feel((0.0, 0.0, 0.004), REST, TICK_S)
+    touch = world.touch((0.0, 0.0, 0.004), REST, TICK_S)
     assert touch.force == pytest.approx((STIFFNESS * 0.0001, 0.0, STIFFNESS * 0.0015))
     world.move("it", at(0.1, 0.0, 0.0))
-    touch = world.feel((0.0, 0.0, 0.004), REST, TICK_S)
+    touch = world.touch((0.0, 0.0, 0.004), REST, TICK_S)
     assert touch.force == pytest.approx((STIFFNESS * 0.0005, 0.0, STIFFNESS * 0.001)), "it slips"
     world.move("it", at(0.0, 0.0, -0.1))
-    assert world.feel((0.0, 0.0, 0.004), REST, TICK_S) is NO_TOUCH
+    assert world.touch((0.0, 0.0, 0.004), REST, TICK_S) is NO_TOUCH
 
 
 def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, steps: int) -> list[float]:
@@ -209,7 +211,7 @@ def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, st
     (x, y, z), (vx, vy, vz) = start, velocity
     energies: list[float] = []
     for _ in range(steps):
-        touch = world.feel((x, y, z), (vx, vy, vz), dt_s)
+        touch = world.touch((x, y, z), (vx, vy, vz), dt_s)
         if touch is NO_TOUCH:
             energies.append(0.5 * mass * (vx * vx + vy * vy + vz * vz) + weight_n * z)
         fx, fy, fz = touch.force

@@ -48,7 +48,7 @@ def at_start(name: str = ARMS[0]) -> SteppedRobot:
     return robot
 
 
-def yielding(
+def compliant_robot(
     name: str, stiffness: float, tick_s: float = 0.002, joints: Sequence[float] = ()
 ) -> SteppedRobot:
     """In a stiffness move to where it is; no torque stops it."""
@@ -75,7 +75,7 @@ def off_m(robot: SteppedRobot, last: int) -> np.ndarray:
 def test_a_force_step_deflects_by_force_over_stiffness_with_damping_ratio_0_7(
     name: str, tick_s: float, stiffness: float
 ) -> None:
-    robot = yielding(name, stiffness, tick_s)
+    robot = compliant_robot(name, stiffness, tick_s)
     home = robot.controller.joints
     push_along(robot, (0.01 * stiffness, -0.005 * stiffness, 0.0))
     ticks = round(3.0 / tick_s)
@@ -97,7 +97,7 @@ def test_a_force_step_deflects_by_force_over_stiffness_with_damping_ratio_0_7(
 
 @both
 def test_without_a_spring_the_robot_drifts_and_is_damped(name: str) -> None:
-    robot = yielding(name, 0.0, 0.01)
+    robot = compliant_robot(name, 0.0, 0.01)
     push_along(robot, (0.0, 4.0, 0.0))
     robot.step(100)
     y = off_m(robot, 100)[:, 1]
@@ -113,7 +113,7 @@ def test_without_a_spring_the_robot_drifts_and_is_damped(name: str) -> None:
 def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     tick_s: float, surface: float, stiffness: float
 ) -> None:
-    robot = yielding(ARMS[0], stiffness, tick_s)
+    robot = compliant_robot(ARMS[0], stiffness, tick_s)
     plan_mm = robot.controller.tool_frame().z_mm
     top = Frame(0.0, 0.0, plan_mm + 10.0, 0.0, 0.0, 0.0).to_transform()  # the plan is 10 mm inside
     robot.controller.load.contact.put(Surface("table", Plane(), top, surface, 0.0, 0.0))

@@ -116,7 +116,7 @@ class Scene:
             self.robot = SteppedRobot(cell=load_cells(file)[0], tick_s=tick_s)
         self.controller = self.robot.controller
         self.events: list[str] = []
-        self.handling.arm.tell = lambda line, _warns: self.events.append(line)
+        self.handling.arm.report = lambda line, _warns: self.events.append(line)
 
     @property
     def handling(self) -> Handling:

@@ -69,7 +69,7 @@ class SharedWorld:
                 robot.move_on()
             self.world.step()
             for robot in self.robots:
-                robot.feel()
+                robot.take_forces()
             self.seen.append([robot.cartesian_force() for robot in self.robots])
 
     def goes(self, which: int, frame: Frame, speed: float = 0.5, *, straight: bool = True) -> None:
@@ -99,9 +99,7 @@ def holding(off_mm: float = 0.0) -> SharedWorld:
     return shared
 
 
-@pytest.mark.parametrize(
-    ("off_mm", "most_n"), [(0.0, 25.0), pytest.param(0.3, 75.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("off_mm", "most_n"), [(0.0, 25.0), pytest.param(0.3, 75.0, marks=pytest.mark.slow)])
 def test_a_part_is_handed_over_when_the_giver_opens(off_mm: float, most_n: float) -> None:
     shared = holding(off_mm)
     giver, taker = shared.world.arms

@@ -178,7 +178,7 @@ class Relay:
         handle.execute()
 
     def _execute(self, handle: Any) -> Any:
-        """Wait for the end, and tell it. A thread waits for each goal, of which the older have just ended."""
+        """Wait for the end and report it. A thread waits for each goal; older goals have just ended."""
         goal, cancelling = handle.goal, False
         while not goal.ended.wait(POLL_S):
             if handle.is_cancel_requested and not cancelling:
