@@ -152,7 +152,7 @@ class AppendixA:
         """Stop moves that were sent behind a failed one, or a servo whose next target was refused."""
         codes = [None if each.result is None else each.result[0] for each in self._begun]
         failed = next((place for place, code in enumerate(codes) if code), len(codes))
-        if None in codes[failed:] or (self._servo and None not in codes):
+        if None in codes[failed:] or (self._controller.mode.name == self._servo and None not in codes):
             self._stop()
 
     def _publish_ended(self) -> None:

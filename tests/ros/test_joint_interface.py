@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.ros.joint_interface import ACTION, ACTION_TYPE, COMMANDS, STATES, TRAJECTORY
 from iiwa_sim.ros.messages import BadMessage
-from tests.ros_robot import NOW_NS, RosClient, RosRobot
+from tests.ros_robot import NOW_NS, RosClient, RosRobot, command
 from tests.stepped import assert_within_limits
 
 HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
@@ -74,6 +74,14 @@ def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: Ro
             assert off == pytest.approx(wanted - there, abs=1e-12)
     assert robot.controller.joints == tuple(AWAY)
     assert robot.controller.mode is Mode.TRAJECTORY
+
+
+def test_a_goal_replaces_a_servo_of_the_command_list(client: Client, robot: RosRobot) -> None:
+    robot.gets(command(1, "SMART", "JOINTS", AWAY))
+    robot.step(100)
+    assert client.goal("1", [(2.0, AWAY)]) == []
+    assert client.runs()[-1]["status"] == 4
+    assert robot.results == [(1, 3060)]
 
 
 def test_a_newer_goal_aborts_the_one_before(client: Client, robot: RosRobot) -> None:
