@@ -115,10 +115,5 @@ def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, An
 def command(
     identifier: int, kind: str, pose_type: str, pose: Sequence[float], **fields: Any
 ) -> dict[str, Any]:
-    fields_of_pose = {
-        "command_id": identifier,
-        "command_type": kind,
-        "pose_type": pose_type,
-        "pose": list(pose),
-    }
-    return {**fields_of_pose, "velocity_type": "%", "velocity": [0.5], **fields}
+    target = {"command_id": identifier, "command_type": kind, "pose_type": pose_type, "pose": list(pose)}
+    return {**target, "velocity_type": "%", "velocity": [0.5], **fields}

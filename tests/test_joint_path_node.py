@@ -30,10 +30,8 @@ def speeds(present: Joints, target: Joints, left_s: float) -> list[float]:
     """Relative speeds by which each joint is there in the time that is left; full ones where none is."""
     if left_s <= 0.0:
         return [1.0] * len(target)
-    distances = [abs(b - a) for a, b in zip(present, target, strict=True)]
-    return [
-        min(distance / left_s / limit, 1.0) for distance, limit in zip(distances, IIWA.velocity, strict=True)
-    ]
+    rates = [abs(b - a) / left_s for a, b in zip(present, target, strict=True)]
+    return [min(rate / limit, 1.0) for rate, limit in zip(rates, IIWA.velocity, strict=True)]
 
 
 PATH = path({0: 0.25, 5: -0.2}, 0.5)

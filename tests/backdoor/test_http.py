@@ -29,7 +29,7 @@ TOKEN = "swordfish"
 POSE = {"x_mm": 600.0, "y_mm": 300.0, "z_mm": 150.0, "alpha": 0.1, "stiffness_n_per_m": 5e4}
 PLACE = (0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7)
 # Each call with its arguments, in an order in which none is rejected.
-CALLS_WITH_ARGUMENTS: list[tuple[str, dict[str, Any]]] = [
+EXAMPLES: list[tuple[str, dict[str, Any]]] = [
     ("save_state", {"name": "Würfel"}),
     ("pause", {}),
     ("set_clock", {"name": "10x"}),
@@ -126,17 +126,14 @@ def ask(
 
 
 def test_each_http_call_acts_like_its_method() -> None:
-    assert {name for name, _ in CALLS_WITH_ARGUMENTS} | NEED_A_MOVE | TAKE_TIME | {
-        "dialogue",
-        "camera",
-    } == set(CALLS)
+    assert {name for name, _ in EXAMPLES} | NEED_A_MOVE | TAKE_TIME | {"dialogue", "camera"} == set(CALLS)
     cell = replace(robot_alone(IIWA), handled=HANDLED)
     with (
         Simulator(cell=cell, clock="stepped", backdoor_port=0) as near,
         Simulator(cell=cell, clock="stepped", backdoor_port=0) as far,
     ):
         bench = client_of(far)
-        for name, arguments in CALLS_WITH_ARGUMENTS:
+        for name, arguments in EXAMPLES:
             result = getattr(near.backdoor, name)(**arguments)
             assert getattr(bench, name)(**arguments) == msgspec.json.decode(msgspec.json.encode(result)), name
             assert seen(near) == seen(far), name

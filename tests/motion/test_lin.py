@@ -48,21 +48,17 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
 @pytest.mark.parametrize("name", ARMS)
 @given(
     start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
-    shift_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda shift: np.linalg.norm(shift) > 1.0),
+    shift=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda shift: np.linalg.norm(shift) > 1.0),
     turn=st.tuples(*[st.floats(-0.6, 0.6)] * 3),
     speed_rel=st.sampled_from([1.0, 0.5, 0.1]),
 )
 def test_the_tcp_moves_straight_and_turns_on_the_shortest_arc(
-    name: str,
-    start: tuple[float, ...],
-    shift_mm: tuple[float, ...],
-    turn: tuple[float, ...],
-    speed_rel: float,
+    name: str, start: tuple[float, ...], shift: tuple[float, ...], turn: tuple[float, ...], speed_rel: float
 ) -> None:
     robot = SteppedRobot(name)
     home = robot.description.home
     robot.goes_to(np.add(home, start[: len(home)]).tolist())
-    target = Frame(*np.add(robot.controller.tool_frame(), (*shift_mm, *turn)))
+    target = Frame(*np.add(robot.controller.tool_frame(), (*shift, *turn)))
     assert refusal(robot, target, speed_rel) in CODES
 
 

@@ -47,7 +47,7 @@ def test_a_refused_command_leaves_no_picture(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "text"),
     [
         (["moves.txt"], "the following arguments are required: -o/--output"),
         (["moves.txt", "-o", "p.pdf"], "-o/--output: p.pdf does not end in .png or .svg"),
@@ -57,10 +57,8 @@ def test_a_refused_command_leaves_no_picture(
         (["run.mcap", "-o", "p.png", "--rate", "500"], "--rate: expected none with a recording"),
     ],
 )
-def test_wrong_arguments(
-    arguments: list[str | Path], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert message in message_of(arguments, capsys)
+def test_wrong_arguments(arguments: list[str | Path], text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert text in message_of(arguments, capsys)
 
 
 def test_without_matplotlib(

@@ -46,9 +46,7 @@ def test_moves_have_names_and_end_at_their_goals(text: str, names: list[str], tm
         ),
     ],
 )
-def test_a_rejected_command_is_named_with_file_line_and_reason(
-    text: str, message: str, tmp_path: Path
-) -> None:
+def test_a_rejected_command_is_named_with_line_and_reason(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(RecordingFault) as caught:
         moved(tmp_path, text, rate_hz=100)
     assert "moves.txt: line " in str(caught.value)

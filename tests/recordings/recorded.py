@@ -23,7 +23,7 @@ RATE_HZ = 500
 FAR = (1, 1, 1, -1.5, 1, 1, 1)
 
 
-class RecordedMessage(NamedTuple):
+class Message(NamedTuple):
     topic: str
     schema_name: str
     schema: bytes
@@ -31,14 +31,12 @@ class RecordedMessage(NamedTuple):
     content: dict[str, Any]
 
 
-def found_in(path: Path, *topics: str) -> list[RecordedMessage]:
+def found_in(path: Path, *topics: str) -> list[Message]:
     """Return all messages of a whole file, or those of some topics, in the order of time."""
     with path.open("rb") as file:
         messages = make_reader(file, validate_crcs=True).iter_messages(topics or None)
         return [
-            RecordedMessage(
-                channel.topic, schema.name, schema.data, message.log_time, json.loads(message.data)
-            )
+            Message(channel.topic, schema.name, schema.data, message.log_time, json.loads(message.data))
             for schema, channel, message in messages
             if schema is not None
         ]

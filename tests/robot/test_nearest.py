@@ -9,14 +9,8 @@ import numpy as np
 import pytest
 
 from iiwa_sim.frames import IDENTITY, Transform
-from iiwa_sim.robot.nearest import (
-    JOINT_LIMIT,
-    OUT_OF_REACH,
-    ROBOT_CONFIGURATION,
-    Nearest,
-    Solution,
-    Unreachable,
-)
+from iiwa_sim.robot import nearest
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, arm_named, branches_of, distance
 
 
@@ -30,7 +24,7 @@ def rule(arm: Arm) -> Nearest:
     return Nearest(arm.inverse, arm.description)
 
 
-def assert_good(arm: Arm, found: Solution, flange: Transform) -> None:
+def assert_good(arm: Arm, found: nearest.Solution, flange: Transform) -> None:
     assert arm.within_limits(found.joints)
     assert distance([arm.model.flange(found.joints)], [flange]) <= 1e-9
     assert found.status in arm.inverse.merging_statuses(found.joints)

@@ -207,9 +207,7 @@ def test_ros2_control_drives_the_robot_by_the_topics_of_its_hardware_interface(
     for k in range(300):
         wanted = home + 0.2 * (1.0 - np.cos(0.02 * k))
         message = {"name": names, "position": wanted[::-1].tolist()}
-        assert all(
-            each["op"] == "publish" for each in client.performs("publish", topic=COMMANDS, msg=message)
-        )
+        assert {each["op"] for each in client.performs("publish", topic=COMMANDS, msg=message)} <= {"publish"}
         robot.notice_mode()
         robot.step(5)
         off = np.abs(np.subtract(robot.controller.joints, wanted)).max()

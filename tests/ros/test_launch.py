@@ -80,12 +80,10 @@ def test_each_command_starts_a_robot_with_options_that_it_has(file: str, argumen
 def test_moveit_gets_the_robot_and_the_name_of_its_action() -> None:
     (line,) = [each for each in LINES if "moveit" in each[0]]
     nodes = {each.named.get("executable"): each.named for each in started_by(*line)}
-    parameters: dict[str, Any] = {}
+    given: dict[str, Any] = {}
     for each in nodes["move_group"]["parameters"]:
-        parameters |= each
-    assert parameters["robot_description"] == load_robot().urdf
-    assert "<group_state" in parameters["robot_description_semantic"]
-    assert parameters["moveit_simple_controller_manager"]["controller_names"] == [
-        "joint_trajectory_controller"
-    ]
-    assert set(parameters["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)
+        given |= each
+    assert given["robot_description"] == load_robot().urdf
+    assert "<group_state" in given["robot_description_semantic"]
+    assert given["moveit_simple_controller_manager"]["controller_names"] == ["joint_trajectory_controller"]
+    assert set(given["robot_description_planning"]["joint_limits"]) == set(load_robot().joints)
