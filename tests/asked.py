@@ -15,7 +15,7 @@ BOTH = (Kind.PTP, Kind.LIN)
 
 
 def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
-    """Makes a request of the values of these names, of which the last may be left out, and of named ones."""
+    """Make a request of the values of these names, of which the last may be left out, and of named ones."""
 
     def asked(*values: Any, **named: Any) -> MoveRequest:
         assert len(values) <= len(names)

@@ -133,7 +133,7 @@ class Places:
         self.possible = self._possible(allowed, leave, enter, forwards)
 
     def _possible(self, allowed: Flags, leave: Flags, enter: Flags, forwards: Flags) -> Flags:
-        """The places on any sequence through all ticks, from the first move to the last one."""
+        """Return the places on any sequence through all ticks, from the first move to the last one."""
         m = len(allowed)
         reached = np.zeros_like(allowed)
         reached[0, 0] = allowed[0, 0]
@@ -171,11 +171,11 @@ class Places:
         return not self.possible[-1, : 2 * corner + 2].any()
 
     def at(self, corner: int) -> Flags:
-        """Ticks (m,) on the move before the corner, on the one after it, or blending between them."""
+        """Return ticks (m,) on the move before the corner, on the one after it, or blending between them."""
         return self.possible[:, 2 * corner : 2 * corner + 3].any(axis=1)
 
     def speed_caps(self) -> Array:
-        """The largest relative speed of each joint that any place it may be in allows (m, n)."""
+        """Return the largest relative speed of each joint that any place it may be in allows (m, n)."""
         speeds = np.array([move.speeds_rel for move in self.run.moves])
         columns = np.zeros((self.possible.shape[1], speeds.shape[1]))
         columns[::2] = speeds
@@ -268,11 +268,11 @@ def _nowhere(off: Array) -> tuple[Array, Array, float]:
 
 
 def _skew(r: Array) -> Array:
-    """Axes (3, m) of rotations (m, 3, 3), times twice the sines of their angles."""
+    """Return axes (3, m) of rotations (m, 3, 3), times twice the sines of their angles."""
     return np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]])
 
 
 def _turn(start: Transform, end: Transform) -> tuple[Array, float]:
-    """Axis and angle from one orientation to another."""
+    """Return axis and angle from one orientation to another."""
     axis, angle = turn_between(start.rotation, end.rotation)
     return np.array(axis), angle

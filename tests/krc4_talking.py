@@ -41,7 +41,7 @@ class Reply(NamedTuple):
 
 
 def elements(tag: str, values: Mapping[str, object]) -> bytes:
-    """A message with its values as child elements."""
+    """Return a message with its values as child elements."""
     root = ET.Element(tag)
     for name, value in values.items():
         ET.SubElement(root, name).text = str(value)
@@ -49,7 +49,7 @@ def elements(tag: str, values: Mapping[str, object]) -> bytes:
 
 
 def attributes(tag: str, values: Mapping[str, object]) -> bytes:
-    """An element of XML without children, whose attributes are the values."""
+    """Return an element of XML without children, whose attributes are the values."""
     return ET.tostring(ET.Element(tag, {name: str(value) for name, value in values.items()}))
 
 

@@ -109,7 +109,7 @@ class Mix:
         assert controller.motions.behind in (len(pending), len(pending) - 1)
 
     def _line(self) -> str:
-        """A command with parameters that often make sense."""
+        """Return a command with parameters that often make sense."""
         picks = self._random
         if picks.random() < 0.01:
             return EMERGENCY
@@ -131,7 +131,7 @@ class Mix:
         return 30.0 / moves if command.mode == self._mode else 0.0
 
     def _values(self, command: Command) -> dict[str, float]:
-        """A value for each parameter there is."""
+        """Return a value for each parameter there is."""
         robot, picks = self.robot, self._random
         d, controller = robot.description, robot.controller
         near = 0.08 if command.mode == "direct" else picks.choice([1e-9, 1e-4, 0.05, 0.3, 0.8])

@@ -34,7 +34,7 @@ class Process:
         return next_line(self.process)
 
     def ends(self, signal_number: int) -> tuple[int, str]:
-        """Exit code after a signal, and what it wrote to stderr."""
+        """Send a signal; return exit code and stderr."""
         self.process.send_signal(signal_number)
         _, written = self.process.communicate(timeout=DEADLINE_S)
         return self.process.returncode, written
@@ -121,5 +121,5 @@ def killed_unless_done(process: subprocess.Popen[str]) -> Iterator[None]:
 
 
 def robots(*words: str, **environment: str) -> dict[str, Settings]:
-    """The settings of each robot that a command line and variables ask for, by its name."""
+    """Return the settings of each robot that a command line and variables ask for, by its name."""
     return robots_of(merged(from_environment(environment)[0], from_command_line(words)))

@@ -49,7 +49,7 @@ class RosRobot(SteppedRobot):
         self._stop_ticks = self._longest_stop if replace else self._stop_ticks
 
     def calls(self, service: str, **request: Any) -> Any:
-        """The response."""
+        """Call a service; return the response."""
         return self.graph.call(service, request)
 
     @property
@@ -108,7 +108,7 @@ class RosClient:
 
 
 def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, Any]:
-    """A PTP command to joint positions at half speed."""
+    """Return a PTP command to joint positions at half speed."""
     return command(identifier, "PTP", "JOINTS", joints, **fields)
 
 

@@ -112,7 +112,7 @@ def sequences(
 
 
 def in_the_open(name: str, tick_s: float = 0.002) -> Recorder:
-    """A robot with room for a square in front of it."""
+    """Return a robot with room for a square in front of it."""
     return Recorder(replace(load_robot(name), home=ROOMY[name]), tick_s)
 
 
@@ -139,7 +139,7 @@ class Recorder:
         return self.scout.controller.joints
 
     def send(self, kind: str, joints: Joints, frame: Frame, speeds: Joints, blending_mm: float) -> bool:
-        """Sends a move; whether it was accepted. Joints and frame are the same target."""
+        """Send a move; return True if it was accepted. Joints and frame are the same target."""
         order = _order(kind, joints, frame, speeds, blending_mm)
         start = self.end
         scouted = _accepted(order, self.scout.controller, False)
@@ -165,7 +165,7 @@ class Recorder:
         assert self.send("lin", self.end, target, (speed_rel,) * len(self.end), blending_mm)
 
     def stop(self) -> None:
-        """Stops the robot; what it forgets is forgotten here too."""
+        """Stop the robot; its waiting moves are dropped here, too."""
         run = self.runs[-1]
         if self.tick <= run.first:  # still stopping, or at rest: nothing has begun
             run.moves.clear()
@@ -269,7 +269,7 @@ def aimed(
 
 
 def send(robot: SteppedRobot, item: RandomMove | Interruption) -> bool:
-    """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
+    """Send a move or a stop to a robot without a recorder; return True if it was accepted."""
     if isinstance(item, Interruption):
         robot.stop()
         return True
@@ -279,7 +279,7 @@ def send(robot: SteppedRobot, item: RandomMove | Interruption) -> bool:
 
 
 def _with_wrist(joints: Array, angle: float) -> Array:
-    """The joints with their wrist at that angle (rad)."""
+    """Return the joints with their wrist at that angle (rad)."""
     joints[-2] = angle
     return joints
 

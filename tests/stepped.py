@@ -36,7 +36,7 @@ CHANGE_S = 0.4
 
 
 def strong(name: str) -> RobotDescription:
-    """A robot that no force stops, for what is tested beyond the torque limits of its joints."""
+    """Return a robot that no force stops, for tests beyond the torque limits of its joints."""
     description = load_robot(name)
     return replace(description, torque=(1e9,) * len(description.joints))
 
@@ -143,7 +143,7 @@ class SteppedRobot:
             self._direct_ticks = self._longest_stop
 
     def runs_until_stopped(self, limit_s: float = 600.0) -> int:
-        """Ticks until the robot is at rest."""
+        """Step until the robot is at rest; return the ticks."""
         ticks = 0
         while self.controller.moving:
             self.step()
@@ -152,7 +152,7 @@ class SteppedRobot:
         return ticks
 
     def goes_to(self, joints: Sequence[float]) -> None:
-        """Runs to joint positions at full speed, and forgets how it came there."""
+        """Run to joint positions at full speed, and forget the recorded motion."""
         self.controller.move(joint_move(joints, [1.0] * len(joints)))
         self.runs_until_stopped()
         self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
@@ -241,5 +241,5 @@ def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], targ
 
 
 def rotation_exp(vectors: Array) -> Array:
-    """Rotation matrices (m, 3, 3) of rotation vectors (m, 3)."""
+    """Return rotation matrices (m, 3, 3) of rotation vectors (m, 3)."""
     return np.array([pin.exp3(vector) for vector in vectors])

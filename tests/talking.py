@@ -46,7 +46,7 @@ class Client:
         return line[:-2].decode()
 
     async def line(self) -> str:
-        r"""A line that ends with `\n` only."""
+        r"""Return a line that ends with `\n` only."""
         async with asyncio.timeout(DEADLINE_S):
             return (await self._reader.readuntil(b"\n"))[:-1].decode()
 

@@ -44,7 +44,7 @@ def rendering(simulator: Simulator) -> Simulator:
 
 
 def pixels(png: bytes) -> tuple[int, int, list[bytes]]:
-    """Width, height and the rows of a PNG of ours."""
+    """Return width, height and the rows of a PNG of ours."""
     assert png.startswith(b"\x89PNG\r\n\x1a\n")
     chunks, at = {}, 8
     while at < len(png):
@@ -63,7 +63,7 @@ def pixels(png: bytes) -> tuple[int, int, list[bytes]]:
 
 
 def asked(simulator: Simulator, path: str) -> tuple[int, str, bytes]:
-    """Status, type and body that the backdoor answers."""
+    """Ask the backdoor; return status, type and body."""
     assert simulator.backdoor_port is not None
     connection = HTTPConnection(simulator.host, simulator.backdoor_port, timeout=60)
     connection.request("GET", path)

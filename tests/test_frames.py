@@ -38,7 +38,7 @@ axes = directions.map(lambda v: (v[0] / math.hypot(*v), v[1] / math.hypot(*v), v
 
 
 def rotation_about(axis: tuple[float, float, float], angle: float) -> Rotation:
-    """Rotation by an angle (rad) about a unit axis, by Pinocchio."""
+    """Return the rotation by an angle (rad) about a unit axis, by Pinocchio."""
     rotation: Rotation = tuple(pin.exp3(np.multiply(angle, axis)).ravel().tolist())
     return rotation
 
@@ -48,7 +48,7 @@ def assert_same(a: Rotation, b: Rotation, tolerance: float = 1e-12) -> None:
 
 
 def about_z_y_x(alpha: float, beta: float, gamma: float) -> Rotation:
-    """The definition of the angles on the wire, one axis after the other."""
+    """Return the rotation of angles on the wire by their definition, axis by axis."""
     about_y_x = multiply(rotation_about((0, 1, 0), beta), rotation_about((1, 0, 0), gamma))
     return multiply(rotation_about((0, 0, 1), alpha), about_y_x)
 

@@ -17,7 +17,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def example(name: str) -> ModuleType:
-    """An example, as a module."""
+    """Return an example, as a module."""
     spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
@@ -39,7 +39,7 @@ def waiting(simulator: Simulator, clock: str) -> Callable[[float], None]:
 def packed(
     program: ModuleType, clock: str, count: int, recording: Path | None = None
 ) -> tuple[list[float], Snapshot]:
-    """Some of the boxes, packed: heights at which they were felt, and the state then.
+    """Pack some of the boxes; return the heights of their contacts, and the state then.
 
     A recording sees every tick, so none of them are made at once.
     """

@@ -68,7 +68,7 @@ def test_parameters_and_replies_are_those_of_appendix_b():
 
 
 def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> str:
-    """A move to where the robot is, with one parameter at a given value."""
+    """Return a move to where the robot is, with one parameter at a given value."""
     servo = TABLE.commands[name].mode in ("smart", "direct")
     driven = robot.flange_frame() if servo else robot.tool_frame()
     frame = dict(zip(FRAME.split(), driven, strict=True))
@@ -82,7 +82,7 @@ def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> 
 
 
 def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
-    """Values just inside and just outside of a range."""
+    """Return values just inside and just outside of a range."""
     inside, outside = [], []
     if quantity.above is not None:
         inside += [quantity.above + 1e-3]

@@ -46,7 +46,7 @@ class Project:
         self._pytester = pytester
 
     def tests(self, code: str, *options: str, process: bool = False) -> pytest.RunResult:
-        """Runs these tests, if asked for in a process of their own, which costs some ten times as much."""
+        """Run tests, on request in a process of their own, which costs some ten times as much."""
         self._pytester.makepyfile(TALK + textwrap.dedent(code))
         if process:
             # hypothesis takes longer to load than all else

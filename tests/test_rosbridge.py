@@ -49,7 +49,7 @@ class Ros:
         return message
 
     async def calls(self, service: str, **args: Any) -> dict[str, Any]:
-        """The response; what comes before is passed over."""
+        """Call a service; return the response, without messages before it."""
         await self.performs("call_service", service=service, args=args, id="call")
         while (message := await self.receives()).get("id") != "call":
             pass

@@ -27,7 +27,7 @@ HANDLED = HandlingSetup(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_inp
 
 
 def backdoor_of(controller: Controller, group: ControllerGroup | None = None) -> Backdoor:
-    """The backdoor of a robot, which may share a cell."""
+    """Return the backdoor of a robot, which may share a cell."""
     return Backdoor(controller, WireFaults(), (), Clock(500, STEPPED), Dialogue(lambda: 0), group=group)
 
 

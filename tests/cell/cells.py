@@ -38,7 +38,7 @@ stiffness_n_per_m = 100000
 
 
 def cell_from(folder: Path, text: str) -> Cell:
-    """The cell that a text describes."""
+    """Return the cell that a text describes."""
     file = folder / "cell.toml"
     file.write_text(text)
     return load_cells(file)[0]

@@ -69,7 +69,7 @@ BELT, ROLLER, DOOR = 1, 2, 3
 
 
 def robot_in(folder: Path, text: str = WIRES + PARTS, scene: str = SCENE) -> SteppedRobot:
-    """A robot in a cell with a scene."""
+    """Return a robot in a cell with a scene."""
     (folder / "scene.xml").write_text(scene)
     (folder / "cell.toml").write_text(text)
     return SteppedRobot(cell=load_cells(folder / "cell.toml")[0], tick_s=TICK_S)

@@ -48,7 +48,7 @@ class OriginalServer(TCPServer):
                 self.answer(request, rest)
 
     def split(self, data: bytes) -> list[bytes]:
-        r"""Lines, and a rest. A `\n` behind the `\r` that ended the packet before belongs to it."""
+        r"""Split data into lines and a rest. A `\n` behind a `\r` that ended a packet belongs to it."""
         if data.startswith(b"\n"):
             data = data[1:]
         return re.split(rb"\r\n|\n\r|\r|\n", data)

@@ -35,7 +35,7 @@ class HandTime:
         self.wake()
 
     def pass_until(self, instant_ns: int) -> None:
-        """Wakes the clock whenever it has asked for it, up to an instant."""
+        """Wake the clock whenever it has asked for it, up to an instant."""
         while self.asked_ns is not None and max(self.now_ns, self.asked_ns) <= instant_ns:
             self.pass_until_woken()
         self.now_ns = instant_ns

@@ -41,7 +41,7 @@ class Arm(Links):
         self._was: tuple[float, ...] = ()
 
     def goes_to(self, joints: tuple[float, ...]) -> None:
-        """Go there by the least number of ticks; only the last one is made."""
+        """Go there in the least number of ticks; only the last one is made."""
         speeds = self._model.description.velocity
         turns = zip(joints, self._was or joints, speeds, strict=True)
         self._tick += 1 + int(max(abs(a - b) / speed for a, b, speed in turns) / TICK_S)
@@ -50,7 +50,7 @@ class Arm(Links):
         self._was = joints
 
     def look_at(self, joints: tuple[float, ...]) -> None:
-        """Be at rest there, coming from somewhere else."""
+        """Go there from another place, and rest."""
         self.gaps.forget()
         self.step(joints, joints, self._tick, TICK_S)
         self._was = joints
@@ -61,7 +61,7 @@ def links_of(name: str) -> Arm:
 
 
 def joints_at(name: str, part: list[float]) -> tuple[float, ...]:
-    """Joint positions at parts of their ranges."""
+    """Return joint positions at parts of their ranges."""
     description = MODELS[name].description
     return tuple(p * high for p, high in zip(part, description.position_max, strict=False))
 

@@ -46,7 +46,7 @@ def touched(world: World, positions: Iterable[Vector], tick_s: float = TICK_S) -
 
 
 def line(start: Vector, end: Vector, ticks: int = 100) -> list[Vector]:
-    """Positions from start to end, both included."""
+    """Return positions from start to end, both included."""
     shares = np.linspace(0.0, 1.0, ticks + 1)[:, None]
     return [(x, y, z) for x, y, z in (np.array(start) + shares * np.subtract(end, start)).tolist()]
 
@@ -160,7 +160,7 @@ def test_the_force_keeps_its_direction_in_and_behind_a_thin_plate(
 
 
 def z_axis(pose: Transform) -> Vector:
-    """The z axis of a pose, in the base."""
+    """Return the z axis of a pose, in the base."""
     return rotate(pose.rotation, (0.0, 0.0, 1.0))
 
 
@@ -206,7 +206,7 @@ def test_a_moved_surface_carries_the_tcp_along_by_friction() -> None:
 
 
 def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, steps: int) -> list[float]:
-    """A ball of 2 kg that is thrown: its energy (J) at every step in which it touches nothing."""
+    """Throw a ball of 2 kg; return its energy (J) at every step in which it touches nothing."""
     world, dt_s, mass = World([placed], RADIUS), 2e-5, 2.0
     (x, y, z), (vx, vy, vz) = start, velocity
     energies: list[float] = []

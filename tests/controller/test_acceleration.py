@@ -44,13 +44,13 @@ class Robot(SteppedRobot):
         self.runs_until_stopped()
 
     def accelerations(self) -> Array:
-        """Accelerations of the joints at every tick (m, n), in rad/s^2."""
+        """Return the accelerations of the joints at every tick (m, n), in rad/s^2."""
         q = np.array([self.joints[0]] * 2 + self.joints + [self.joints[-1]] * 2)
         accelerations: Array = np.abs(np.diff(q, n=2, axis=0)) / self.tick_s**2
         return accelerations
 
     def tcp_accelerations(self) -> Array:
-        """Acceleration of the TCP at every tick (m,), in m/s^2."""
+        """Return the acceleration of the TCP at every tick (m,), in m/s^2."""
         places = np.array([self.tcp(q).translation for q in self.joints])
         accelerations: Array = np.linalg.norm(np.diff(places, n=2, axis=0), axis=1) / self.tick_s**2
         return accelerations

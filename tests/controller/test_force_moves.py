@@ -37,7 +37,7 @@ BELOW_MM, STIFFNESS = 20.0, 2e4
 
 
 def above_table(name: str, damping: float = 0.0) -> SteppedRobot:
-    """A robot with a probe that points down, `BELOW_MM` above a table."""
+    """Return a robot with a probe that points down, `BELOW_MM` above a table."""
     description, tool = strong(name), Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
     top = Transform(IDENTITY.rotation, (0.0, 0.0, 1e-3 * (START_MM[name][2] - BELOW_MM)))
     table = Surface("table", Plane(), top, STIFFNESS, damping, 0.0)

@@ -59,7 +59,7 @@ def compliant_robot(
 
 
 def push_along(robot: SteppedRobot, force: Vector) -> None:
-    """Pushes by a force in the axes of the base (N)."""
+    """Push by a force in the axes of the base (N)."""
     turn = transpose(robot.tcp(robot.controller.joints).rotation)
     robot.controller.load.wrench = (*rotate(turn, force), 0.0, 0.0, 0.0)
 

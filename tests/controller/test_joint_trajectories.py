@@ -192,7 +192,7 @@ BAD = {
 
 
 def under_way() -> tuple[TrajectoryRobot, int]:
-    """A robot 0.4 s after the begin of a trajectory, and the number of that."""
+    """Return a robot 0.4 s after the beginning of a trajectory, with its number."""
     following = TrajectoryRobot()
     number = following.sends([Knot(1.0, NEAR), Knot(3.0, AWAY)])
     following.step(200)

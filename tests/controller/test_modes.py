@@ -54,7 +54,7 @@ def start_of_target(controller: Controller) -> tuple[float, ...]:
 
 
 def near_flange(robot: SteppedRobot, target: list[float]) -> Frame:
-    """The frame of the flange near these joints, with A3 where the move starts."""
+    """Return the frame of the flange near these joints, with A3 where the move starts."""
     joints = near(robot, target)
     joints[2] = start_of_target(robot.controller)[2]
     return flange_at(robot, joints)
@@ -90,7 +90,7 @@ def sends(robot: SteppedRobot, command: str, to: list[float]) -> int:
 
 
 def in_mid_motion(command: str) -> SteppedRobot:
-    """A robot that moves fast, by a command, from START towards AWAY."""
+    """Return a robot that moves fast, by a command, from START towards AWAY."""
     robot = SteppedRobot()
     robot.goes_to(START)
     sends(robot, command, AWAY)
@@ -200,7 +200,7 @@ def test_a_servo_mode_without_commands_ends(command: str) -> None:
 
 @st.composite
 def sequences(draw: st.DrawFn) -> list[tuple[str, int, int]]:
-    """Commands, which of some targets they go to, and the ticks that pass before the next."""
+    """Return commands, each with the number of its target and the ticks before the next."""
     command = st.sampled_from([*COMMANDS, "stop", "refused"])
     return draw(st.lists(st.tuples(command, st.integers(0, 2), st.integers(0, 120)), min_size=2, max_size=12))
 

@@ -103,7 +103,7 @@ def test_a_stop_and_a_pause_use_the_limits_of_a_stop_and_no_more(pauses: bool) -
 
 
 def speed_of(robot: SteppedRobot) -> float:
-    """Largest speed of a joint in the last tick (rad/s)."""
+    """Return the largest speed of a joint in the last tick (rad/s)."""
     return float(np.abs(np.subtract(robot.joints[-1], robot.joints[-2])).max()) / robot.tick_s
 
 

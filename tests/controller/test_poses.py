@@ -88,7 +88,7 @@ def test_a_relative_line_begins_where_the_queue_ends_and_its_target_stays() -> N
 
 
 def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
-    """Code and reason, or None where it is not refused."""
+    """Return code and reason, or None where it is not refused."""
     try:
         command()
     except Refused as refused:

@@ -67,7 +67,7 @@ def run(
 
 
 def corners(robot: str) -> list[dict[str, Any]]:
-    """The corners of a robot; the first six are named ones: lines of 200 mm at a right angle."""
+    """Return the corners of a robot; the first six are named ones: lines of 200 mm at a right angle."""
     found: list[dict[str, Any]] = json.loads((DATA / f"corners_{robot}.json").read_text())["corners"]
     return found
 
@@ -116,7 +116,7 @@ def test_the_named_blends_are_passed_at_speed_near_their_optimum(robot: str) -> 
 
 
 def dense(path: str) -> tuple[NDArray[np.float64], float, float]:
-    """Corners in y and z about the middle (mm), blending (mm) and relative speed of a dense path."""
+    """Return corners in y and z about the middle (mm), blending (mm) and relative speed of a dense path."""
     line_mm, *numbers = (float(each) for each in re.findall(r"[\d.]+", path))
     if path.startswith("circle"):
         radius_mm = CIRCLES_MM[line_mm]

@@ -26,7 +26,7 @@ STRETCHED = atan2(35.0, 420.0)
 
 
 def goes_straight_to(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> None:
-    """Runs a LIN and checks every tick of it."""
+    """Run a LIN and check every tick of it."""
     first = len(robot.joints) - 1
     robot.controller.move(lin_move(target, speed_rel, 0.0))
     robot.runs_until_stopped()
@@ -35,7 +35,7 @@ def goes_straight_to(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0)
 
 
 def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int | None:
-    """The code with which a LIN is refused; None where it is done, and then straight."""
+    """Return the code of a rejected LIN; None for one that runs, and check that it is straight."""
     try:
         goes_straight_to(robot, target, speed_rel)
     except Refused as refused:

@@ -16,7 +16,7 @@ SHARE_OF_LIMITS = 0.9
 
 
 def positions(description: RobotDescription) -> st.SearchStrategy[tuple[float, ...]]:
-    """Joint positions (rad) nearly anywhere."""
+    """Return joint positions (rad) nearly anywhere."""
     limits = zip(description.position_min, description.position_max, strict=True)
     within = [(0.5 * (low + high), 0.5 * SHARE_OF_LIMITS * (high - low)) for low, high in limits]
     return st.tuples(*[st.floats(mid - delta, mid + delta, allow_subnormal=False) for mid, delta in within])

@@ -153,7 +153,7 @@ def test_any_targets_keep_the_limits_and_a_stop_stays_on_the_trajectory(
 
 
 def fastest_s(distance: float, velocity: float, acceleration: float, jerk: float) -> float:
-    """The least time from rest to rest: up to a speed, along at it, and down."""
+    """Return the least time from rest to rest: up to a speed, along at it, and down."""
 
     def up_s(speed: float) -> float:
         full = speed >= acceleration**2 / jerk

@@ -14,20 +14,20 @@ both = pytest.mark.parametrize("robot_name", ARMS)
 
 
 def away_from_home(robot: SteppedRobot) -> list[float]:
-    """Joint positions at a distance."""
+    """Return joint positions at a distance."""
     home = robot.description.home
     away: list[float] = np.add(home, AWAY[: len(home)]).tolist()
     return away
 
 
 def goes_away(robot: SteppedRobot) -> None:
-    """Sends it there at full speed."""
+    """Send the robot there at full speed."""
     to = away_from_home(robot)
     robot.controller.move(joint_move(to, [1.0] * len(to)))
 
 
 def stops(robot: SteppedRobot) -> int:
-    """Stops the robot; the ticks that took."""
+    """Stop the robot; return the ticks until rest."""
     robot.stop()
     return robot.runs_until_stopped()
 

@@ -21,7 +21,7 @@ def moves(tmp_path: Path) -> Path:
 
 
 def message_of(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> str:
-    """The one line on stderr with which it ends."""
+    """Return the one line on stderr with which the command ends."""
     try:
         code = main(["plot", *map(str, arguments)])
     except SystemExit as ended:

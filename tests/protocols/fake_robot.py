@@ -69,7 +69,7 @@ class Conversation:
         self.session = open_session("iiwa", self.robot, self.journal, name, strict=strict)
 
     def send(self, packets: Iterable[bytes]) -> list[str]:
-        """Everything answered to these packets, line by line."""
+        """Send packets; return all replies, line by line."""
         answered = b""
         for packet in packets:
             self.session.receive(packet)
@@ -83,13 +83,13 @@ class Conversation:
         return answered
 
     def ask(self, line: str) -> str:
-        """The one reply to one line."""
+        """Send a line; return its one reply."""
         (reply,) = self.send([line.encode() + b"\n"])
         return reply
 
 
 def replies(answered: bytes) -> list[str]:
-    """The lines answered; each ends as the protocol says."""
+    """Return the lines of replies, whose ends are checked."""
     lines = answered.decode("ascii").split("\r\n")
     assert lines.pop() == "", "the last reply lacks its line end"
     assert not any("\r" in line or "\n" in line for line in lines)

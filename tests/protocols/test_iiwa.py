@@ -114,7 +114,7 @@ MOVES = {
 
 
 def malformed(name: str, count: int) -> list[str]:
-    """Malformed lines of a command that moves."""
+    """Return malformed lines of a command that moves."""
     fits = ["0.5"] * count
     more = [*fits, *["0.5"] * len(TABLE.commands[name].optional), "0.5"]
     wrong = [fits[:-1], more, ["nan", *fits[1:]], ["0,5", *fits[1:]]]

@@ -29,7 +29,7 @@ class Krc4Conversation:
         self.session = Krc4Session(controller, self.journal, "a test")
 
     def sends(self, wire: bytes) -> list[Reply]:
-        """The replies to bytes."""
+        """Send bytes; return the replies."""
         self.session.receive(wire)
         return self.receives()
 

@@ -35,7 +35,7 @@ def read(*packets: bytes, ends: bool = False) -> list[Element | str]:
 
 @st.composite
 def messages(draw: st.DrawFn) -> tuple[bytes, dict[str, str]]:
-    """A message as a driver's XML library writes it, and its values."""
+    """Return a message as a driver's XML library writes it, and its values."""
     attributes, children = draw(VALUES), draw(VALUES)
     children = {name: text for name, text in children.items() if name not in attributes}
     root = ET.Element("Cmd", attributes)

@@ -12,13 +12,13 @@ taking_numbers = commands.filter(lambda command: command.parameters)
 
 
 def fitting(quantity: Quantity) -> str:
-    """A number that the table allows, for every quantity of the kind the same."""
+    """Return a number that the table allows, for every quantity of the kind the same."""
     return "1" if quantity.integer else "0.5"
 
 
 @st.composite
 def mangled(draw: st.DrawFn, words: list[str]) -> str:
-    """The words of a command with other letter case, blanks and tabs."""
+    """Return the words of a command with other letter case, blanks and tabs."""
     spelled = []
     for word in words:
         upper = draw(st.lists(st.booleans(), min_size=len(word), max_size=len(word)))
@@ -34,7 +34,7 @@ def parse(line: str) -> Request | Refusal:
 
 
 def refusal(line: str) -> str:
-    """The reply to a line that must be refused, with a reason."""
+    """Return the reply to a line that must be refused, with a reason."""
     refused = parse(line)
     assert isinstance(refused, Refusal)
     assert refused.reason

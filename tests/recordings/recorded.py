@@ -47,7 +47,7 @@ def contents(path: Path, topic: str) -> list[dict[str, Any]]:
 
 
 def states_by_now(path: Path) -> list[Snapshot]:
-    """States of a file that is being written, which may have nothing in it yet."""
+    """Return states of a file that is being written, which may be empty."""
     try:
         return list(Recording(path).contents("/state"))
     except RecordingFault:

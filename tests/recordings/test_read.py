@@ -20,7 +20,7 @@ from tests.samples import some
 
 @cache
 def whole() -> bytes:
-    """A recording of a second of motion: some chunks."""
+    """Return a recording of a second of motion, in some chunks."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "a.mcap")
         robot = Robot(path)

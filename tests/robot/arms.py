@@ -29,7 +29,7 @@ class Arm:
     inverse: Inverse
 
     def anywhere(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
-        """Joint positions (count, n) within the limits."""
+        """Return joint positions (count, n) within the limits."""
         d = self.description
         return rng.uniform(d.position_min, d.position_max, (count, len(d.joints)))
 
@@ -54,14 +54,14 @@ def arm_named(name: str, flange: str | None = None) -> Arm:
 
 
 def distance(a: Sequence[Transform], b: Sequence[Transform]) -> float:
-    """The largest difference of two rows of poses, in m or in a rotation's elements."""
+    """Return the largest difference of two rows of poses, in m or in a rotation's elements."""
     rotations = np.subtract([t.rotation for t in a], [t.rotation for t in b])
     translations = np.subtract([t.translation for t in a], [t.translation for t in b])
     return float(max(np.abs(rotations).max(), np.abs(translations).max()))
 
 
 def copy_of_robot(folder: Path, name: str = BUILT_IN[0]) -> Path:
-    """A user's own folder: a copy of a robot that comes along, to be changed."""
+    """Return a copy of a built-in robot's folder, to be changed."""
     folder.mkdir()
     for file in ("robot.toml", "robot.urdf"):
         shutil.copy(str(files("iiwa_sim.robots") / name / file), folder)

@@ -19,7 +19,7 @@ BOUND_MM = {"kr_6_r900_sixx": 13.0, "lbr_iiwa_7_r800": 10.0, "lbr_iiwa_14_r820":
 
 
 def on_surface(capsule: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Points (12, 3) all over a capsule: x y z of one end, of the other, radius."""
+    """Return points (12, 3) all over a capsule: x y z of one end, of the other, radius."""
     start, end, radius = capsule[:3], capsule[3:6], capsule[6]
     points = start + rng.uniform(-0.5, 1.5, (12, 1)) * (end - start) + rng.normal(size=(12, 3))
     axis = end - start
@@ -31,7 +31,7 @@ def on_surface(capsule: NDArray[np.float64], rng: np.random.Generator) -> NDArra
 
 
 def below(mesh: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Triangles that close a mesh that is open at a height of 0."""
+    """Return triangles that close a mesh that is open at a height of 0."""
     edges = mesh[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
     edges = edges[(np.abs(edges[:, :, 2]) < 1e-6).all(axis=1)]
     return np.stack([edges[:, 1], edges[:, 0], np.zeros((len(edges), 3))], axis=1)

@@ -42,7 +42,7 @@ def on_the_axis_of_a1(q: list[float]) -> list[float]:
 
 
 def singular_poses(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
-    """Joint positions of every singular family, and of all that meet."""
+    """Return joint positions of every singular family, and of all that meet."""
     families = _of_an_iiwa if arm.inverse.redundancy_range else _of_six_axes
     return families(arm, rng, count)
 
@@ -85,7 +85,7 @@ def _of_an_iiwa(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tupl
 
 
 def forearms(arm: Arm) -> tuple[float, float]:
-    """Upper arm and forearm (m) from the joints' origins."""
+    """Return upper arm and forearm (m) from the joints' origins."""
     points = arm.model.points
     return float(points[A4][2] - points[A2][2]), float(points[A6][2] - points[A4][2])
 

@@ -36,7 +36,7 @@ def serves(arm: Arm, flange: Transform, redundancy: float, status: int, seed: li
 
 
 def pairs(arm: Arm, seed: int, count: int) -> list[tuple[list[float], list[float]]]:
-    """Present joints, and joints whose flange is the target."""
+    """Return present joints, and joints whose flange is the target."""
     rng = np.random.default_rng(seed)
     return list(zip(arm.anywhere(rng, count).tolist(), arm.anywhere(rng, count).tolist(), strict=True))
 

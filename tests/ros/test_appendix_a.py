@@ -22,7 +22,7 @@ CANNOT = 3023  # joint limits
 
 
 def lin(robot: RosRobot, identifier: int, joints: tuple[float, ...], **fields: Any) -> dict[str, Any]:
-    """A LIN command to where the TCP is at joint positions."""
+    """Return a LIN command to where the TCP is at joint positions."""
     x, y, z, *angles = robot.tcp_frame(joints)
     return command(identifier, "LIN", "EULER_INTRINSIC_ZYX", [x / 1e3, y / 1e3, z / 1e3, *angles], **fields)
 

@@ -50,7 +50,7 @@ LINES = re.findall(r"^ros2 launch (\S+)(.*)$", (ROOT / "docs" / "howto.md").read
 
 
 def started_by(file: str, arguments: str) -> list[LaunchAction]:
-    """Every process that a command starts; the file has to declare the arguments, which are paths."""
+    """Return every process that a command starts; the file has to declare the arguments, which are paths."""
     actions = runpy.run_path(str(ROOT / file))["generate_launch_description"]().args[0]
     given = dict(each.split(":=") for each in arguments.split())
     declared = [each for each in actions if type(each).__name__ == "DeclareLaunchArgument"]

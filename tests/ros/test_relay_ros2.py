@@ -82,7 +82,7 @@ def robot(shared: Simulator) -> Simulator:
 
 
 def user(python: Path, scenario: str) -> list[str | Path]:
-    """The command of a user's node in a process."""
+    """Return the command of a user's node in a process."""
     return [python, USER, RELAYS, CELL, scenario]
 
 

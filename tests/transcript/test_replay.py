@@ -11,7 +11,7 @@ from iiwa_sim.transcript.replay import replay
 
 
 async def played(text: str, port: int, timeout_s: float = 30.0) -> list[tuple[int, str]]:
-    """The deviations, by line."""
+    """Return the deviations, by line."""
     transcript = read("one", text)
     found = await asyncio.to_thread(lambda: list(replay(transcript, "127.0.0.1", port, timeout_s)))
     return [(each.line, str(each)) for each in found]

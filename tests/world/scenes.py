@@ -43,7 +43,7 @@ holds_input = 3
 
 
 def table(stiffness: float = 5e4, friction: float = 0.3, more: str = "", name: str = "table") -> str:
-    """A table whose top is at 300 mm."""
+    """Return a table whose top is at 300 mm."""
     return f"""
 [[box]]
 name = "{name}"
@@ -64,7 +64,7 @@ def part(
     stiffness: float = 1e5,
     more: str = "",
 ) -> str:
-    """A box of a size in mm, a ball of a radius, or a cylinder of radius and length."""
+    """Return a box of a size in mm, a ball of a radius, or a cylinder of radius and length."""
     numbers = [float(each) for each in size.strip("[]").split(",")]
     shape, lengths = {
         1: ("sphere", "radius_mm = {}"),
@@ -87,7 +87,7 @@ z_mm = {z}
 
 
 def down(x_mm: float, y_mm: float, z_mm: float) -> Frame:
-    """The TCP there, pointing down."""
+    """Return the frame of the TCP there, pointing down."""
     return Frame(x_mm, y_mm, z_mm, *DOWN)
 
 
@@ -162,7 +162,7 @@ class Scene:
         self.until(lambda: self.handling.settled)
 
     def until(self, holds: Callable[[], bool]) -> int:
-        """Ticks until something holds."""
+        """Step until a condition holds; return the ticks."""
         for tick in range(MOST_TICKS):
             if holds():
                 return tick

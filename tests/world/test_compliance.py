@@ -29,7 +29,7 @@ FEW = [case for number, case in enumerate(CASES) if number % 256 == 133]
 
 
 def settles(case: Case) -> tuple[float, float]:
-    """The mean of the force (N) along z in the last 0.4 s of 2 s, and its range then."""
+    """Return the mean of the force (N) along z in the last 0.4 s of 2 s, and its range then."""
     what, hold, stiffness, kg, own, below = case
     parts = [part("block", (550, 0, 330), kg=kg, stiffness=own)]
     if what == "hit":

@@ -15,7 +15,7 @@ from tests.world.scenes import CLOSE, TABLE_MM, G, Scene, down, part, table
 
 
 def slope(deg: float, friction: float) -> str:
-    """A box whose top goes down along x through the origin of the base, 1 m before it."""
+    """Return a box whose top goes down along x through the origin of the base, 1 m before it."""
     a = radians(deg)
     return f"""
 [[box]]
@@ -30,7 +30,7 @@ friction = {friction}
 
 
 def on_slope(deg: float, size: str, friction: float, kg: float = 0.3, stiffness: float = 1e5) -> Scene:
-    """A part on it: a box of a height of 30 mm, or what is round, of a radius of 20 mm."""
+    """Return a part on the slope: a box 30 mm high, or a round part of 20 mm radius."""
     a, is_box = radians(deg), size.count(",") == 2
     high = 15.0 if is_box else 20.0
     place = (200.0, 0.0, 800.0 * sin(a) / cos(a) + high / cos(a))

@@ -27,7 +27,7 @@ def holding(
     size: str = "[40, 40, 60]",
     more: str = "",
 ) -> Scene:
-    """A part of 0.5 kg in the jaws, 80 mm above where it lay on a table of a stiffness."""
+    """Return a scene with a part of 0.5 kg in the jaws, 80 mm above a table of a stiffness."""
     block = part("block", (550, -100, 330), size, 0.5, friction, OWN)
     scene = Scene(block, table(stiffness), more, head=HEAD + gripper)
     scene.rests()

@@ -27,7 +27,7 @@ Triangle = tuple[tuple[float, ...], ...]
 
 
 def block(x: float = 40.0, y: float = 40.0, z: float = 60.0) -> list[Triangle]:
-    """The triangles of a box that stands on the origin of its frame (mm)."""
+    """Return the triangles of a box that stands on the origin of its frame (mm)."""
     found: list[Triangle] = []
     size = (x, y, z)
     for axis, side in product(range(3), (0, 1)):

@@ -41,14 +41,14 @@ def before_cubes() -> Scene:
 
 
 def halfway() -> Scene:
-    """The arm stands among cubes, some of which still move."""
+    """Return a scene in which the arm stands among cubes, some of which still move."""
     scene = before_cubes()
     scene.goes(down(550, -40, 312), 1.0)
     return scene
 
 
 def holding() -> Scene:
-    """A held part is pressed on a lying one."""
+    """Return a scene in which a held part is pressed on a lying one."""
     scene = Scene(part("upper", (550, -100, 330)), part("lower", (550, 100, 330)), table())
     scene.picks(550, -100, 330, 100)
     scene.goes(down(550, 100, 400))

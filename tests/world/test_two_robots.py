@@ -30,7 +30,7 @@ BACK = HEAD.replace("[0, 30, 0, -60, 0, 90, 0]", "[0, -30, 0, -110, 0, 80, 0]")
 
 
 def robots(*bases: str) -> str:
-    """The robots of a cell, as the lone one of `Scene` is, each with the text of its base."""
+    """Return the text of robots like that of `Scene`, each with its base."""
     keys = BACK.replace('\nrobot = "lbr_iiwa_7_r800"', "")
     keys += "gripper = {" + ", ".join(GRIPPER.strip().splitlines()[1:]) + "}"
     return "".join(f'[[robot]]\nname = "r{n}"\n{base}\n{keys}\n' for n, base in enumerate(bases))
@@ -88,7 +88,7 @@ class SharedWorld:
 
 
 def holding(off_mm: float = 0.0) -> SharedWorld:
-    """The first robot holds a bar level between both, the second one is about to take it."""
+    """Return a world in which the first robot holds a bar level, which the second one is about to take."""
     shared = SharedWorld(BAR, table())
     shared.goes(0, down(550, -200, 450), 1.0, straight=False)
     shared.goes(0, down(550, -200, 400))

@@ -31,11 +31,11 @@ class Driver:
         self._messages = 0
 
     def start(self, pose: str) -> None:
-        """Sends a LIN to a pose."""
+        """Send a LIN to a pose."""
         self._ask(LIN, *POSES[pose])
 
     def go(self, pose: str) -> None:
-        """Sends a LIN to a pose and waits until the robot stands there."""
+        """Send a LIN to a pose and wait until the robot rests there."""
         self.start(pose)
         while not self._ask(FIN)["I2"]:
             time.sleep(0.01)
@@ -52,7 +52,7 @@ class Driver:
         self._socket.close()
 
     def _ask(self, command: int, *reals: float) -> dict[str, float]:
-        """The numbers of the reply, by their names."""
+        """Return the numbers of the reply, by their names."""
         self._messages += 1
         message = ET.Element("Cmd", I0=str(self._messages), I1=str(command))
         message.attrib.update({f"R{place}": repr(value) for place, value in enumerate(reals)})
@@ -65,7 +65,7 @@ class Driver:
         return reply
 
     def _reply(self) -> dict[str, float]:
-        """The next one: it ends where its root does."""
+        """Return the next reply, up to the end of its root."""
         end = b"</Res>"
         while end not in self._received:
             received = self._socket.recv(4096)
