@@ -112,6 +112,7 @@ def test_surfaces_come_and_go_with_a_state() -> None:
     backdoor.add_surface(shelf)
     scene.step(2)
     assert scene.part("it").state == "falls"
+    assert scene.place_mm("it")[2] == pytest.approx(330.0, abs=0.3), "from where it was"
     scene.rests()
     assert scene.place_mm("it")[2] == pytest.approx(240.0, abs=0.3)
     backdoor.save_state("on the shelf")
