@@ -437,7 +437,6 @@ class Arm:
         self._held_dof = world.part_dof + 6 * self.held if self.leads else -1
         held = range(self._held_dof, self._held_dof + 6) if self.leads else range(0)
         self.dofs = np.array([*range(first, first + n + 6), *held])
-        self.with_jaws = np.array([*range(first, self._jaw_dofs.stop), *held])
         self._v_was, self._forces_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
         self.weigh_imposed()
 

@@ -31,13 +31,11 @@ def soften(model: Any, body: int, stiffness_n_per_m: float, law: Law) -> None:
 
 
 def find_forces(
-    model: Any, data: Any, points: NDArray[np.intc], kinds: NDArray[np.int8], imposed: Any, tick_s: float
+    model: Any, data: Any, points: NDArray[np.intc], kinds: NDArray[np.int8], tick_s: float
 ) -> None:
     """Compute what `mj_forward` does, with corrected contacts.
 
-    `mj_fwdVelocity` finds `efc_aref`, by the law in `efc_KBIP`; the solver reads it later. MuJoCo decides for
-    all bodies at once if it starts from `qacc_warmstart`. That of the dofs `imposed` is set as without
-    contacts: the motion of the arm changes no bit of parts that it does not touch.
+    `mj_fwdVelocity` finds `efc_aref`, by the law in `efc_KBIP`; the solver reads it later.
     """
     mj.mj_fwdPosition(model, data)
     if model.nsensor:
@@ -49,7 +47,6 @@ def find_forces(
         correct(data.efc_aref, data.efc_pos, law, *rows, points, kinds, tick_s)
     mj.mj_fwdActuation(model, data)
     mj.mj_fwdAcceleration(model, data)
-    data.qacc_warmstart[imposed] = data.qacc_smooth[imposed]
     mj.mj_fwdConstraint(model, data)
     if model.nsensor:
         mj.mj_sensorVel(model, data)

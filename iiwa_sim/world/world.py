@@ -213,8 +213,8 @@ class World:
 
     def _find_forces(self) -> None:
         """Find the forces where everything is, and what they do to the arms and to what these hold."""
-        built, imposed = self._built, np.concatenate([arm.with_jaws for arm in self.arms])
-        find_forces(built.model, self.data, built.points, built.kinds, imposed, self.tick_s)
+        built = self._built
+        find_forces(built.model, self.data, built.points, built.kinds, self.tick_s)
         for arm in self.arms:
             arm.take_forces()
 
