@@ -149,6 +149,19 @@ def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
     assert scene.place_mm("block") == pytest.approx((550.0, 100.0, 330.0), abs=0.3)
 
 
+def test_a_part_that_is_let_go_in_motion_keeps_its_velocity() -> None:
+    scene = holding()
+    scene.controller.move(lin_move_at(down(550, 200, 410), 0.25, 0.0))
+    scene.step(300)
+    scene.controller.io.set_output(CLOSE, False)
+    before = scene.controller.tool_frame().y_mm
+    scene.step()
+    assert scene.part("block").state == "falls"
+    speed = 0.5 * (scene.controller.tool_frame().y_mm - before)
+    assert speed > 0.1
+    assert scene.speeds[0, :2] == pytest.approx((0.0, speed), abs=2e-3)
+
+
 def test_a_light_part_rides_on_a_held_one() -> None:
     scene = holding(more=part("rider", (450, 300, 305), "[20, 20, 10]", 0.05))
     world, (x, y, z) = scene.world, scene.world.pose(0).translation
