@@ -29,7 +29,7 @@ from iiwa_sim.world.details import ALL, ARMS, PARTS, PASSING, SURFACES, arm_bit,
 from iiwa_sim.world.gripper import Cup, Gripper, Jaws
 from iiwa_sim.world.material import RIGID_N_PER_M, Law, law_of_arms
 from iiwa_sim.world.part import Mesh, Part
-from iiwa_sim.world.tick_kernel import OF_ARM, OF_PART, OF_SCENE, STANDS
+from iiwa_sim.world.tick_kernel import IMPRATIO, OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
@@ -95,7 +95,7 @@ def build(
     spec = mj.MjSpec() if scene is None else scene.copy()
     option, foreign = spec.option, len(spec.geoms)
     option.timestep, option.gravity = tick_s, [0.0, 0.0, -GRAVITY_M_S2]
-    option.cone, option.impratio, option.tolerance = mj.mjtCone.mjCONE_ELLIPTIC, 100.0, 1e-12
+    option.cone, option.impratio, option.tolerance = mj.mjtCone.mjCONE_ELLIPTIC, IMPRATIO, 1e-12
     option.integrator = mj.mjtIntegrator.mjINT_IMPLICIT
     if not any(each.type == mj.mjtSensor.mjSENS_TOUCH for each in spec.sensors):
         option.enableflags |= int(mj.mjtEnableBit.mjENBL_SLEEP)  # bodies that sleep have no contacts

@@ -27,6 +27,9 @@ _ROOM = cython.declare(cython.double, ROOM_M)
 _NEAR = cython.declare(cython.double, 0.02)  # nearer than this (m) bounding spheres will not do
 # Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
 _RUBS = cython.declare(cython.double, 1e3)
+IMPRATIO = 100.0
+"""Friction is so many times as stiff as the normal force, in proportion to its velocity."""
+_IMPRATIO = cython.declare(cython.double, IMPRATIO)
 # Free bodies that are slower creep (m/s, rad/s).
 _CREEPS_M_S = cython.declare(cython.double, 0.02)
 _CREEPS_RAD_S = cython.declare(cython.double, 1.0)
@@ -83,8 +86,12 @@ def correct(
             imposed: cython.bint = law[row, 2] < 0.5
             if imposed and still:  # nothing moves by these forces
                 aref[row] = share * deep
-                for i in range(1, dim[k]):
-                    aref[row + i] *= _RUBS
+                if dim[k] > 1:
+                    slides: cython.double = sqrt(aref[row + 1] ** 2 + aref[row + 2] ** 2)
+                    most: cython.double = friction[k, 0] * max(share * deep, 0.0) / _IMPRATIO
+                    rubs: cython.double = most / slides if _RUBS * slides > most else _RUBS
+                    for i in range(1, dim[k]):
+                        aref[row + i] *= rubs
                 continue
             damped: cython.double = aref[row] + spring * (pos[row] - margin[k])
             if imposed:  # a free part would swing on that spring

@@ -83,6 +83,18 @@ def test_a_held_part_presses_with_the_stiffness_of_the_cell(
     assert deep - before == pytest.approx(0.002 * speed, rel=0.05)
 
 
+@pytest.mark.parametrize("speed", [0.005, 0.05, 0.25])
+def test_a_held_part_that_is_dragged_over_a_table_has_coulomb_friction(speed: float) -> None:
+    scene = holding()
+    high_mm = 329.6 + 1e3 * height_with_load(scene)
+    scene.goes(down(550, -100, high_mm + 1.0))
+    scene.goes(down(550, -100, high_mm), 0.05)
+    scene.controller.move(lin_move_at(down(550, -100 + 300 * speed, high_mm), speed, 0.0))
+    scene.step(100)
+    normal = 4e-4 / (1.0 / 5e4 + 1.0 / OWN)
+    assert scene.force[:3] == pytest.approx((0.0, -0.5 * normal, -normal), rel=1e-3, abs=1e-3)
+
+
 @pytest.mark.parametrize("stiffness", [5e4, 1e6])
 def test_a_force_move_with_a_part_ends_at_threshold_over_stiffness(stiffness: float) -> None:
     scene = holding(stiffness=stiffness)
