@@ -163,15 +163,12 @@ def test_a_part_keeps_its_place_in_the_jaws_and_is_put_down() -> None:
 
 def test_a_part_that_is_let_go_in_motion_keeps_its_velocity() -> None:
     scene = holding()
-    scene.controller.move(lin_move_at(down(550, 200, 410), 0.25, 0.0))
-    scene.step(300)
+    scene.controller.move(lin_move_at(down(550, 200, 410), 0.1, 0.0))
+    scene.step(450)
     scene.controller.io.set_output(CLOSE, False)
-    before = scene.controller.tool_frame().y_mm
     scene.step()
     assert scene.part("block").state == "falls"
-    speed = 0.5 * (scene.controller.tool_frame().y_mm - before)
-    assert speed > 0.1
-    assert scene.speeds[0, :2] == pytest.approx((0.0, speed), abs=2e-3)
+    assert scene.speeds[0, :2] == pytest.approx((0.0, 0.1), abs=2e-3)
 
 
 def test_a_light_part_rides_on_a_held_one() -> None:

@@ -60,7 +60,7 @@ class RandomScene:
         stiffness = float(10.0 ** rng.uniform(4.0, 6.0))
         return part(f"{number}", (x, y, z), size, kg, float(rng.uniform(0.1, 1.0)), stiffness, more)
 
-    def run(self) -> RandomScene:
+    def run(self) -> None:
         rng, scene = self._rng, self.scene
         self._steps(int(rng.integers(0, 600)))
         for _ in range(int(rng.integers(1, 5))):
@@ -90,7 +90,6 @@ class RandomScene:
             self._steps(10)
             ticks += 10
             assert ticks < 50_000, "it does not come to rest"
-        return self
 
     def _moves(self, request: object) -> None:
         controller = self.scene.controller
@@ -125,17 +124,12 @@ class RandomScene:
                     assert surface.nearest(*place)[0] > -deepest, (each.name, surface.name)
 
 
-def calm(seed: int) -> dict[str, float]:
-    """Return the greatest speed (m/s) of a part."""
-    return {"fastest": RandomScene(seed).run().fastest}
-
-
 def test_nothing_explodes_and_all_comes_to_rest() -> None:
-    calm(34)
+    RandomScene(34).run()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("hundred", range(10))
 def test_a_thousand_scenes(hundred: int) -> None:
     for seed in range(100 * hundred, 100 * hundred + 100):
-        calm(seed)
+        RandomScene(seed).run()
