@@ -46,7 +46,7 @@ _NEARLY_ALIGNED = cython.declare(cython.double, 2e-8)
 _NEAR_STRAIGHT = cython.declare(cython.double, 2.5e-10)
 _STRAIGHT = cython.declare(cython.double, 2.5e-15)
 # Farther than this out of reach (m, or in that square) is out of reach; closer is rounding.
-_REACH = cython.declare(cython.double, 1e-10)
+_REACH = cython.declare(cython.double, 1e-9)
 
 
 @cython.cclass
