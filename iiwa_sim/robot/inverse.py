@@ -32,8 +32,8 @@ _CLOSED = 1e-10
 _STEPS = 8
 _LARGEST_STEP = 0.05
 
-# Joint positions (rad) that exceed a limit by rounding are set to it.
-_ROUNDING = 1e-10
+# Joint positions (rad) that exceed a limit by rounding are set to it: replies have nine decimals.
+_ROUNDING = 5e-10
 # Error of a URDF written with seven decimals; a larger error would show in the poses.
 _TOLERANCE = 1e-7
 # Joint axes at zero pose, in the base; those of a six-joint arm up to their sense.

@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.frames import IDENTITY, Frame, Transform
 from iiwa_sim.robot import nearest
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, arm_named, branches_of, distance
@@ -134,6 +134,10 @@ def test_a_joint_on_its_limit_stays_there_despite_rounding(arm: Arm) -> None:
         assert found.joints == pytest.approx(present, abs=1e-9)
         assert not found.changed
         assert arm.within_limits(found.joints)
+    for present in np.radians([[0, 20, 0, -60, 170, 90, 0], [0, 20, 0, 0, 0, 60, 0]]).tolist():
+        reply = Frame(*(round(each, 9) for each in Frame.from_transform(arm.model.flange(present))))
+        found = rule(arm).find(reply.to_transform(), present)
+        assert found.joints == pytest.approx(present, abs=1e-4), "at its own frame, on a limit or stretched"
 
 
 def refusal(
