@@ -39,7 +39,7 @@ class DialogueLine(msgspec.Struct, frozen=True, omit_defaults=True):
     time_s: float
     """Simulated time (s)."""
     session: str
-    """HOST:PORT of the client, or another name for what the line is about."""
+    """HOST:PORT of the client, or another name of the line's subject."""
     mark: Direction
     text: str
     """The line without its end, escaped to printable ASCII; KRC4 messages in short form (`krc4_xml`)."""

@@ -182,7 +182,7 @@ def _types(kind: Any, path: Sequence[str]) -> Iterator[Any]:
 
 
 def _value(value: Any, path: Sequence[str]) -> Any:
-    """Return what stands at a path in tables and lists; None for nothing."""
+    """Return the value at a path in tables and lists; None for nothing."""
     try:
         for each in path:
             value = value[each] if isinstance(value, dict) else value[int(each)]

@@ -96,7 +96,7 @@ class LoopThread(threading.Thread):
             raise
 
     def close(self) -> None:
-        """Cancel what runs in the loop, and end the thread; one that is blocked ends later."""
+        """Cancel the tasks of the loop, and end the thread; one that is blocked ends later."""
         with self._lock:
             self._closed = True  # before the loop stops: pending coroutines start, and are cancelled
             self._loop.call_soon_threadsafe(self._loop.stop)
@@ -475,7 +475,7 @@ class Simulator(OnlyRobot):
         return None if self._backdoor_http is None else self._backdoor_http.acceptor.address[1]
 
     def _watched(self) -> Stepped:
-        """Return what the clock steps: one robot itself if there are no observers."""
+        """Return the object that the clock steps: one robot itself if there are no observers."""
         others = [each for each in (self._status, self.ros) if each is not None]
         self._group.observers = observers = [*self._recorders, *others]
         return self._group if observers or len(self.robots) > 1 else self._group.controllers[0]

@@ -1,1 +1,1 @@
-"""Cells: a robot, its start pose and tool, and what stands round it, as a cell.toml describes them."""
+"""Cells: a robot, its start pose, tool and surroundings, as a cell.toml describes them."""

@@ -52,7 +52,7 @@ class SurfaceSettings(PoseSettings, frozen=True, kw_only=True, tag_field="shape"
 
 
 class PlaneSettings(SurfaceSettings, frozen=True, kw_only=True, tag="plane"):
-    """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
+    """A plane to touch: x and y of its frame lie in it, z points out of the solid side."""
 
 
 class BoxSettings(SurfaceSettings, frozen=True, kw_only=True, tag="box"):

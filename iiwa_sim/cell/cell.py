@@ -60,7 +60,7 @@ class Cell:
     tool: Tool = NO_TOOL
     """The tool at the flange, with its mass."""
     handled: HandlingSetup = NO_HANDLING
-    """The gripper, what it is wired to, and the parts, which are in the world."""
+    """The gripper with its wiring, and the parts, which are in the world."""
     name: str = ""
     """The name of one of several robots."""
     base: Transform = IDENTITY

@@ -42,7 +42,7 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
 
 
 def line(probe: Probe, finding: Finding) -> str:
-    """Return the line of a report on one finding: what was observed, and what is known."""
+    """Return the line of a report on one finding: the observed behaviour, and the known one."""
     seen = shortened(harmless(finding.seen), LONGEST_SEEN)
     ours = f"; iiwa-sim: {probe.ours}" if probe.ours else ""
     known = f" (the original: {probe.original}{ours})" if probe.original else ""

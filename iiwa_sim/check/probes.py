@@ -61,7 +61,7 @@ class Link(NamedTuple):
 
 
 class Probe(NamedTuple):
-    """One question to a server, with what is known of the original."""
+    """One question to a server, with the known behaviour of the original."""
 
     event: str
     """The input, or what happens."""

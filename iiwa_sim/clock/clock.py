@@ -115,7 +115,7 @@ class Clock:
         self.paused = self._idles = False  # idle: no timer is set, since the robot is resting
         self._advances: deque[_Advance] = deque()
         self._held_since_ns: int | None = None
-        self._held_until_ns = self._accepted = 0  # what is accepted is no news
+        self._held_until_ns = self._accepted = 0  # accepted moves are no news
         self._faults = Throttle(1)
         self._take(pace)
 

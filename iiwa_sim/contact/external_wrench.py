@@ -187,7 +187,7 @@ class ExternalWrench:
 
     @property
     def foreseen(self) -> tuple[Tcp, TcpContact, Gaps, Any] | None:
-        """Data of coming ticks for `leave_out`; None where more acts than what is carried."""
+        """Data of coming ticks for `leave_out`; None if more acts on the arm than its load."""
         bodies, changed = self.bodies, self._surrounded != self.contact.changes
         if changed or self.torques or self.noise is not None or "applied" in self.wrenches:
             return None

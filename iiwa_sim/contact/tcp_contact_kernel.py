@@ -81,7 +81,7 @@ class Contact:
     @cython.cfunc
     @cython.exceptval(-1, check=True)
     def press(self, p: cython.double[::1], remember: cython.bint, acting: cython.double[::1]) -> cython.bint:
-        """Add what acts on a TCP, by place and velocity, to `acting`; return whether it is touched."""
+        """Add the wrench on a TCP, by place and velocity, to `acting`; return True if it is touched."""
         r, o, n = self._r, self._o, self._now
         x: cython.double = p[0] - o[0]
         y: cython.double = p[1] - o[1]

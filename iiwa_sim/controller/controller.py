@@ -356,7 +356,7 @@ class Controller:
             hold_nm_per_rad = request.hold_nm_per_rad
             number = self.begin(Mode.IMPEDANCE, lambda number: self.motions.hold(number, hold_nm_per_rad))
         elif request.compliance is not None:
-            number = self._give_way(request, request.compliance)
+            number = self._move_compliantly(request, request.compliance)
         else:
             if self.motions.executor.waiting >= LONGEST_QUEUE:
                 raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting: get queue tells when fewer do")
@@ -407,8 +407,8 @@ class Controller:
             begin(self.accepted)
         return self.accepted
 
-    def _give_way(self, request: MoveRequest, impedance: CartesianImpedance) -> int:
-        """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
+    def _move_compliantly(self, request: MoveRequest, impedance: CartesianImpedance) -> int:
+        """Plan a stiffness move from the nominal motion, and carry it out in place of the running one."""
         motions = self.motions
         stops = self.mode.stops_for(Mode.IMPEDANCE)
         move = self._planned(request, motions.rest_after_stop() if stops else motions.compliant_start)

@@ -35,7 +35,7 @@ NOTHING = 0
 
 
 class Wiring(NamedTuple):
-    """Numbers of outputs and inputs, from 1; `NOTHING` for what is not wired."""
+    """Numbers of outputs and inputs, from 1; `NOTHING` without a wire."""
 
     close_output: int
     """Output that closes when on, and opens when off where there is no other."""

@@ -76,7 +76,7 @@ class JointTrajectories:
         self._request = TrajectoryRequest((), ())  # the newest one
 
     def follow(self, request: TrajectoryRequest, when_ended: WhenEnded | None = None) -> int:
-        """Accept a trajectory in place of what runs; return its number.
+        """Accept a trajectory in place of the running motion; return its number.
 
         It begins at once where the robot rests or follows another one, else when the robot has come to rest.
         Raises `Refused`, and then nothing has changed.

@@ -32,7 +32,7 @@ NAMED = {"tip": "the sphere round the TCP"}
 
 
 class Safety(NamedTuple):
-    """Limits of a robot besides the torques on its joints; infinite for what is not watched."""
+    """Limits of a robot besides the torques on its joints; infinite for quantities that are not watched."""
 
     force_n: float = inf
     """Greatest force (N) from outside at the TCP."""

@@ -70,7 +70,7 @@ class MoveRequest(NamedTuple):
     thresholds: Thresholds | None = None
     """The move ends when a force at the TCP has changed by more since the command."""
     compliance: CartesianImpedance | None = None
-    """The robot is compliant along the move, which replaces what runs instead of waiting behind it."""
+    """The robot is compliant along the move, which replaces the running motion instead of waiting."""
     hold_nm_per_rad: float = 0.0
     """Stiffness of every joint in a hold, 0 to 5000."""
     tcp_speed_m_s: float | None = None

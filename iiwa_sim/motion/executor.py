@@ -117,7 +117,7 @@ class Executor:
         return k < len(moves) and moves[k].number == number
 
     def set_override(self, value: float) -> None:
-        """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
+        """Run present and later motions at this rate (0..1): as soon as limits allow, at rest at once."""
         self._forget_ahead()
         self.time.set_override(value)
         if self.trajectory is None:
@@ -138,7 +138,7 @@ class Executor:
         self._quiet_until_s = 0.0
 
     def follow(self, trajectory: JointTrajectory | RuckigTrajectory) -> None:
-        """Go along a trajectory that begins with the robot's state, in place of what runs or waits."""
+        """Go along a trajectory that begins with the robot's state, in place of running and waiting moves."""
         if self.trajectory is None:
             self.time.begin()
         else:
@@ -321,7 +321,7 @@ class Executor:
     def _may_look_ahead(self) -> bool:
         """Return True if this tick has time for it: it does not compute joint positions ahead.
 
-        While the override falls, what waits is left alone: it would set out faster than requested.
+        While the override falls, waiting moves do not start: they would start faster than requested.
         """
         time = self.time
         if time.stopping or time.falling:

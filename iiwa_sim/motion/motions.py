@@ -92,7 +92,7 @@ class Motions:
 
     @property
     def pausing(self) -> bool:
-        """True if what moves has come to a standstill by an override of 0."""
+        """True if a motion has come to a standstill by an override of 0."""
         return self.moving and self.executor.time.pausing
 
     @property
@@ -226,7 +226,7 @@ class Motions:
             self.tracking, self._newest = False, None
 
     def move_compliantly(self, move: Move, impedance: CartesianImpedance) -> None:
-        """Carry out a move that begins at `compliant_start`, in place of what runs.
+        """Carry out a move that begins at `compliant_start`, in place of the running motion.
 
         It begins from rest, in mid-motion without a stop, or after a stop. Other motions must have
         been stopped.
@@ -253,7 +253,7 @@ class Motions:
             self._stop_nominal()
 
     def stop(self) -> None:
-        """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
+        """Stop, and drop waiting motions: on the path, or from the velocity of a robot that is off it."""
         if self._impedance.off_plan:
             self.executor.rest_at(self._impedance.rest_after_stop())
         self._impedance.stop()
@@ -261,7 +261,7 @@ class Motions:
         self._next = self._newest = self._next_impedance = None
 
     def cancel(self) -> None:
-        """End what runs, or begins in the next tick: a move, a trajectory, a target.
+        """End the motion that runs, or begins in the next tick: a move, a trajectory, a target.
 
         A compliant robot stays compliant. While it is being stopped, and in a hold, nothing changes.
         """
@@ -303,7 +303,7 @@ class Motions:
             raise
 
     def _step_nominal(self) -> None:
-        """Make a tick of the nominal motion, and begin what has waited until that was at rest."""
+        """Make a tick of the nominal motion, and begin the next motion once that is at rest."""
         executor, impedance = self.executor, self._impedance
         if self._next is not None and not self._servo.moving:
             coming, self._next = self._next, None

@@ -25,7 +25,7 @@ MANY_SAMPLES = 400
 MANY_SEGMENTS = 100
 """A trajectory of fewer segments is put together in the slice that has solved it."""
 SHORTEST_SEGMENT_S = 1e-4
-"""With a shorter segment hardly more is left than what is kept: it is too late to plan."""
+"""With a shorter segment hardly more is left than the kept part: it is too late to plan."""
 SEGMENT_S = 0.01
 EVEN_SEGMENT_S, EVEN_UP_TO_S = 0.015, 1.6
 """Segments of one move alone that takes no longer are even, which takes less to compute."""

@@ -12,7 +12,7 @@ from iiwa_sim.motion.limits import Array
 DAMPING_RATIO = 0.7
 """The published value of the original controller. A step of the force overshoots by 4.6 %."""
 MASS_KG = 5.0
-"""Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
+"""Apparent mass of the TCP. Our decision: about that of an iiwa in the middle of its work space."""
 LEAST_DAMPING_NS_PER_M = 20.0
 """Our decision: without a spring, 10 N move the TCP at 0.5 m/s. Below 40.8 N/m the ratio is above 0.7."""
 INERTIA_KGM2 = 0.2

@@ -71,7 +71,7 @@ class TimeScaling:
         self._set_rate(self.override)
 
     def set_override(self, value: float) -> None:
-        """Change the rate to `value` (0..1) while a motion runs; during a stop, for what comes next."""
+        """Change the rate to `value` (0..1) while a motion runs; during a stop, for the next motion."""
         if value != self.override:
             self.override = value
             if not self.stopping:

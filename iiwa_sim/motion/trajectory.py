@@ -40,7 +40,7 @@ BESIDE_BRAKING_S = 0.1
 """Until so long before it begins to brake at its end, a trajectory moves like an extended one."""
 AHEAD_SEGMENTS = 2
 LATE = 0.95
-"""Part of what is left of a blend that is used, if the robot is past the beginning of the whole one."""
+"""Part of the rest of a blend that is used, if the robot is past the beginning of the whole one."""
 LITTLE_KEPT_S = 0.1
 """Time in which x is kept if a trajectory is to end sooner."""
 LEAST_BLEND = 0.1

@@ -40,7 +40,7 @@ def file_of(robot: str, file: str) -> str:
 
 
 def _text(metavar: str, expected: str = "a text", check: Callable[[str], object] = str) -> Meta:
-    """Describe a text; `check` raises OSError or ValueError if it is not what is `expected`."""
+    """Describe a text; `check` raises OSError or ValueError if it is not as `expected`."""
     return Meta(min_length=1, extra={"metavar": metavar, "expected": expected, "check": check})
 
 

@@ -122,7 +122,7 @@ def merged(*sources: Given) -> Given:
 
 
 def read(option: Option, given: Any, place: Place, folder: Path | None = None) -> Any:
-    """Return a checked value. Raises SettingError with the option, its value and what is expected."""
+    """Return a checked value. Raises SettingError with the option, its value and the expected ones."""
     value = str(given) if isinstance(given, Path) else given
     if option.is_list and not isinstance(value, list | tuple):
         value = [word.strip() for word in str(value).split(",")]

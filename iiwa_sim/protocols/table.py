@@ -94,7 +94,7 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return f"{' '.join(names)}: {len(self.parameters)}{more} value{'s' * (len(names) > 1)}"
 
     def usage(self) -> str:
-        """Return how to write the command, with units and ranges, and what it answers."""
+        """Return the usage of the command, with units, ranges and reply."""
         takes = [f"[{self.phrase}]"] if self.phrase else []
         takes += [_with_unit(name, each) for name, each in _in_series(self.parameters)]
         takes += [f"({_with_unit(each.name, each)})" for each in self.optional]

@@ -83,7 +83,7 @@ class Recording:
             return load_robot(folder)
 
     def _records(self) -> Iterator[McapRecord]:
-        """Up to the end, or to what is damaged. Raises RecordingFault where that is the beginning."""
+        """Yield records up to the end, or to damage. Raises RecordingFault for damage at the beginning."""
         last_ns = None
         try:
             with self.path.open("rb") as stream:

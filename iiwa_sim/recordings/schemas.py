@@ -72,6 +72,6 @@ def schemas() -> dict[str, dict[str, Any]]:
     names = "recording.schemas.json", "status.schema.json"
     files = (resources.files("iiwa_sim.protocol").joinpath(name).read_bytes() for name in names)
     found, state = map(msgspec.json.decode, files)
-    state["properties"]["gripper"]["type"] = "object"  # a recording leaves out what is null
+    state["properties"]["gripper"]["type"] = "object"  # a recording leaves out nulls
     state["required"].remove("gripper")
     return {**found, "iiwa_sim.State": state}

@@ -120,7 +120,7 @@ def _blending(command: Any, move: MoveRequest, robot: Controller) -> float:
 
 
 def _units(move: MoveRequest, robot: Controller) -> dict[str, Sequence[float]]:
-    """Return the units of shares, each with what is the whole of each joint, or of the TCP alone."""
+    """Return the units of shares, each with the whole of each joint, or of the TCP alone."""
     on_tcp = isinstance(move.target, Frame) or move.kind is Kind.LIN
     count = 1 if on_tcp else len(robot.description.joints)
     return {"%": (1.0,) * count, "PERCENT": (100.0,) * count}

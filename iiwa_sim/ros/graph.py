@@ -118,7 +118,7 @@ class Graph:
             return service.take(checked(request, service.kind))
 
     def step(self) -> None:
-        """Notice that a tick has been made: publish what is due."""
+        """Notice that a tick has been made: publish the messages that are due."""
         for topic in self.published.values():
             if topic.listeners and topic.content is not None and self.is_due(topic.rate_hz):
                 topic.publish(topic.content())

@@ -44,7 +44,7 @@ def found_python() -> Path:
 
 
 def make(folder: Path) -> Path:
-    """Make what the environment lacks, and return its interpreter. Raises RosFault."""
+    """Make missing parts of the environment, and return its interpreter. Raises RosFault."""
     python = folder / "bin" / "python"
     pip = [str(python), "-m", "pip", "--disable-pip-version-check", "--quiet", "install", *WHEELS]
     packages = [str(files("iiwa_sim.protocol").joinpath(name)) for name in INTERFACES]

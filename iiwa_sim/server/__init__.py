@@ -1,1 +1,1 @@
-"""Network servers: bytes in, bytes out. Nothing here knows what the bytes mean."""
+"""Network servers: bytes in, bytes out, without their meaning."""

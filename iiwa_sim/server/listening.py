@@ -16,7 +16,7 @@ BACKLOG = 512
 """Length of the queue of connections that are not accepted yet."""
 AGAIN_S = 1.0
 """Time (s) after which accepting is tried again when the system has no descriptor left."""
-_RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
+_RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for unsent bytes
 
 logger = logging.getLogger(__name__)
 

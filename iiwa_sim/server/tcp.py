@@ -110,7 +110,7 @@ class Connection(asyncio.BufferedProtocol):
         self._sent_end = True
         self._session.end()
         self.go_on()
-        return True  # the transport stays open for what is to be sent
+        return True  # the transport stays open for unsent bytes
 
     def pause_writing(self) -> None:
         self._unread = self._loop.call_later(UNREAD_S, self._drop_unread)
@@ -158,7 +158,7 @@ class Connection(asyncio.BufferedProtocol):
             self._server.on_good_bye()
 
     def _work(self, until_s: float) -> bool:
-        """Answer what waits, up to `until_s`; return True if more can be done."""
+        """Answer waiting lines, up to `until_s`; return True if more can be done."""
         session, server = self._session, self._server
         try:
             if session.waiting:

@@ -48,7 +48,7 @@ class Scene:
     ) -> None:
         """Raises RobotFault for a robot that cannot be drawn.
 
-        `place` is the pose of its base; one of the robots of a cell shows what they share.
+        `place` is the pose of its base; one of the robots of a cell shows their shared bodies.
         """
         self._scene, self.root, self.place, self._shows_cell = scene, root, place, shows_cell
         self._arm = arm = Arm(robot)
@@ -122,7 +122,7 @@ class Scene:
             self._bodies[body.name] = self._frame(path), self._add_shapes(path, body.shapes), body.shapes
 
     def points(self) -> NDArray[np.float64]:
-        """Return points (n, 3; m) of what is drawn that a picture of arm and cell should show."""
+        """Return points (n, 3; m) of drawn shapes that a picture of arm and cell should show."""
         points = [tuple(node.position) for node in self._links]
         for node, shapes, _ in self._bodies.values():
             points += [tuple(np.add(node.position, shape.position)) for shape in shapes]

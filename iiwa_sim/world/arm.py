@@ -1,4 +1,4 @@
-"""An arm among the bodies: its imposed motion, its gripper with what that holds, and what acts on it."""
+"""An arm among the bodies: its imposed motion, its gripper with the held part, and the wrench on it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LINKS_M = 0.25
 FELT_N, ON_PAD_M = 1.0, 2e-4
 """A jaw has met a part that presses on it with more; greatest distance of a pad from a part it touches."""
 JAW_STANDS_M_S = 5e-4
-"""Slower jaws stand, as long as what they press on does."""
+"""Slower jaws stand, as long as the bodies that they press on do."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)
 """Apparent inertia (kg, kg m2) of a robot that is compliant at its TCP."""
 JOINT_INERTIA_KGM2, TURNING_KGM2 = 0.5, 0.02
@@ -56,7 +56,7 @@ def travel_m(bounds: Sequence[float]) -> tuple[float, float, float]:
 
 
 class Arm:
-    """One robot of a world: `go` sets where the next tick brings it, `World.step` finds what acts on it."""
+    """One robot of a world: `go` sets its motion in the next tick, `World.step` finds the forces on it."""
 
     def __init__(self, world: World, number: int, setup: ArmSetup) -> None:
         self.world, self._number, self.setup = world, number, setup
@@ -69,7 +69,7 @@ class Arm:
         self.held = -1
         """The number of the part that the gripper holds; -1 for none."""
         self.leads = False
-        """True if it imposes the motion of what it holds: the first does of several."""
+        """True if it imposes the motion of the held part: the first of several arms does."""
         self.lost = -1
         """The number of a part that it has let go, and does not meet until it is out of it; -1 for none."""
         self.inside = IDENTITY  # the body of the held part in the TCP
@@ -83,9 +83,9 @@ class Arm:
         self.bounds: Vector = np.concatenate([np.zeros(19), levers, setup.joints])
         """Lower bounds (m) of distances from links, gripper and other arms, and the motion of a tick."""
         self.bears = True
-        """True if the gripper bears what the held part does."""
+        """True if the gripper bears the forces on the held part."""
         self.motion = TcpMotion(self.tcp)
-        self.moments: Moments | None = None  # of what it holds, in the TCP
+        self.moments: Moments | None = None  # of the held part, in the TCP
         self._sucks = self.gripper is not None and isinstance(self.gripper.kind, Cup)
         self._most_n = 0.0  # load that the gripper holds: of jaws, by friction
         self.slip = NOWHERE  # how fast the held part slides, along x and z of the TCP (m/s)
@@ -204,7 +204,7 @@ class Arm:
             self.move_jaws(computed=False)
 
     def slides(self, before: Vector) -> None:
-        """Move the held part by what it slides in a tick, also in the positions `before`."""
+        """Move the held part by its sliding in a tick, also in the positions `before`."""
         if self.slip == NOWHERE:
             return
         h = self.world.tick_s
@@ -234,7 +234,7 @@ class Arm:
         data.qvel[dofs], data.qfrc_applied[dofs] = v, push
 
     def take_forces(self) -> None:
-        """Find what contacts do to the arm and to what it holds."""
+        """Take the forces of contacts on the arm and on the held part."""
         data, first, n = self._data, self._dof, len(self.joints)
         self.torques = None
         self._on_gripper = self._on_held = NO_WRENCH
@@ -351,7 +351,7 @@ class Arm:
         self._say(HOLDS, number)
 
     def lead(self) -> None:
-        """Impose the motion of what it holds from now on."""
+        """Impose the motion of the held part from now on."""
         number, world = self.held, self.world
         self.leads = True
         pose = pose_of(world.part_q[number].tolist())
@@ -400,7 +400,7 @@ class Arm:
         return hypot(x, y, max(z, 0.0)) if self._sucks else hypot(x, z)
 
     def _slide(self) -> None:
-        """Let the part slide while what acts along the pads is more than their friction."""
+        """Let the part slide while the force along the pads is more than their friction."""
         load = add(self._carried, self._on_held)
         if self._sucks:
             if self._load_n(load) > self._most_n:
@@ -425,7 +425,7 @@ class Arm:
             self.let_go(SLIPS)
 
     def _stiffness(self) -> float:
-        """Return the stiffness (N/m) of the stiffest contact of what is held; 0 without one."""
+        """Return the stiffness (N/m) of the stiffest contact of the held part; 0 without one."""
         model, geom = self._built.model, self.world.geoms[self.held]
         soft, of = model.body_invweight0[:, 0], model.geom_bodyid
         both = [soft[of[a]] + soft[of[b]] for a, b in self._data.contact.geom.tolist() if geom in (a, b)]
@@ -489,13 +489,13 @@ class Arm:
         world.wake()
 
     def put(self, joints: Joints, tcp: Transform) -> None:
-        """Put the arm there, with what it holds, after ticks that were not computed."""
+        """Put the arm there, with the held part, after ticks that were not computed."""
         self.place_in(self._data.qpos, joints, tcp)
         if self.gripper is not None:
             self._jaw_q[:], self._jaw_v[:] = 0.5 * self.gripper.opening_m, self.jaw_speed
 
     def rest(self) -> None:
-        """Have the arm at rest among the bodies, with what it holds."""
+        """Have the arm at rest among the bodies, with the held part."""
         data = self._data
         for array in (data.qvel, data.qfrc_applied, data.qacc):
             array[self.dofs] = 0.0

@@ -32,7 +32,7 @@ from iiwa_sim.world.part import Mesh, Part
 from iiwa_sim.world.tick_kernel import IMPRATIO, OF_ARM, OF_PART, OF_SCENE, STANDS
 
 HEAVY = 1e3
-"""Armature (kg, kg m2) of what is imposed: hardly anything changes its velocity."""
+"""Armature (kg, kg m2) of imposed bodies: forces hardly change their velocity."""
 LOWEST, FREE, GRASPED, LIGHT = -1, 1, 2, 3
 """Priorities of contact laws and friction; bodies of a scene have 0, arms the least.
 A light free part would swing on the spring of a held one; others have that spring, without damping."""
@@ -43,7 +43,7 @@ ROLLING, SPINNING = 0.002, 0.05
 
 
 class ArmSetup(NamedTuple):
-    """An arm at the start, and what is fixed to its flange."""
+    """An arm at the start, and the bodies fixed to its flange."""
 
     description: RobotDescription
     joints: Joints  # rad, at rest

@@ -36,7 +36,7 @@ class Distances:
             reach = np.where(found[np.ix_(one, two)], radius[movers[one], None] + radius[two], -np.inf)
             self._groups.append((movers[one], two, reach))
         self.reach_m = []
-        """No point of what moves with each gripper is farther from it."""
+        """Greatest distance of bodies at each gripper from it."""
         for _, tool, body in arms:
             off = np.linalg.norm(data.geom_xpos[tool] - data.xpos[body], axis=1)
             self.reach_m.append(float((off + radius[tool]).max(initial=0.0)))

@@ -13,7 +13,7 @@ class Jaws(NamedTuple):
 
     stroke_m: float  # greatest distance between the jaws
     speed_m_per_s: float  # speed at which that distance changes
-    force_n: float  # force with which each jaw presses on what it holds
+    force_n: float  # force of each jaw on the held part
     pad_wide_m: float = 0.02  # width of the pads along x of the TCP, which is in the middle of it
     pad_long_m: float = 0.02  # length of the pads along z of the TCP, up to the TCP
     jaw_m: tuple[float, float, float] = (0.02, 0.008, 0.05)  # size of each jaw along x y z of the TCP

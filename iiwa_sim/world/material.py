@@ -32,12 +32,12 @@ def _law(stiffness_per_s2: float, damping_per_s: float, impedance: float) -> Law
 
 
 def law_of_free(tick_s: float) -> Law:
-    """Return the law for what moves freely: as fast as the tick can follow, critically damped."""
+    """Return the law for free bodies: as fast as the tick can follow, critically damped."""
     return _law((0.5 / tick_s) ** 2, 1.0 / tick_s, 0.999)
 
 
 def law_of_imposed(free: Law) -> Law:
-    """Return the law for what is imposed, f = k r without lag, with the same scale."""
+    """Return the law for imposed bodies, f = k r without lag, with the same scale."""
     return _law(free.scale * 0.9, -free.solref[1], 0.1)
 
 

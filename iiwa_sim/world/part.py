@@ -24,4 +24,4 @@ class Part(NamedTuple):
     shape: Box | Cylinder | Sphere | Mesh
     mass_kg: float
     friction: float  # Coulomb's, against everything that it touches
-    stiffness: float  # N/m, in series with that of what it touches
+    stiffness: float  # N/m, in series with that of the touched body

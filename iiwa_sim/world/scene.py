@@ -51,7 +51,7 @@ class Scene:
         self.cameras = _names(model, "camera", model.ncam)
         self.body_names = _names(model, "body", model.nbody)
         self.bodies = _bodies(model)
-        """The bodies that are shown, with what is fixed to the world first."""
+        """The bodies that are shown; those fixed to the world come first."""
         self._actuators = _names(model, "actuator", model.nu)
         for name in _names(model, "geom", model.ngeom):
             v = model.geom_surfacevel[model.geom(name).id]
@@ -118,7 +118,7 @@ def _bodies(model: Any) -> tuple[SceneBody, ...]:
 
 
 def _shape(model: Any, geom: int) -> SceneShape:
-    """Return a geom as it is shown: a capsule with flat ends, what has no such shape by its bounding box."""
+    """Return a geom as shown: a capsule has flat ends, a geom without a shape of ours is its bounding box."""
     kinds, material, mesh = mj.mjtGeom, int(model.geom_matid[geom]), int(model.geom_dataid[geom])
     colour = tuple((model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]).tolist())
     pose = pose_of([*model.geom_pos[geom].tolist(), *model.geom_quat[geom].tolist()])

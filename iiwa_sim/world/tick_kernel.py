@@ -25,7 +25,7 @@ ROOM_M = 1e-3
 """Contacts are computed where an arm is closer than this to something."""
 _ROOM = cython.declare(cython.double, ROOM_M)
 _NEAR = cython.declare(cython.double, 0.02)  # nearer than this (m) bounding spheres will not do
-# Friction of what is imposed is Coulomb's above some mm/s, by this factor of what MuJoCo asks for.
+# Friction of imposed bodies is Coulomb's above some mm/s, by this factor of MuJoCo's acceleration.
 _RUBS = cython.declare(cython.double, 1e3)
 IMPRATIO = 100.0
 """Friction is so many times as stiff as the normal force, in proportion to its velocity."""

@@ -1,6 +1,6 @@
 """The bodies of a cell in MuJoCo, tick by tick, beside arms whose motion is imposed.
 
-A tick integrates what the last forces made of the parts, puts the arms where their plans have brought them,
+A tick integrates the parts under the last forces, puts the arms where their plans have brought them,
 and finds the forces there. Forces therefore belong to the poses of this tick.
 """
 
@@ -37,8 +37,8 @@ SPINS_RAD_S = 2.0
 class World:
     """Bodies of a cell: a scene, surfaces, parts, and arms with their grippers.
 
-    For each tick, `Arm.go` sets where each arm goes, then `step` makes the tick. Each arm then has what acts
-    on it: `wrench`, `push`, `torques` and `contacts`.
+    For each tick, `Arm.go` sets where each arm goes, then `step` makes the tick. Each arm then has the
+    forces on it: `wrench`, `push`, `torques` and `contacts`.
 
     A scene is an `MjSpec`; numbers of its bodies, geoms, joints, actuators and sensors are those of `model`,
     in which they come first. Sensors are read in each tick. Changes to `model` or `data` from outside need
@@ -181,7 +181,7 @@ class World:
         if not (quiet and self.quiet):
             self._distances = None
         self.quiet = quiet and all(arm.slip == NOWHERE for arm in arms)
-        # In a scene also what moves slowly by a servo does not stand, nor what an activation may move.
+        # A body of a scene that a servo moves slowly does not stand, nor one that an activation may move.
         moves = max(np.abs(self._scene_v).max(initial=0.0), np.abs(data.act_dot).max(initial=0.0))
         near = near and moves <= SLOW_M_S
         if not (near and all(arm.stands for arm in arms)):
@@ -212,7 +212,7 @@ class World:
         return v
 
     def _find_forces(self) -> None:
-        """Find the forces where everything is, and what they do to the arms and to what these hold."""
+        """Find the forces at the present poses, and pass them to the arms."""
         built = self._built
         find_forces(built.model, self.data, built.points, built.kinds, self.tick_s)
         for arm in self.arms:
@@ -221,7 +221,7 @@ class World:
     # Parts
 
     def set_bits(self, number: int) -> None:
-        """Set what a part meets: not the arm that leads it, nor one that has lost it."""
+        """Set the bodies that a part meets: not the arm that leads it, nor one that has lost it."""
         leader = self.leader(number)
         passed = {arm.bit for arm in self.arms if arm is leader or arm.lost == number}
         if number not in self._gone:
@@ -356,6 +356,6 @@ def _copied(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def name_in(model: Any, geom: int) -> str:
-    """Return the name of a body of a scene by one of its geoms; of what is fixed to the world the geom's."""
+    """Return the name of a scene's body by one of its geoms; the geom's if it is fixed to the world."""
     body, own = str(model.body(model.geom_bodyid[geom]).name), str(model.geom(geom).name)
     return own or "the scene" if body == "world" else body or own or "the scene"

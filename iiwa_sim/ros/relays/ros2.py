@@ -156,7 +156,7 @@ class Relay:
         values, fault = self._pipe.call(service, plain(request))
         if not fault:
             return fill(response, values)
-        # ROS 2 has no answer for a call that fails, and rclpy ends with what a service raises.
+        # ROS 2 has no answer for a call that fails, and an exception in a service ends rclpy.
         self._node.get_logger().warning(f"{service}: {fault}")
         return fill(response, {"message": fault}) if hasattr(response, "message") else response
 
@@ -204,7 +204,7 @@ def class_of(name: str) -> Any:
 
 
 def fill(message: Any, values: Message) -> Any:
-    """Put values into a message and return it; raises for what does not fit."""
+    """Put values into a message and return it; raises for values that do not fit."""
     types = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     for name, value in values.items():
         kind = types[name]
