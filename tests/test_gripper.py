@@ -50,7 +50,7 @@ def test_a_driver_closes_and_opens_the_gripper_and_the_backdoor_breaks_it(tmp_pa
 
 
 def test_a_fast_clock_runs_through_its_stroke(tmp_path: Path) -> None:
-    """It closes for 10 s of simulated time: in haste these are over at once."""
+    """It closes for 10 s of simulated time, which pass at once on a fast clock."""
     (tmp_path / "cell.toml").write_text(CELL.replace("= 100\n", "= 8\n"))
     with (
         Simulator(cell=tmp_path / "cell.toml", clock="fast") as simulator,

@@ -25,7 +25,7 @@ HARMLESS = frozenset(
 def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
     """Ask a server, and yield the findings.
 
-    Raises TranscriptFault if the server is none, has gone meanwhile, or if its robot moves.
+    Raises TranscriptFault if there is no server, if it disconnects, or if its robot moves.
     """
     _greet(link)
     dialogues = [each for each in shipped() if not each.robot]
@@ -37,7 +37,7 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
         except OSError as fault:
             found = str(fault)
         except TranscriptFault as fault:
-            raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
+            raise TranscriptFault(f"the server can no longer be reached, at '{probe.event}': {fault}") from None
         yield probe, Finding(Verdict.DEVIATION, found) if isinstance(found, str) else found
 
 

@@ -24,7 +24,7 @@ SHORTEST_SLEEP_NS = 1_000_000
 """Shortest time between two wake-ups; if ticks are closer, a wake-up makes several."""
 
 REST_SLEEP_NS = 20_000_000
-"""Time between two wake-ups of a fast clock while the robot rests: a test then costs next to nothing."""
+"""Time between two wake-ups of a fast clock while the robot rests: a test then costs hardly any time."""
 
 SLICE_NS = 5_000_000
 """Time for which a fast clock makes ticks before the loop and other threads get their turn."""
@@ -144,9 +144,9 @@ class Clock:
         self._sleep()  # it may be resting where the other was not
 
     @property
-    def in_haste(self) -> bool:
+    def ignores_real_time(self) -> bool:
         """Return True if ticks do not follow real time, and may take longer."""
-        return bool(self._advances) or self.pace.ticks_in_haste or not self.pace.speed
+        return bool(self._advances) or self.pace.is_fast or not self.pace.speed
 
     @property
     def label(self) -> str:
@@ -176,9 +176,9 @@ class Clock:
 
     def commanded(self, awaited: bool = False) -> None:
         """Look for new moves after commands; `awaited` if the sender of the newest one waits for it."""
-        if not self._runs or not (self.pace.ticks_in_haste or self._idles):
+        if not self._runs or not (self.pace.is_fast or self._idles):
             return
-        if self.pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
+        if self.pace.is_fast and self._accepted != (accepted := self._robot.accepted):
             self._accepted = accepted
             now_ns = self._now_ns()
             if self._held_since_ns is None:
@@ -239,7 +239,7 @@ class Clock:
         self.pace = pace
         if pace.speed > 0.0:
             self._period_ns = round(1e9 / (self.rate_hz * pace.speed))
-            sleep_ns = REST_SLEEP_NS if pace.ticks_in_haste else SHORTEST_SLEEP_NS
+            sleep_ns = REST_SLEEP_NS if pace.is_fast else SHORTEST_SLEEP_NS
             self._ticks_per_wake = max(1, ceil(sleep_ns / self._period_ns))
 
     def _count_anew(self) -> None:
@@ -249,7 +249,7 @@ class Clock:
 
     @property
     def _hastens(self) -> bool:
-        return self.pace.ticks_in_haste and not self.paused and self._robot.under_way
+        return self.pace.is_fast and not self.paused and self._robot.under_way
 
     def _sleep(self) -> None:
         """Set the timer to when there is something to do."""

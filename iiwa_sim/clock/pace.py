@@ -17,12 +17,12 @@ class Pace(NamedTuple):
     """The pace as users write it: real, 10x, fast, stepped."""
     speed: float
     """Simulated seconds in a real one; for `FAST` while the robot rests, 0 for `STEPPED`."""
-    ticks_in_haste: bool = False
+    is_fast: bool = False
     """True if ticks follow each other without a pause while the robot moves."""
 
 
 REAL = Pace("real", 1.0)
-FAST = Pace("fast", 1.0, ticks_in_haste=True)
+FAST = Pace("fast", 1.0, is_fast=True)
 STEPPED = Pace("stepped", 0.0)
 
 

@@ -342,7 +342,7 @@ class Controller:
           come to rest. It ends with a stop, a move with compliance or a hold; other moves are rejected.
         - Servos head for their target at once.
 
-        A shift is resolved now, for good. `when_ended` is called at the end of the move.
+        A shift is resolved once, now. `when_ended` is called at the end of the move.
         """
         self.errors.check()
         if request.kind is not Kind.HOLD and request.compliance is None:

@@ -254,7 +254,7 @@ class Handling:
             raise Refused(EXECUTION, "the cell has no gripper")
         self.gripper.stuck = stuck
         if not stuck:
-            self.gripper.driven = STAYS  # it looks at its outputs anew
+            self.gripper.driven = STAYS  # outputs are read again
 
     def mistake(self, sensor: str, on: bool) -> None:
         """Fix the input of a sensor to this state. Raises `Refused` for an unknown sensor."""

@@ -130,7 +130,7 @@ class Impedance:
         self.impedance, self.tcp_contact = NO_SPRINGS, None
 
     def step(self, nominal: Joints) -> None:
-        """Make a tick, in which the nominal motion has come to joint positions (rad)."""
+        """Make a tick, after which the nominal motion is at joint positions (rad)."""
         before, self.tcp_contact = self.joints, None
         if self.braking is not None:
             self._braking_s += self._tick_s

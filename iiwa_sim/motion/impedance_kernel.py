@@ -298,7 +298,7 @@ class TcpSprings:
         return bool(self._is_within(0.0))
 
     def step(self, nominal: Joints, impedance: CartesianImpedance) -> Joints:
-        """Return the joint positions after a tick, in which the plan has come to `nominal` (rad)."""
+        """Return the joint positions after a tick, at whose end the plan is at `nominal` (rad)."""
         at, x, v, springs = self._at, self._x, self._v, self._springs
         before = self._planned
         self.tcp_contact = None

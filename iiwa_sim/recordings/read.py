@@ -36,7 +36,7 @@ class Recording:
         name, ending, robot = str(path).rpartition(f"{SUFFIX}:")
         self.path = Path(f"{name}{SUFFIX}") if ending else path
         self.cut_at_s: float | None = None
-        """The time up to which a file without its end can be read (s), when `messages` has come to it."""
+        """The time up to which a file without its end can be read (s), once `messages` has reached it."""
         self._attachments: dict[str, bytes] = {}
         robots = None
         for record in self._records():

@@ -194,7 +194,7 @@ class Recorder:
     def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
         block, self._block = self._block, []
-        self.out.put(block, self._messages, can_wait=self._clock.in_haste or self._clock.paused)
+        self.out.put(block, self._messages, can_wait=self._clock.ignores_real_time or self._clock.paused)
 
     def _messages(self, block: Sequence[Item]) -> Iterator[Message]:
         """Yield the messages of a block, in the writing thread."""

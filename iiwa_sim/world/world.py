@@ -256,7 +256,7 @@ class World:
         self.wake()
 
     def wake(self) -> None:
-        """Look at everything anew, after a change from outside."""
+        """Compute all bodies again after a change from outside."""
         self.catch_up(now=True)
         details.wake_all(self.model, self.data)
         self.wake_up()

@@ -70,7 +70,7 @@ class Robot:
         silent: Any = SimpleNamespace(listeners=[], on_refused=[])
         events = RobotEvents(dialogue)
         source = Source(self.cell, self.controller, dialogue, silent, events)
-        clock: Any = SimpleNamespace(rate_hz=RATE_HZ, label="stepped", in_haste=True, paused=False)
+        clock: Any = SimpleNamespace(rate_hz=RATE_HZ, label="stepped", ignores_real_time=True, paused=False)
         (self.recorder,) = recorders_into(path, [source], clock, rate_hz)
         self.recorder.start()
         self.joints = {self.controller.tick: self.controller.joints}

@@ -59,7 +59,7 @@ def serve(pipe: Pipe, config: Message) -> None:
                 return
             except rclpy.executors.ExternalShutdownException:
                 return
-            except Exception:  # noqa: BLE001  # a callback failed, as when a client has gone: others go on
+            except Exception:  # noqa: BLE001  # a callback failed, as after a client has disconnected
                 traceback.print_exc()
 
     pipe.say("ready", node=node.get_fully_qualified_name())
