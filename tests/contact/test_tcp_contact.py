@@ -146,7 +146,7 @@ PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
 def test_the_force_keeps_its_direction_in_and_behind_a_thin_plate(
     plate: Shape, pose: Transform, radius: float, deep: float, ticks: int
 ) -> None:
-    """Down through it and up again, also where one tick leads from above it to below."""
+    """Down through the plate and up again, also in one tick from above to below."""
     world = World([surface(plate, pose)], radius)
     down = line((0.02, 0.01, 0.007), (0.02, 0.01, 0.001 - deep), ticks)
     up = z_axis(pose)

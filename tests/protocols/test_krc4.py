@@ -138,7 +138,7 @@ def test_bytes_that_are_no_xml_are_answered_without_ids_and_end_the_connection(w
 
 @given(st.binary(max_size=120), st.integers(0, 200))
 def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> None:
-    """Rubbish in the midst of a message that would stop nothing, whatever it does to that."""
+    """Random bytes within a message that would not stop the robot."""
     robot, talk = at_home()
     message = request(1, "DIS")
     cut = place % len(message)

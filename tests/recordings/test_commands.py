@@ -45,7 +45,7 @@ def run_command(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> t
 
 
 def test_plot_draws_a_recording(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By what draws a file of commands, too, and from a file of any name."""
+    """The code is that for files of commands; the recording may have any name."""
     (named := tmp_path / "run.txt").hardlink_to(run)
     drawn: list[Motion] = []
     stand_in = SimpleNamespace(picture=lambda motion, _, kind: drawn.append(motion) or kind.encode())

@@ -142,7 +142,7 @@ def test_an_unusable_folder(folder: str) -> None:
     ids=["nonsense", "empty", "truncated", "deep", "doctype first"],
 )
 def test_a_urdf_that_is_not_xml_is_reported_by_the_simulator(tmp_path: Path, text: str) -> None:
-    """The simulator looks at the limits in it first of all."""
+    """The simulator reads the limits in it first."""
     folder = copy_of_robot(tmp_path / "robot")
     (folder / "robot.urdf").write_text(text)
     with pytest.raises(RobotFault, match=r"robot\.urdf: expected valid XML \(.*\)$") as fault:
