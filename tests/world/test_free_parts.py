@@ -44,7 +44,8 @@ def test_a_part_slides_by_the_distance_of_coulombs_law(kg: float, stiffness: flo
     friction, speed, size = 0.3, 0.5, "[40, 40, 30]"
     scene = Scene(part("it", (400, -400, 315), size, kg, friction, stiffness), table(max(stiffness, 5e4)))
     scene.rests()
-    start, scene.speeds[0, 1] = scene.place_mm("it"), speed
+    start = scene.place_mm("it")
+    scene.speeds[0, 1] = speed
     scene.world.wake()
     scene.until(lambda: scene.handling.settled or scene.place_mm("it")[2] > start[2] + 0.2)
     assert scene.handling.settled, "it is not lifted"
