@@ -28,7 +28,7 @@ _SIDEWAYS_M = 1e-4
 # A seed farther from the pose than this (m or rad) is not followed. It has reached the pose when it is as
 # close as `_CLOSED`, in `_STEPS` steps of at most `_LARGEST_STEP` (m and rad).
 _FOLLOWED = 0.02
-_CLOSED = 1e-10
+_CLOSED = 5e-10
 _STEPS = 8
 _LARGEST_STEP = 0.05
 

@@ -134,10 +134,11 @@ def test_a_joint_on_its_limit_stays_there_despite_rounding(arm: Arm) -> None:
         assert found.joints == pytest.approx(present, abs=1e-9)
         assert not found.changed
         assert arm.within_limits(found.joints)
-    for present in np.radians([[0, 20, 0, -60, 170, 90, 0], [0, 20, 0, 0, 0, 60, 0]]).tolist():
+    poses_deg = [[0, 20, 0, -60, 170, 90, 0], [0, 20, 0, 0, 0, 60, 0], [0, 20, 0, -60, 0, 0, 20]]
+    for present in np.radians(poses_deg).tolist():
         reply = Frame(*(round(each, 9) for each in Frame.from_transform(arm.model.flange(present))))
         found = rule(arm).find(reply.to_transform(), present)
-        assert found.joints == pytest.approx(present, abs=1e-4), "at its own frame, on a limit or stretched"
+        assert found.joints == pytest.approx(present, abs=1e-4), "at its own frame, on a limit or singular"
 
 
 def refusal(
