@@ -58,8 +58,8 @@ def test_a_part_stays_on_a_slope_below_its_friction_angle(kg: float, stiffness: 
     scene = on_slope(15.0, "[40, 40, 30]", 0.3, kg, stiffness)
     scene.step(500)
     start = scene.place_mm("it")
-    scene.step(30_000)
-    assert np.abs(scene.place_mm("it") - start).max() < 1.0
+    scene.step(10_000)
+    assert np.abs(scene.place_mm("it") - start).max() < 0.3
 
 
 @pytest.mark.parametrize(("size", "inertia"), [("[20]", 0.4), ("[20, 60]", 0.5)])
