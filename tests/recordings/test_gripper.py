@@ -69,7 +69,7 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
 def test_bodies_of_a_scene_are_frames_and_bodies(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with (
-        Simulator(cell=EXAMPLES / "door.toml", clock="stepped", record=path) as simulator,
+        Simulator(cell=EXAMPLES / "door.toml", clock="stepped", record=path, record_rate_hz=25) as simulator,
         Iiwa("127.0.0.1", simulator.port) as robot,
     ):
         robot.set_output(1, True)

@@ -64,7 +64,7 @@ def carries(scene: Scene) -> str:
         (down(500, -200, 420), False),
     ):
         scene.controller.io.set_output(CLOSE, closed)
-        scene.controller.move(lin_move_at(frame, 0.2, 0.0))
+        scene.controller.move(lin_move_at(frame, 0.4, 0.0))
         while scene.controller.moving:
             scene.step()
             seen.update(repr((scene.handling.parts, scene.force, scene.handling.state)).encode())
