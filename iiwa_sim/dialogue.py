@@ -22,6 +22,7 @@ SHOWN = 12
 """Commands that the message of an assertion names, the most frequent ones."""
 
 logger = logging.getLogger(__name__)
+__tracebackhide__ = True  # pytest shows the line of the test instead
 
 
 class Direction(StrEnum):

@@ -33,6 +33,7 @@ ARTIFACT_RATE_HZ = 100
 """States per simulated second of the recording for a failed test; each costs more than a fast tick.
 `iiwa.record(FILE)` and the marker's `record` keep every tick."""
 LONGEST_FILE_NAME = 200
+LONG_NUMBER = re.compile(r"-?\d+\.\d{7,}(e-\d+)?|-?\d+(\.\d+)?e-\d+")
 REPORT_S = 10.0
 """Time (s) for which a report waits for the robot's thread, which a test may block."""
 _ROBOTS = pytest.StashKey[list[tuple[str, "Simulator", Path | None]]]()
@@ -119,6 +120,7 @@ def _sections(fixture: str, simulator: "Simulator", artifact: Path | None) -> It
         try:
             state = simulator.call(robot.state, REPORT_S)
             text = "\n".join(f"{key}: {getattr(state, key)}" for key in state.__struct_fields__)
+            text = LONG_NUMBER.sub(lambda found: f"{round(float(found[0]), 6)}", text)
         except TimeoutError as blocked:
             text = f"unknown: {blocked}"
         yield f"{name} state", text

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 LEAVE_S, END_S = 10.0, 2.0
 """Seconds that the thread has to leave the context before it counts as blocked, and then to end."""
 
+__tracebackhide__ = True  # pytest shows the line of the test instead
 T = TypeVar("T")
 
 
@@ -88,6 +89,8 @@ class LoopThread(threading.Thread):
                 line = traceback.extract_stack(sys._current_frames().get(self.ident or 0))[-1]
                 busy = f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
                 raise TimeoutError(f"the thread {self.name} is blocked by {busy}")
+            if fault := answer.exception():  # `result` would add lines of concurrent.futures to it
+                raise fault
             return answer.result()
         except futures.CancelledError:
             raise RuntimeError("the loop is closed") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 
 import pytest
@@ -169,6 +170,27 @@ def test_a_failed_test_shows_the_dialogue_and_the_last_state(
         ]
     )
     result.stdout.no_fnmatch_line("*help : stop*")
+
+
+def test_a_failed_call_is_shown_at_the_line_of_the_test(project: Project) -> None:
+    result = project.tests(
+        """
+        from iiwa_sim import Iiwa
+
+        @pytest.mark.iiwa(clock="stepped")
+        def test_still_moving(iiwa, driver):
+            driver.ask(FAR)
+            iiwa.run_until_stopped(0.01)
+
+        def test_wrong_call(iiwa):
+            iiwa.backdoor.set_clock("warp")
+
+        def test_command_error(iiwa):
+            Iiwa(iiwa.host, iiwa.port).lin_move((4500, 0, 0, 0, 0, 0), speed=0.5, blending=0)
+        """
+    )
+    result.assert_outcomes(failed=3)
+    assert {"iiwa_sim" in line for line in result.outlines if re.match(r"\S+\.py:\d+:", line)} == {False}
 
 
 def test_options_come_from_marker_command_line_and_ini(project: Project, pytester: pytest.Pytester) -> None:

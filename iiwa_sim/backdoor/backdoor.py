@@ -5,8 +5,7 @@ The first paragraphs of the docstrings are the table of docs/backdoor.md and of 
 
 import time
 from asyncio import wrap_future
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
 from inspect import iscoroutinefunction
 from typing import Any
@@ -35,11 +34,14 @@ from iiwa_sim.settings import LONGEST_NAME, Reader
 from iiwa_sim.wording import harmless, shortened
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
+__tracebackhide__ = True  # pytest shows the line of the test instead
 ON_PURPOSE = "made to fail through the backdoor"
 LONGEST_TEXT = 200
 """Characters of a call in the dialogue, and of a reason."""
 BACKDOOR = "backdoor"
 """Name of all its clients in the dialogue."""
+FAULTS = (ValueError, CellFault, StillMoving, msgspec.ValidationError)
+"""Faults of values, which a call raises as `Refused`, with their message as the reason."""
 
 
 class Backdoor:
@@ -84,13 +86,17 @@ class Backdoor:
 
     async def advance(self, seconds: float) -> None:
         """Let so many seconds of simulated time pass (0 to a day), as fast as possible."""
-        with _refusing():
+        try:
             await self._clock.advance(seconds)
+        except FAULTS as fault:
+            raise Refused(EXECUTION, str(fault)) from None
 
     async def run_until_stopped(self, limit_s: float) -> float:
         """Let time pass until the robot has stopped; return the seconds taken. Rejected beyond `limit_s`."""
-        with _refusing():
+        try:
             return await self._clock.run_until_stopped(limit_s)
+        except FAULTS as fault:
+            raise Refused(EXECUTION, str(fault)) from None
 
     def pause(self, paused: bool = True) -> None:
         """Suspend simulated time, except for `advance` and `run_until_stopped`, or resume it."""
@@ -335,15 +341,6 @@ class Backdoor:
             port.acceptor.accept()
 
 
-@contextmanager
-def _refusing() -> Iterator[None]:
-    """Raise a fault of values as `Refused`, with its message as the reason."""
-    try:
-        yield
-    except (ValueError, CellFault, StillMoving, msgspec.ValidationError) as fault:
-        raise Refused(EXECUTION, str(fault)) from fault
-
-
 def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
     """Return a method that runs in the simulator's event loop, and reports its changes."""
     name, acts = method.__name__, method.__annotations__["return"] is None
@@ -357,8 +354,10 @@ def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
                 self._dialogue.event(BACKDOOR, harmless(shortened(f"{name}({given})", LONGEST_TEXT)))
             return result
 
-        with _refusing():
+        try:
             return self._call(act)
+        except FAULTS as fault:
+            raise Refused(EXECUTION, str(fault)) from None
 
     return called
 

@@ -11,6 +11,7 @@ from typing import Self
 Floats = Sequence[float]
 LINE = re.compile(rb"[\r\n]*([^\r\n]+)[\r\n]+")
 r"""A line with its end, which is `\n`, `\r`, `\r\n` or `\n\r`; empty ones do not count."""
+__tracebackhide__ = True  # pytest shows the line of the test instead
 MAX_REPLY_BYTES = 65536
 POLL_PERIOD_S = 0.01
 

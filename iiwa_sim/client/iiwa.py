@@ -9,6 +9,7 @@ from iiwa_sim.client import replies
 from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.replies import CommandError, ReplyError, UnknownCommandError
 
+__tracebackhide__ = True  # pytest shows the line of the test instead
 T = TypeVar("T")
 _STATE = {"0": False, "1": True}.__getitem__
 

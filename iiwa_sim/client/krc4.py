@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 from iiwa_sim.client.connection import Client, Floats, exactly
 from iiwa_sim.client.replies import Krc4Error, Krc4Frame, ReplyError
 
+__tracebackhide__ = True  # pytest shows the line of the test instead
 LARGEST_ID = 2**31 - 1
 REGISTERS = [f"{kind}{place}" for kind in "IR" for place in range(10)]
 REPLY = re.compile(rb"\s*(.*?(?:</Res\s*>|<Res\b[^>]*/>))", re.DOTALL)

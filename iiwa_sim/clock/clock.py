@@ -43,6 +43,7 @@ AT_ONCE = 1
 """An instant that has passed: the loop gets its turn, no more."""
 
 Stepped = Controller | ControllerGroup
+__tracebackhide__ = True
 logger = logging.getLogger(__name__)
 
 
