@@ -1,4 +1,4 @@
-"""The backdoor of a simulator over real sockets: what a driver sees of each fault, and that it serves on."""
+"""The backdoor of a simulator over real sockets: a driver sees each fault, and is served afterwards."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The options of `iiwa-sim`, in process: what is wrong is said before anything starts."""
+"""The options of `iiwa-sim`, in process: faults are reported before anything starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files of several robots in one process: the options of each, and what is wrong in them."""
+"""Files of several robots in one process: the options of each, and faults in the files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames: every conversion gives back what went in, also where the usual formulas lose their footing."""
+"""Frames: conversions back and forth, also at singular angles."""
 
 from __future__ import annotations
 

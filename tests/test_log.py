@@ -1,4 +1,4 @@
-"""The log's lines: what reaches a terminal or a file, whatever was logged."""
+"""Lines of the log on a terminal and in a file."""
 
 from __future__ import annotations
 

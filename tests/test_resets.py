@@ -1,4 +1,4 @@
-"""Clients that close or reset their connection on any port of a robot, at any stage of what they say."""
+"""Clients that close or reset their connection on any port of a robot, at any stage of a message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`iiwa-sim --view-port` and `iiwa-sim show`: what cannot be served."""
+"""`iiwa-sim --view-port` and `iiwa-sim show`: unusable options."""
 
 from __future__ import annotations
 

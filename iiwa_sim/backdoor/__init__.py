@@ -1,1 +1,1 @@
-"""The interface of a test bench: methods, also over HTTP, for robot, cell, time and wire."""
+"""Fault injection interface used by tests: methods, also over HTTP, for robot, cell, time and wire."""

@@ -1,4 +1,4 @@
-"""The backdoor: calls of a test bench on robot, cell, time and wire.
+"""The backdoor: calls of a test on robot, cell, time and wire.
 
 The first paragraphs of the docstrings are the table of docs/backdoor.md and of `GET /`.
 """

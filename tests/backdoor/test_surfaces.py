@@ -1,4 +1,4 @@
-"""Surfaces, tools and states that change while the robot is there: what it feels then."""
+"""Forces after changes of surfaces, tools and saved states."""
 
 from __future__ import annotations
 

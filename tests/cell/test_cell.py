@@ -1,4 +1,4 @@
-"""A cell.toml: what becomes of what stands in it, and one line for everything that can be wrong."""
+"""A cell.toml: its robot, surfaces, gripper and parts, and one line for each fault in it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two example cells: what a driver feels in them."""
+"""Contact forces in the two example cells."""
 
 from __future__ import annotations
 

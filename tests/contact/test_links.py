@@ -1,4 +1,4 @@
-"""The links of an arm among surfaces: what they feel, when, and what that does to the robot."""
+"""Contacts of links with surfaces: their forces, and the torques on the robot."""
 
 from __future__ import annotations
 

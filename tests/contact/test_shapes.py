@@ -1,4 +1,4 @@
-"""Distances to shapes, against points all over their surfaces and against what is within."""
+"""Distances to shapes, against points on their surfaces and inside of them."""
 
 from __future__ import annotations
 

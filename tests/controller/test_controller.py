@@ -1,4 +1,4 @@
-"""The controller: what it accepts, what it refuses, and that a refusal changes nothing."""
+"""The controller: accepted and rejected moves; a rejection changes nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The error state: what begins it, what it refuses, how it ends; and what a test bench does to a robot."""
+"""The error state: its causes, rejected commands and reset; and faults set by the backdoor."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller.move(joint_move(AWAY, FULL))
 
 
-# What a test bench does
+# Faults set by the backdoor
 
 
 def test_the_next_move_is_refused_once_and_changes_nothing() -> None:

@@ -1,4 +1,4 @@
-"""The whole arm touches: what a robot does whose links meet surfaces or each other."""
+"""Robots whose links touch surfaces or each other."""
 
 from __future__ import annotations
 

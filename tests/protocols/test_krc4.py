@@ -1,4 +1,4 @@
-"""KRC4 messages and what they do to the controller."""
+"""KRC4 messages and their effect on the controller."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Replies of the iiwa's protocol: none is longer than what a driver receives at once, and all help."""
+"""Replies of the iiwa's protocol: none is longer than a driver receives at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A robot's folder: what comes along, and a user's own."""
+"""Folders of robots: the built-in ones, and a user's own."""
 
 from __future__ import annotations
 

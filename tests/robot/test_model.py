@@ -1,4 +1,4 @@
-"""Forward kinematics against figures of the arm, the TCP against Pinocchio, and what the URDF tells."""
+"""Forward kinematics against figures of the arm and Pinocchio, and the contents of the URDF."""
 
 from __future__ import annotations
 

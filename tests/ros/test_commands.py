@@ -1,4 +1,4 @@
-"""Command messages read: units, and what is refused. Moves themselves are in test_appendix_a.py."""
+"""Command messages: units and rejected fields. Moves themselves are in test_appendix_a.py."""
 
 from __future__ import annotations
 
