@@ -33,7 +33,7 @@ from iiwa_sim.world.tick_kernel import IMPRATIO, OF_ARM, OF_PART, OF_SCENE, STAN
 
 HEAVY = 1e3
 """Armature (kg, kg m2) of imposed bodies: forces hardly change their velocity."""
-LOWEST, FREE, GRASPED, LIGHT = -1, 1, 2, 3
+LOWEST, SURFACE, FREE, GRASPED, LIGHT = -1, 1, 2, 3, 4
 """Priorities of contact laws and friction; bodies of a scene have 0, arms the least.
 A light free part would swing on the spring of a held one; others have that spring, without damping."""
 MARGIN_M = 1e-4
@@ -103,7 +103,7 @@ def build(
     of_arms = [_add_arm(spec, arm, number, law) for number, arm in enumerate(arms)]
     of_surfaces = []
     for each in surfaces:
-        laid = common | {"contype": SURFACES, "conaffinity": PARTS + PASSING}
+        laid = common | {"contype": SURFACES, "conaffinity": PARTS + PASSING, "priority": SURFACE}
         laid |= {"friction": [each.friction, 0.0, 0.0], "surfacevel": [*each.surface_velocity, 0.0, 0.0, 0.0]}
         of_surfaces.append(_add_shape(_add_body(spec.worldbody, each.pose), each.shape, **laid))
     of_parts = [_add_part(spec, number, *each, common) for number, each in enumerate(parts)]

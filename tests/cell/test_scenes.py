@@ -14,6 +14,7 @@ from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
 from tests.asked import ptp_move
 from tests.stepped import SteppedRobot
+from tests.world.scenes import table
 
 TICK_S = 0.002
 SCENE = """<mujoco>
@@ -224,6 +225,15 @@ def test_the_arm_pushes_a_drawer_and_objects_come_to_rest(tmp_path: Path) -> Non
     robot.step(2000)
     rise_mm = snapshot(controller).bodies[-1].frame.z_mm - places["screw"].z_mm
     assert rise_mm == pytest.approx(2.0, abs=0.1), "0.5 mm/s are slow, but no rest"
+
+
+def test_a_heavy_ball_of_a_scene_lies_on_a_surface(tmp_path: Path) -> None:
+    ball = '<freejoint/><geom type="sphere" size=".03" mass="20"/>'
+    scene = f'<mujoco><worldbody><body pos=".5 .5 .331">{ball}</body></worldbody></mujoco>'
+    robot = robot_in(tmp_path, 'scene = {file = "scene.xml"}\n' + table(), scene)
+    robot.step(1000)
+    assert robot.controller.resting
+    assert snapshot(robot.controller).bodies[-1].frame.z_mm == pytest.approx(326.0, abs=4.0)
 
 
 def test_each_robot_has_its_own_wires_and_a_belt_runs_on_after_a_new_surface(tmp_path: Path) -> None:
