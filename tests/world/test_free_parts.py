@@ -133,16 +133,7 @@ def test_jaws_at_2500_mm_per_s_throw_no_cube_faster_than_10_m_per_s() -> None:
 
 @pytest.mark.parametrize("speed", [pytest.param(0.05, marks=pytest.mark.slow), 0.25])
 def test_a_block_between_jaws_and_a_wall_presses_as_springs_in_series(speed: float) -> None:
-    wall = """
-[[box]]
-name = "wall"
-size_mm = [400, 20, 60]
-x_mm = 550
-y_mm = 60
-z_mm = 330
-stiffness_n_per_m = 50000
-friction = 0.3
-"""
+    wall = table(name="wall", more="y_mm = 60\n").replace("[800, 1200, 40]", "[900, 20, 140]")
     scene = Scene(wall, part("it", (550, 0, 330), stiffness=5e4), table())
     scene.drives(closed=True)
     scene.goes(down(550, -150, 460), 1.0, straight=False)

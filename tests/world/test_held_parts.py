@@ -217,12 +217,6 @@ def test_a_lost_part_falls_and_the_jaws_close() -> None:
     assert scene.events[-1] == "part 'block' falls out of the gripper: made to through the backdoor"
     with pytest.raises(Refused, match="the gripper holds no part"):
         scene.handling.lose()
-    scene.drives(closed=False)
-    z = scene.place_mm("block")[2]
-    scene.goes(down(*scene.place_mm("block")[:2], 420), straight=False)
-    scene.goes(down(*scene.place_mm("block")[:2], z))
-    scene.drives(closed=True)
-    assert scene.part("block").state == "held", "it can be picked again"
 
 
 def test_a_part_that_is_lost_where_it_stands_is_gripped_again() -> None:
