@@ -21,7 +21,7 @@ from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.model import Model
 
 # With less than this (rad) between the axes of two wrist joints one of them is free.
-_ALIGNED = 4e-10
+_ALIGNED = 1e-9
 # Wider than the neighbourhood in which the seed is followed: lines keep out of it.
 _STRETCHED_RAD = 1e-3
 _SIDEWAYS_M = 1e-4

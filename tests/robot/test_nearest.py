@@ -134,11 +134,12 @@ def test_a_joint_on_its_limit_stays_there_despite_rounding(arm: Arm) -> None:
         assert found.joints == pytest.approx(present, abs=1e-9)
         assert not found.changed
         assert arm.within_limits(found.joints)
-    poses_deg = [[0, 20, 0, -60, 170, 90, 0], [0, 20, 0, 0, 0, 60, 0], [0, 20, 0, -60, 0, 0, 20]]
-    for present in np.radians(poses_deg).tolist():
-        reply = Frame(*(round(each, 9) for each in Frame.from_transform(arm.model.flange(present))))
-        found = rule(arm).find(reply.to_transform(), present)
-        assert found.joints == pytest.approx(present, abs=1e-4), "at its own frame, on a limit or singular"
+    own = [[0, 20, 0, -60, 170, 90, 0], [0, 20, 0, 0, 0, 60, 0], [25, 20, 0, -90, 0, 0, 0]]
+    pairs_deg = [*zip(own, own, strict=True), ([9, 9, 0, -80, 0, 9, 9], [0, 20, 0, -60, 0, 0, 20])]
+    for start, there in np.radians(pairs_deg).tolist():
+        reply = Frame(*(round(each, 9) for each in Frame.from_transform(arm.model.flange(there))))
+        found = rule(arm).find(reply.to_transform(), start)
+        assert found.joints == pytest.approx(there, abs=1e-4), "the decimals of a reply are rounding, too"
 
 
 def refusal(
