@@ -193,7 +193,7 @@ class Clock:
         """Make the ticks that are due by now, before a caller reads or commands the robot."""
         if self._idles:
             self._make_up_for_rest()
-        elif AT_ONCE < self._asked_ns <= self._now_ns() and not self._hastens:
+        elif AT_ONCE < self._asked_ns <= self._now_ns() and not self._runs_fast:
             self._wake()  # ticks of a fast clock are never due: `commanded` may hold them
 
     def look(self) -> None:
@@ -249,7 +249,7 @@ class Clock:
             self._deadline_ns = self._now_ns() + self._period_ns
 
     @property
-    def _hastens(self) -> bool:
+    def _runs_fast(self) -> bool:
         return self.pace.is_fast and not self.paused and self._robot.under_way
 
     def _sleep(self) -> None:
@@ -259,7 +259,7 @@ class Clock:
         self._idles = False
         if self._advances:
             instant_ns = AT_ONCE
-        elif self._hastens:
+        elif self._runs_fast:
             instant_ns = AT_ONCE if self._held_since_ns is None else self._held_until_ns
         elif self.paused or not self.pace.speed:
             return  # a wake-up asked for before finds nothing to do
@@ -284,16 +284,16 @@ class Clock:
             if self._advances[0].go_on(self._robot, self._step, self._now_ns, now_ns + SLICE_NS):
                 self._advances.popleft()
             self._count_anew()
-        elif self._hastens:
+        elif self._runs_fast:
             if self._held_since_ns is None or now_ns >= self._held_until_ns:
                 self._held_since_ns = None
-                self._hasten(now_ns)
+                self._run_fast(now_ns)
                 self._count_anew()
         elif not self.paused and self.pace.speed:
             self._make_due(now_ns)
         self._sleep()
 
-    def _hasten(self, now_ns: int) -> None:
+    def _run_fast(self, now_ns: int) -> None:
         """Make ticks faster than real time for `SLICE_NS`, or until there is nothing to do."""
         step, robot = self._step, self._robot
         end_ns = now_ns + SLICE_NS

@@ -148,7 +148,7 @@ class ExternalWrench:
         self._at_tcp = seen_from(unknown, inverse(self.tool_in_flange))
         self._set(self.wrenches, "payload", self._motion.wrench(self._at_tcp))
 
-    def hand(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
+    def take_parts(self, wrench: Wrench, push: Wrench, torques: Torques | None) -> None:
         """Take the wrench of parts at the TCP, along its axes, and their torques on the joints (Nm).
 
         `push` is the part of the wrench that deflects a compliant robot.
@@ -160,9 +160,9 @@ class ExternalWrench:
         self._set(self.torques, "parts", torques)
         self._parts_push = push
 
-    def jaws_are(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
+    def set_jaws(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
         """Have the jaws of a gripper there, in the flange, so much farther out or in than before."""
-        self._links.jaws_are(jaws, moved_m)
+        self._links.set_jaws(jaws, moved_m)
         self._is_settled = False
 
     # Ticks

@@ -162,7 +162,7 @@ class Links:
         self._scene = _scene(self._model.description, self._tool, self._jaws, tuple(self._surfaces.values()))
         self.gaps.take(*self._scene.gaps)
 
-    def jaws_are(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
+    def set_jaws(self, jaws: Callable[[], Sequence[Capsule]], moved_m: float) -> None:
         """Have jaws, which are found when they are near something, so much farther out or in than before."""
         self._find_jaws, self._moved_m = jaws, self._moved_m + moved_m
         if abs(self._moved_m) > MARGIN_M:

@@ -473,7 +473,7 @@ class Controller:
         self.load.place(joints, tool_in_flange)
         self.protection.find_harmless()
         if self.handling is not None:
-            self.handling.tcp_is(joints, self.load.tcp(joints))
+            self.handling.place_tcp(joints, self.load.tcp(joints))
 
     def _motions_from(self, joints: Joints) -> Motions:
         limits, load = self.planner.limits, self.load

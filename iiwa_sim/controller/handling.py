@@ -163,7 +163,7 @@ class Handling:
     def take_forces(self) -> None:
         """End a tick: take the forces of bodies on the robot, switch inputs."""
         gripper, arm = self.gripper, self.arm
-        self._load.hand(arm.wrench, arm.push, arm.torques)
+        self._load.take_parts(arm.wrench, arm.push, arm.torques)
         # Only jaws that move, or a scene, make news.
         rested, self._rested = self._rested, arm.jaws_rest and not self._setup.inputs
         if not (rested and self._rested):
@@ -179,11 +179,11 @@ class Handling:
         if arm is world.arms[0]:
             world.set_surfaces([each._replace(pose=arm.in_world(each.pose)) for each in surfaces])
 
-    def tcp_is(self, joints: Joints, tcp: Transform) -> None:
+    def place_tcp(self, joints: Joints, tcp: Transform) -> None:
         """Notice that the robot has been placed, at rest."""
         self._place_jaws()
         self.arm.place(joints, tcp, self._load.tool_in_flange)
-        self._load.hand(self.arm.wrench, self.arm.push, self.arm.torques)
+        self._load.take_parts(self.arm.wrench, self.arm.push, self.arm.torques)
 
     def kept(self) -> Callable[[], None]:
         """Return a function that restores the present state; call that of the first robot first."""
@@ -199,7 +199,7 @@ class Handling:
             if state is not None:
                 world.restore(state)
             self._changes = self._load.contact.changes
-            self._load.hand(arm.wrench, arm.push, arm.torques)
+            self._load.take_parts(arm.wrench, arm.push, arm.torques)
             self._driven_by, self._inputs = None, {}
             self._set_inputs()
 
@@ -289,7 +289,7 @@ class Handling:
         if now != (was := self._jaws_at):
             moved_m = 0.5 * (now[0] - was[0]) if was and was[1] == now[1] else inf
             self._jaws_at = now
-            self._load.jaws_are(partial(capsules_of, self.gripper.kind, *now), moved_m)
+            self._load.set_jaws(partial(capsules_of, self.gripper.kind, *now), moved_m)
 
     def _set_inputs(self) -> None:
         """Switch the inputs whose sensors have changed: others keep the state that a test gave them."""

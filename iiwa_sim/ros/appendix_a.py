@@ -100,7 +100,7 @@ class AppendixA:
         """Notice a tick: send commands whose time has come, and publish results."""
         if self._failed:
             self._failed = False
-            self._stop_what_goes_on()
+            self._stop_after_failure()
         if self._waiting and self._controller.override > 0.0:
             self._send_next()
         self._publish_ended()
@@ -148,7 +148,7 @@ class AppendixA:
         self._servo = ""
         self._controller.stop()
 
-    def _stop_what_goes_on(self) -> None:
+    def _stop_after_failure(self) -> None:
         """Stop moves that were sent behind a failed one, or a servo whose next target was refused."""
         codes = [None if each.result is None else each.result[0] for each in self._begun]
         failed = next((place for place, code in enumerate(codes) if code), len(codes))

@@ -158,7 +158,7 @@ class Arm:
         joints, tcp, coming_tcp, driven, compliance = self._next
         self.joints, self.tcp, jaw_m = joints, tcp, 0.0
         if compliance or self.compliance:
-            self._comply(compliance)
+            self._set_compliance(compliance)
         gripper = self.gripper
         if gripper is not None and not (self.jaws_rest and driven == gripper.driven):
             jaw_m = self._drive(gripper, driven)
@@ -440,7 +440,7 @@ class Arm:
         self._v_was, self._forces_was = self._data.qvel[self.dofs], np.zeros(len(self.dofs))
         self.weigh_imposed()
 
-    def _comply(self, compliance: int) -> None:
+    def _set_compliance(self, compliance: int) -> None:
         """Impose the apparent inertia of a compliant robot, or make all heavy again."""
         changed, self.compliance = compliance != self.compliance, compliance
         if changed or compliance == COMPLIANT_JOINTS:

@@ -240,7 +240,7 @@ def brake(v: cython.double[:, ::1], tick_s: cython.double) -> float:
     return float(fastest)
 
 
-def lie(
+def measure_free(
     q: cython.double[:, ::1], v: cython.double[:, ::1], was: cython.double[:, ::1], near_m: cython.double
 ) -> tuple[bool, float, float]:
     """Return True if free bodies are near where they were, with their greatest speed and coordinate (m)."""

@@ -23,7 +23,7 @@ from iiwa_sim.world.details import Vector, find_forces
 from iiwa_sim.world.distances import Distances
 from iiwa_sim.world.material import law_of_free
 from iiwa_sim.world.part import FALLS, GONE, HELD, LIES, Part
-from iiwa_sim.world.tick_kernel import ROOM_M, brake, lie
+from iiwa_sim.world.tick_kernel import ROOM_M, brake, measure_free
 
 REMOVED = "part {!r} is gone: made to through the backdoor"
 FARTHEST_M = 10.0
@@ -171,7 +171,7 @@ class World:
         self._spin = brake(self.part_v, self.tick_s)
         self._impose()
         self._find_forces()
-        near, speed, far_m = lie(self.part_q, self.part_v, self._still_q, STILL_M)
+        near, speed, far_m = measure_free(self.part_q, self.part_v, self._still_q, STILL_M)
         if far_m > FARTHEST_M:
             for number in np.nonzero((np.abs(self.part_q[:, :3]) > FARTHEST_M).any(axis=1))[0].tolist():
                 self._take_away(number)

@@ -147,6 +147,6 @@ def test_speeds_blending_forces_and_accelerations(fields: dict[str, Any], read_a
     ],
 )
 def test_unsupported_commands_are_rejected_with_a_reason(fields: dict[str, Any], words: str) -> None:
-    told = refusal(**fields)
-    assert words in told
-    assert "up to inf" not in told
+    reason = refusal(**fields)
+    assert words in reason
+    assert "up to inf" not in reason

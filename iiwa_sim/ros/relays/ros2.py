@@ -98,7 +98,7 @@ class Relay:
         self._node = node
         self.publishers: dict[str, tuple[Any, Any]] = {}
         self.goals: dict[str, _Goal] = {}  # whose end has not been reported
-        self._wished: Any = None  # the goal that was asked for last: rclpy accepts one after the other
+        self._requested: Any = None  # the goal that was asked for last: rclpy accepts one after the other
         self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
         messages, goals = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
@@ -119,7 +119,7 @@ class Relay:
                 own,
                 self._execute,
                 callback_group=goals,
-                goal_callback=self._wish,
+                goal_callback=self._request,
                 handle_accepted_callback=self._accepted,
                 cancel_callback=lambda _: rclpy.action.CancelResponse.ACCEPT,
             )
@@ -160,7 +160,7 @@ class Relay:
         self._node.get_logger().warning(f"{service}: {fault}")
         return fill(response, {"message": fault}) if hasattr(response, "message") else response
 
-    def _wish(self, request: Any) -> Any:
+    def _request(self, request: Any) -> Any:
         """Ask for a goal. It was rejected if its end has come before the response to a later call."""
         number = f"goal {next(self._numbers)}"
         goal = self.goals[number] = _Goal(number)
@@ -168,13 +168,13 @@ class Relay:
         self._pipe.say("send_action_goal", args=plain(request), **asked)
         self._pipe.call(BARRIER, {})
         if goal.end.get("result", True):
-            self._wished = goal
+            self._requested = goal
             return rclpy.action.GoalResponse.ACCEPT
         del self.goals[number]
         return rclpy.action.GoalResponse.REJECT
 
     def _accepted(self, handle: Any) -> None:
-        self._wished.handle, handle.goal = handle, self._wished
+        self._requested.handle, handle.goal = handle, self._requested
         handle.execute()
 
     def _execute(self, handle: Any) -> Any:
