@@ -157,18 +157,18 @@ def test_a_restored_scene_continues_with_the_same_bits(tmp_path: Path) -> None:
     for robot in robots:
         robot.step(100)
         robot.controller.io.outputs = (True,) * 16
-        robot.step(700)
+        robot.step(400)
         runs.append(snapshot(robot.controller))
     assert runs[0] == runs[1]
     handling = robots[0].controller.handling
     assert handling is not None
     kept, inputs = handling.kept(), robots[0].controller.io.inputs
     for robot in robots:
-        robot.step(300)
+        robot.step(200)
     expected = snapshot(robots[1].controller)
     kept()
     robots[0].controller.io.inputs = inputs
-    robots[0].step(300)
+    robots[0].step(200)
     again = snapshot(robots[0].controller)
     assert (again.parts, again.bodies, again.inputs) == (expected.parts, expected.bodies, expected.inputs)
 
@@ -222,9 +222,9 @@ def test_the_arm_pushes_a_drawer_and_objects_come_to_rest(tmp_path: Path) -> Non
     while not controller.resting:
         robot.step()
     controller.io.set_output(1, on=True)
-    robot.step(2000)
+    robot.step(1000)
     rise_mm = snapshot(controller).bodies[-1].frame.z_mm - places["screw"].z_mm
-    assert rise_mm == pytest.approx(2.0, abs=0.1), "0.5 mm/s are slow, but no rest"
+    assert rise_mm == pytest.approx(1.0, abs=0.05), "0.5 mm/s are slow, but no rest"
 
 
 def test_a_heavy_ball_of_a_scene_lies_on_a_surface(tmp_path: Path) -> None:

@@ -77,7 +77,11 @@ def test_a_line_is_jogged_straight(simulator: Simulator, viewer: Viewer) -> None
 
 
 @pytest.mark.parametrize(
-    ("axis", "turn"), [("Rx", Frame(0, 0, 0, 0, 0, radians(5))), ("Rz", Frame(0, 0, 0, radians(5), 0, 0))]
+    ("axis", "turn"),
+    [
+        pytest.param("Rx", Frame(0, 0, 0, 0, 0, radians(5)), marks=pytest.mark.slow),
+        ("Rz", Frame(0, 0, 0, radians(5), 0, 0)),
+    ],
 )
 def test_a_step_turns_the_tcp_about_an_axis(
     simulator: Simulator, viewer: Viewer, axis: str, turn: Frame
