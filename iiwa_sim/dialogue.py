@@ -85,7 +85,7 @@ class _Entry:
 
 
 class Dialogue:
-    """The dialogue in all protocols. From `remember` on it is kept and can be asked for, from any thread.
+    """The dialogue in all protocols. From `remember` on it is kept and can be read from any thread.
 
     A line is kept before its reply is sent: a client that has the reply finds its line here. `listeners` are
     called with each line in order, inside the event loop, and must not fail.

@@ -121,7 +121,7 @@ class SimulatedRobot:
         self.log_name = " ".join(filter(None, (log.robot.get(), self.name)))  # that of a fleet comes first
         self.backdoor: Backdoor
         self.dialogue = Dialogue(self._time_s, command_names)
-        """The dialogue in all protocols. It can be asked for from `dialogue.remember()` on."""
+        """The dialogue in all protocols. It can be read from `dialogue.remember()` on."""
         self.events = RobotEvents(self.dialogue, self.log_name)
         self.stepped = controller = cell.controller(
             clock.tick_s, arm=arm, servo_timeout_s=settings.servo_timeout_s, on_event=self.events.report

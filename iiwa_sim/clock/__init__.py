@@ -1,1 +1,1 @@
-"""When the next tick happens: at a pace, or when it is asked for."""
+"""Time of the next tick: at a pace, or on request."""

@@ -13,7 +13,7 @@ cdef class Contact:
     cdef double[::1] _o
     cdef double[::1] _free             # a ball without contact: its centre (m), and its radius squared
     cdef double[::1] _anchor           # place (m); whether there is one; whether the surface is touched
-    cdef double[::1] _now              # at the place that was asked for last
+    cdef double[::1] _now              # at the last requested place
     cdef bint is_free(self, double x, double y, double z) noexcept
     cdef bint press(self, double[::1] p, bint remember, double[::1] acting) except? -1
     cdef void _rub(self, double[::1] p, double limit, bint remember, double[::1] acting) noexcept

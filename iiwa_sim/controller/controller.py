@@ -129,7 +129,7 @@ class Controller:
         Before it make others, up to `at_most` in all, in which the robot only moves to known positions and
         touches nothing. The result is the same, bit for bit. Return the number of ticks.
 
-        A stop that a force asks for begins in the next tick. An internal error stops the robot, in error, and
+        A stop because of a force begins in the next tick. An internal error stops the robot, in error, and
         is raised. Robots that share a world all `move_on`, then the world steps, then all `take_forces`.
         """
         left_out, handling = 0, self.handling

@@ -36,7 +36,7 @@ PATH_TOLERANCE, GOAL_TOLERANCE = "path tolerance", "goal tolerance"
 
 
 class TrajectoryRequest(NamedTuple):
-    """A trajectory that is asked for."""
+    """A requested trajectory."""
 
     joints: Sequence[str]
     """Names, each of the robot's once, in any order."""

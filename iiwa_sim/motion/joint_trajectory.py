@@ -7,7 +7,7 @@ The robot follows an average of that curve over the time just behind, of two wid
 average never leaves the range of its values. Averaging over T seconds keeps positions and velocities within
 their limits, and bounds the next derivative by (range of this one) / T. The first average, T1 wide, is for
 velocities that jump, as between straight lines, or change faster than the robot accelerates. The second, T2
-wide, is for accelerations that do so. A curve that asks for nothing the robot cannot do is not averaged at
+wide, is for accelerations that do so. A curve within the limits of the robot is not averaged at
 all. Else the robot is (T1 + T2) / 2 behind it.
 """
 

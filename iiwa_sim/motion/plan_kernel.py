@@ -625,7 +625,7 @@ class SpeedProfile:
     at: cython.Py_ssize_t  # next segment to sample or to check
     move: cython.Py_ssize_t
     blend: cython.Py_ssize_t
-    sampled_x: cython.double  # for which the path was asked last
+    sampled_x: cython.double  # last x at which the path was evaluated
     first: cython.Py_ssize_t[::1]  # sample of each segment
     edge: cython.Py_ssize_t[::1]  # first edge of the path in each segment
     u: cython.double[::1]  # where samples are in their segments, 0 to 1

@@ -49,7 +49,7 @@ def damping(mass: float, stiffness: float, least: float = 0.0) -> float:
     return max(2.0 * DAMPING_RATIO * sqrt(stiffness * mass), least)
 
 
-@lru_cache(maxsize=32)  # a stream of moves asks for the same springs
+@lru_cache(maxsize=32)  # a stream of moves has the same springs
 def spring(mass: float, stiffness: float, damping: float, step_s: float) -> Array:
     """Solve m x'' = f - d x' - k x exactly over a step with constant force f.
 

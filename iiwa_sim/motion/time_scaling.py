@@ -108,7 +108,7 @@ class TimeScaling:
 
     @property
     def coming_s(self) -> float:
-        """Planned time after the next tick, if nothing is asked for until then."""
+        """Planned time after the next tick, without a new request until then."""
         if self._change is None:
             return self.time_s + self.advance_s
         after_s, duration = self._changed_s + self.tick_s, self._change.duration

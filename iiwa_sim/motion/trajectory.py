@@ -232,7 +232,7 @@ class Trajectory:
         )
 
     def _before(self, now_s: float, k: int) -> tuple[Array, Array]:
-        """Return times and quintics up to the knot k that may still be asked for."""
+        """Return times and quintics up to the knot k that may still be needed."""
         first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
         return self.times[first : k + 1], self._quintics[:, first:k]
 

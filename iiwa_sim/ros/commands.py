@@ -26,7 +26,7 @@ _Found = TypeVar("_Found")
 
 
 def read_command(command: Any, robot: Controller, *, apply_reference: bool = True) -> MoveRequest:
-    """Return the move that a command asks for. Raises `Refused`.
+    """Return the requested move of a command. Raises `Refused`.
 
     `apply_reference` says what to do with a pose_reference_frame with values that is not the base.
     """

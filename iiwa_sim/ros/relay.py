@@ -32,7 +32,7 @@ pipe.run(sys.argv[2])
 START_S = 120.0
 """Time (s) after its start in which the process has to become a node."""
 END_S = 10.0
-"""Time (s) in which the process has to end when it is asked to, before it is killed."""
+"""Time (s) in which the process has to end on request, before it is killed."""
 LONGEST_LINE_BYTES = 1 << 28
 MOST_UNREAD_BYTES = 1 << 17
 """Bytes that the process may leave unread before messages wait in the outbox, the newest of each topic."""

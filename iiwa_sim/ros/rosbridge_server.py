@@ -32,7 +32,7 @@ of_library.setLevel(logging.CRITICAL)  # the answer of a handshake that fails ha
 
 
 class RosbridgeServer:
-    """Serves every connection to an address that has access, whatever path it asks for."""
+    """Serves every admitted connection to an address, at any path."""
 
     def __init__(
         self,

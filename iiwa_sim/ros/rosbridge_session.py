@@ -32,7 +32,7 @@ class _Identified(msgspec.Struct):
 
 
 class _Operation(_Identified):
-    """An operation that a client asks for, with the fields of any of them."""
+    """A requested operation, with the fields of all kinds."""
 
     op: str = ""
     topic: str = ""

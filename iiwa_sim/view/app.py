@@ -32,7 +32,7 @@ FRAME_S, IDLE_S = 1.0 / 30.0, 0.1
 """Period of pictures, and of the check whether a browser has the page open."""
 MOST_ROBOTS = 24
 MOST_STATES_HZ = 120.0
-"""States per second that the page asks for, of all robots together."""
+"""States per second that the page requests, of all robots together."""
 APART_M, NAME_M = 2.5, 1.4
 """Distance between cells, and height of names of robots."""
 PANEL_PX = 320.0

@@ -50,7 +50,7 @@ def find_forces(
     mj.mj_fwdConstraint(model, data)
     if model.nsensor:
         mj.mj_sensorVel(model, data)
-        mj.mj_rnePostConstraint(model, data)  # `force` sensors read what nothing else asks for
+        mj.mj_rnePostConstraint(model, data)  # needed by `force` sensors only
         mj.mj_sensorAcc(model, data)
 
 

@@ -32,7 +32,7 @@ EMPTY = "structure_needs_at_least_one_member"
 BARRIER = "/rosapi/nodes"
 """A service whose response shows that what was sent before was taken."""
 THREADS = 10
-"""One for messages, one for goals that are asked for, four for services and four for the ends of goals."""
+"""One for messages, one for goal requests, four for services and four for the ends of goals."""
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
 INVALID_GOAL = -1
@@ -81,7 +81,7 @@ def serve(pipe: Pipe, config: Message) -> None:
 
 @dataclass
 class _Goal:
-    """A goal that was asked for."""
+    """A requested goal."""
 
     number: str
     handle: Any = None
@@ -98,7 +98,7 @@ class Relay:
         self._node = node
         self.publishers: dict[str, tuple[Any, Any]] = {}
         self.goals: dict[str, _Goal] = {}  # whose end has not been reported
-        self._requested: Any = None  # the goal that was asked for last: rclpy accepts one after the other
+        self._requested: Any = None  # the last requested goal: rclpy accepts one after the other
         self._numbers = count(1)
         # Messages and goals one at a time and in their order; services at the same time.
         messages, goals = MutuallyExclusiveCallbackGroup(), MutuallyExclusiveCallbackGroup()
