@@ -47,7 +47,7 @@ def named(name: str) -> Iterator[None]:
 
 
 class Throttle:
-    """Admits the first few events of each kind in a second, for a log that stays readable."""
+    """Filter that admits the first few events of each kind in a second, for a readable log."""
 
     def __init__(self, most: int) -> None:
         self._most, self._until_ns, self._counts = most, 0, Counter[Hashable]()
@@ -111,7 +111,7 @@ def configure(level: str, as_json: bool) -> None:
 
 
 class LineWriter:
-    """Writes lines in a daemon thread, the only one that waits for the file.
+    """Writer of lines in a daemon thread, the only one that waits for the file.
 
     Lines for which there is no room are dropped; the line `lost` has their number when writing continues.
     """
@@ -158,7 +158,7 @@ class LineWriter:
 
 
 class _Handler(logging.Handler):
-    """Drops lines rather than block the robot in mid-motion, if stderr is not read."""
+    """Handler that drops lines rather than block the robot in mid-motion, if stderr is not read."""
 
     def __init__(self, descriptor: int, as_json: bool) -> None:
         super().__init__()

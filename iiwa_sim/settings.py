@@ -78,7 +78,7 @@ class SettingsFault(Unusable):
 
 
 class Reader:
-    """Reads one file and checks its values; every error is raised as the same kind of fault."""
+    """Reader of one file that checks its values; every error is raised as the same kind of fault."""
 
     def __init__(self, path: str, fault: type[SettingsFault], prefix: str = "") -> None:
         """`prefix` stands before the keys in messages."""

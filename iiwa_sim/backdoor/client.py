@@ -13,7 +13,7 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 
 
 class BackdoorClient:
-    """Has the methods of `Backdoor`, and calls them over HTTP.
+    """Client with the methods of `Backdoor`, called over HTTP.
 
     Arguments are those of `Backdoor`; results are values of JSON, or the bytes of a picture. A method raises
     `Refused` where the backdoor rejects the call, and OSError without an answer within `timeout_s`. Each

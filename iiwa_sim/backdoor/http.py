@@ -84,7 +84,7 @@ class NoCall(Refused):
 
 
 class BackdoorHttp:
-    """Serves a backdoor on `host`:`port` from `start` to `close`; port 0 picks a free one.
+    """HTTP server of a backdoor on `host`:`port` from `start` to `close`; port 0 picks a free one.
 
     With a `token`, requests have to carry it (`Authorization: Bearer TOKEN`), except for `/healthz`. Web
     pages are rejected: a browser names the page in the header Origin, and a rebound host name shows in Host.

@@ -31,7 +31,7 @@ the environment."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Collects texts of options; a wrong command line is a SettingError of one line."""
+    """Command line parser of the model's options; a wrong command line is a SettingError of one line."""
 
     def __init__(self, command: str, text: str, closing: str, usage: str | None = None) -> None:
         prog = f"iiwa-sim {command}".rstrip()

@@ -79,7 +79,7 @@ class _Advance:
 
 
 class Clock:
-    """Makes ticks of 1 / `rate_hz` simulated seconds, which the pace spreads over real time.
+    """Source of ticks of 1 / `rate_hz` simulated seconds, which the pace spreads over real time.
 
     - At a multiple of real time there are absolute deadlines: a late tick does not delay the following ones.
       After a stall the clock makes up for ticks up to a bound and drops the rest. Simulated time then lags

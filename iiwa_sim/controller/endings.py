@@ -70,7 +70,7 @@ class PendingMove(NamedTuple):
 
 
 class Endings:
-    """Reports the end of every move that has a listener, once and never early.
+    """Reports of the end of every move that has a listener, once and never early.
 
     A move that blends into the next one ends when that one begins.
     """

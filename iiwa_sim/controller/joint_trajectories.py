@@ -65,7 +65,7 @@ class Progress(NamedTuple):
 
 
 class JointTrajectories:
-    """Accepts joint trajectories, and ends the one that is followed beyond its tolerances."""
+    """Joint trajectories of one robot, each ended when it goes beyond its tolerances."""
 
     def __init__(self, controller: "Controller") -> None:
         self._controller = controller

@@ -55,7 +55,7 @@ class _Start:
 
 
 class LookAhead:
-    """Extends a trajectory into moves that wait if it may blend into them; else plans them from rest."""
+    """Planner that extends a trajectory into waiting moves by blends; else it plans them from rest."""
 
     def __init__(self, time: TimeScaling, lowest: Array, highest: Array) -> None:
         """`lowest` and `highest` are the position limits (n,), in rad."""

@@ -49,7 +49,7 @@ class RuckigTrajectory(NamedTuple):
 
 
 class RuckigPlanner:
-    """Finds trajectories within position limits, which Ruckig does not know."""
+    """Planner of Ruckig trajectories within position limits, which Ruckig does not know."""
 
     def __init__(self, position_min: Joints, position_max: Joints) -> None:
         """Set the limits of positions (rad)."""

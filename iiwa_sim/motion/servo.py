@@ -29,7 +29,7 @@ LEAST_S = 3e-4
 
 
 class Servo:
-    """Heads for targets, each of which takes over from the motion before.
+    """Online trajectory to the newest target, which takes over from the motion before.
 
     To a target each joint goes as fast as its limits allow, and would rest there; it does not wait for the
     others. A joint that is faster than a new velocity limit brakes first. A joint that is too fast to rest at

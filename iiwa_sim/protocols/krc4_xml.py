@@ -53,7 +53,7 @@ class Element(NamedTuple):
 
 
 class XmlStream:
-    """Splits the bytes of one connection into messages."""
+    """Splitter of the bytes of one connection into messages."""
 
     def __init__(self) -> None:
         self._data = b""  # from the beginning of the present message on

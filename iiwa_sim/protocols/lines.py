@@ -22,7 +22,7 @@ _TELNET = re.compile(rb"\xff(?:[\xfb-\xfe].?|.)?", re.DOTALL)
 
 
 class LineSplitter:
-    """Splits the bytes of one connection into lines."""
+    """Splitter of the bytes of one connection into lines."""
 
     def __init__(self) -> None:
         self._rest = b""  # of a line whose end has not come yet

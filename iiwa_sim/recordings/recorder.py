@@ -69,7 +69,7 @@ def recorders_into(path: Path, sources: Sequence[Source], clock: Clock, rate_hz:
 
 
 class Recorder:
-    """Records one robot: from `start` to `stop`, both called between two ticks.
+    """Recorder of one robot, from `start` to `stop`, both called between two ticks.
 
     Times are simulated, since the start of the simulator; the `publish_time` of each message is real. States
     come once in `tick_rate_hz / rate_hz` ticks, the first and the last one in any case. If the clock does not

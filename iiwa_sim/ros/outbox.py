@@ -80,7 +80,7 @@ class Outbox:
 
 
 class Turns:
-    """Has messages of all clients handled one after the other, one in each turn of the event loop."""
+    """Queue of the messages of all clients, one of which is handled in each turn of the event loop."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

@@ -32,7 +32,7 @@ of_library.setLevel(logging.CRITICAL)  # the answer of a handshake that fails ha
 
 
 class RosbridgeServer:
-    """Serves every admitted connection to an address, at any path."""
+    """WebSocket server for every admitted connection to an address, at any path."""
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ class ListenFault(Unusable):
 
 
 class Acceptor:
-    """Listens on `host`:`port` from `start` to `close` and accepts connections, one after the other.
+    """Listener on `host`:`port` from `start` to `close` that accepts connections one by one.
 
     Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
     socket is bound to it that does not listen.

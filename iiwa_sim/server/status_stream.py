@@ -12,7 +12,7 @@ It holds the lines in flight at 500 Hz, which may be acknowledged 40 ms late."""
 
 
 class StatusStream(TcpServer):
-    """Sends `line()` to every connection to `host`:`port`, `rate_hz` times per second of simulated time.
+    """Server that sends `line()` to every connection to `host`:`port`, `rate_hz` times per simulated second.
 
     Sending times are counted in ticks, of which there are `tick_rate_hz` per second. A reader that has not
     taken the last line skips this one. A reader that has closed its sending side still gets lines.

@@ -31,7 +31,7 @@ logger = logging.getLogger(__name__)
 
 
 class Admission:
-    """Admits clients in the order in which they connect, all at once or (`exclusive`) one after the other."""
+    """Admission of clients in the order in which they connect, all at once or (`exclusive`) one by one."""
 
     def __init__(self, exclusive: bool = False) -> None:
         self._exclusive = exclusive
@@ -218,7 +218,7 @@ class Connection(asyncio.BufferedProtocol):
 
 @dataclass(eq=False, kw_only=True)
 class TcpServer:
-    """Serves one session for every connection to `host`:`port`; port 0 picks a free one.
+    """TCP server with one session for every connection to `host`:`port`; port 0 picks a free one.
 
     `admission`, `budget` and wire `faults` may be shared with other servers of the loop. A client that waits
     to be admitted is connected, but nothing is read from it.

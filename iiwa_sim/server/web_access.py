@@ -17,7 +17,7 @@ _ADDRESS = re.compile(r"[0-9.]+|.*:.*")  # the last part of a name is never a nu
 
 
 class WebAccess:
-    """Admits clients that are no web page, pages of this machine, and pages of the named `origins`."""
+    """Access check that admits other clients than web pages, pages of this machine, and named `origins`."""
 
     def __init__(self, origins: Sequence[str] = (), hosts: Sequence[str] = ()) -> None:
         """`origins` as browsers write them, scheme://host[:port]; `hosts` are further names of this machine.
