@@ -52,7 +52,7 @@ _REMEDY = "PTP gets there"
 
 
 class Planner:
-    """Planner of the moves of one robot. Methods raise `Refused` for moves that are not possible as requested."""
+    """Planner of the moves of one robot. Methods raise `Refused` for moves that are not possible."""
 
     def __init__(self, model: Model) -> None:
         d = self._description = model.description
