@@ -123,7 +123,7 @@ def test_a_command(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.M
         case ["pip", "install", *rest]:
             assert {*re.findall(r"\[(\w+)\]", " ".join(rest))} <= EXTRAS
         case [python, file, *_] if python.endswith("python") and file.startswith("examples/"):
-            assert Path(file).exists()  # tests/ros and tests/test_course.py run them
+            assert Path(file).exists()  # tests/ros and tests/test_tutorial.py run them
         case [other, *_] if other in NOT_READ:
             pass
         case _:
