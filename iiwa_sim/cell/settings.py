@@ -155,6 +155,9 @@ class InputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     above: _Sensed = -inf
     below: _Sensed = inf
 
+    def __post_init__(self) -> None:
+        require(self.above > -inf or self.below < inf, "above", "this key, or below")
+
 
 class OutputSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """An output and the numbers by which it drives an actuator, a conveyor or an equality."""

@@ -104,6 +104,7 @@ WRONG = {
     "unknown actuator": ('"belt", on', '"x", on', "output[0].actuator", "an equality, or a geom"),
     "no such input": ("number = 3, s", "number = 17, s", "input[0].number", "one of the inputs 1 to 16"),
     "an input twice": ("number = 4, s", "number = 3, s", "input[1].number", "than that of input[0]"),
+    "an input without a bound": (", below = 0.19", "", "input[0].above", "this key, or below"),
     "no scene": ('scene = {file = "scene.xml"}', "", "input[0].sensor", "of the [scene]: it has none"),
     "no file": ("scene.xml", "scenes.xml", "scene.file", "the path of an MJCF file in"),
     "a name of ours": ('name = "ride"', 'name = "door"', "scene.file", "surface or part has that name"),
@@ -111,9 +112,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("old", "new", "key", "expected"), WRONG.values(), ids=list(WRONG))
-def test_a_wrong_wire_is_reported_in_one_line(
-    tmp_path: Path, old: str, new: str, key: str, expected: str
-) -> None:
+def test_a_wrong_wire_gives_one_line(tmp_path: Path, old: str, new: str, key: str, expected: str) -> None:
     with pytest.raises(CellFault) as fault:
         robot_in(tmp_path, (WIRES + PARTS).replace(old, new, 1))
     assert str(fault.value).startswith(f"{tmp_path / 'cell.toml'}: {key} = ")
