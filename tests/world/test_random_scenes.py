@@ -121,6 +121,7 @@ class RandomScene:
                     # Its kinetic energy, in the springs of both, and half of its distance in a tick.
                     soft = each.mass_kg * (1.0 / each.stiffness + 1.0 / surface.stiffness)
                     deepest = DEEPEST_M + self.fastest * sqrt(soft) + 0.5 * speed * scene.controller.tick_s
+                    deepest += self.pressed_n / surface.stiffness  # between the arm and the surface
                     assert surface.nearest(*place)[0] > -deepest, (each.name, surface.name)
 
 
