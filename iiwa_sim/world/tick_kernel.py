@@ -28,7 +28,7 @@ _NEAR = cython.declare(cython.double, 0.02)  # nearer than this (m) bounding sph
 # Friction of imposed bodies is Coulomb's above some mm/s, by this factor of MuJoCo's acceleration.
 _RUBS = cython.declare(cython.double, 1e3)
 IMPRATIO = 100.0
-"""Friction is so many times as stiff as the normal force, in proportion to its velocity."""
+"""Compliance of the normal force over that of friction, as MuJoCo has it."""
 _IMPRATIO = cython.declare(cython.double, IMPRATIO)
 # Free bodies that are slower creep (m/s, rad/s).
 _CREEPS_M_S = cython.declare(cython.double, 0.02)
@@ -57,7 +57,7 @@ def correct(
     points; those of one pair follow each other. Friction asks for no greater deceleration than it can
     give, or 1.5 g: MuJoCo's contact is convex, so a body that slides fast would be pressed up, lifted off,
     and rattle. With the cap it is lifted by less than the margin, in which the contact is still there and
-    presses by damping only. Imposed bodies press on standing ones by k d alone, without damping.
+    presses by damping only. Imposed bodies press on standing ones by k d alone, and rub by Coulomb's law.
 
     `points` has for each geom the least number of points in which it rests, 1, 2 or 4; `kinds` its kind.
     """
