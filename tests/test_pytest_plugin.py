@@ -186,7 +186,8 @@ def test_a_failed_call_is_shown_at_the_line_of_the_test(project: Project) -> Non
             iiwa.backdoor.set_clock("warp")
 
         def test_command_error(iiwa):
-            Iiwa(iiwa.host, iiwa.port).lin_move((4500, 0, 0, 0, 0, 0), speed=0.5, blending=0)
+            with Iiwa(iiwa.host, iiwa.port) as robot:
+                robot.lin_move((4500, 0, 0, 0, 0, 0), speed=0.5, blending=0)
         """
     )
     result.assert_outcomes(failed=3)
