@@ -14,7 +14,7 @@ from hypothesis.internal.conjecture import providers
 from hypothesis.internal.constants_ast import Constants
 
 from iiwa_sim.simulator import Simulator
-from tests.talking import Client
+from tests.line_client import Client
 
 # No test asks how long something takes. Samples are the same in every run: few in `make test`, many with
 # HYPOTHESIS_PROFILE=many. HYPOTHESIS_PROFILE=hunt draws new ones.

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, NamedTuple
 
 from iiwa_sim.simulator import Simulator
-from tests.krc4_talking import FULL, Reply, elements, replies, request
-from tests.talking import DEADLINE_S, Client, until
+from tests.krc4_client import FULL, Reply, elements, replies, request
+from tests.line_client import DEADLINE_S, Client, until
 
 
 class Driver(Client, ABC):

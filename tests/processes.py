@@ -17,7 +17,7 @@ from iiwa_sim.cli import main
 from iiwa_sim.cli.parsing import from_command_line
 from iiwa_sim.options.model import Settings
 from iiwa_sim.options.sources import from_environment, merged, robots_of
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
 

@@ -13,8 +13,8 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.blended_path import Joints, Run, SentMove
+from tests.requests import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.samples import MANY
 from tests.stepped import Array, SteppedRobot
 

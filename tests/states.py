@@ -10,7 +10,7 @@ from typing import Any
 from jsonschema import Draft202012Validator
 
 from iiwa_sim.simulator import Simulator
-from tests.talking import DEADLINE_S, wait_until
+from tests.line_client import DEADLINE_S, wait_until
 
 SCHEMA = json.loads(files("iiwa_sim.protocol").joinpath("status.schema.json").read_bytes())
 Draft202012Validator.check_schema(SCHEMA)

@@ -17,7 +17,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import arm_model
-from tests.asked import joint_move
+from tests.requests import joint_move
 
 Array = NDArray[np.float64]
 

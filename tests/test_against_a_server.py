@@ -11,8 +11,8 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
+from tests.line_client import DEADLINE_S
 from tests.processes import refused
-from tests.talking import DEADLINE_S
 
 Run = Callable[..., tuple[int, str, str]]
 

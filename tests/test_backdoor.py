@@ -10,7 +10,7 @@ import pytest
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.simulator import Simulator
 from tests.drivers import connect
-from tests.talking import Client, until
+from tests.line_client import Client, until
 
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 

@@ -21,8 +21,8 @@ import pytest
 
 from iiwa_sim import Simulator, cli
 from iiwa_sim.cli.parsing import from_command_line, server
-from tests.needed import program
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
+from tests.peers import program
 
 ROOT = Path(__file__).parent.parent
 BIN = Path(sys.executable).parent

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.needed import program
+from tests.peers import program
 from tests.processes import ended
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.floods import OPENING
 from iiwa_sim import Simulator
 from iiwa_sim.client import Iiwa
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 FROM_A_PAGE = (
     b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: 20\r\n\r\n"

@@ -9,7 +9,7 @@ import pytest
 
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.simulator import Simulator
-from tests.talking import Client
+from tests.line_client import Client
 
 IIWA = load_robot("lbr_iiwa_7_r800")
 PERIOD_S = 0.02

@@ -9,7 +9,7 @@ import pytest
 from iiwa_sim.protocols.krc4_xml import MESSAGES
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.simulator import Simulator
-from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
+from tests.krc4_client import IDS, Krc4Client, attributes, replies, request
 from tests.processes import refused
 
 

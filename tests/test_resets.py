@@ -9,8 +9,8 @@ import socket
 from benchmarks.floods import OPENING, frame
 from iiwa_sim.client import Iiwa
 from iiwa_sim.server.listening import reset_at_close
+from tests.line_client import DEADLINE_S
 from tests.processes import Process, running
-from tests.talking import DEADLINE_S
 
 
 def request(method: str, path: str, body: str = "", *headers: str) -> bytes:

@@ -23,10 +23,10 @@ from benchmarks.floods import operation, websockets
 from iiwa_sim.ros.rosbridge_server import LONGEST_FRAME_BYTES
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.wording import Unusable
-from tests.needed import lacks, program
+from tests.line_client import DEADLINE_S, Client
+from tests.peers import lacks, program
 from tests.processes import succeeds
 from tests.ros_robot import ptp
-from tests.talking import DEADLINE_S, Client
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 TOO_BIG = 1009

@@ -7,8 +7,8 @@ import pytest
 from iiwa_sim.client import Iiwa
 from tests import drivers
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES
+from tests.line_client import DEADLINE_S, until
 from tests.processes import running
-from tests.talking import DEADLINE_S, until
 
 
 def test_a_bye_ends_the_process_with_bye_shuts_down() -> None:

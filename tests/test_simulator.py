@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.talking import Client, until
+from tests.line_client import Client, until
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)

@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.simulator import Simulator
-from tests.asked import gravity_hold, joint_move
+from tests.requests import gravity_hold, joint_move
 
 THERE = [1, 1, 1, -1.5, 1, 1, 1]
 SLOWLY = [0.06] * 7  # some ten seconds

@@ -10,8 +10,8 @@ import pytest
 from iiwa_sim.server.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
+from tests.line_client import Client, until
 from tests.states import state
-from tests.talking import Client, until
 
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 

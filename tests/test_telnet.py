@@ -8,9 +8,9 @@ import time
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.needed import program
+from tests.line_client import DEADLINE_S
+from tests.peers import program
 from tests.processes import next_line
-from tests.talking import DEADLINE_S
 
 
 @pytest.mark.requirement("FRA003", "FRA004", "FRA006")

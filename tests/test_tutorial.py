@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim import Simulator
-from tests.needed import program
+from tests.peers import program
 from tests.processes import succeeds
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

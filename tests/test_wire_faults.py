@@ -21,7 +21,7 @@ from iiwa_sim.protocols.faults import (
 )
 from iiwa_sim.simulator import Simulator
 from tests.drivers import ONE_OF_EACH_PROTOCOL, SCENES, Driver, Scene, connect
-from tests.talking import DEADLINE_S, Client, until
+from tests.line_client import DEADLINE_S, Client, until
 
 LATE_S = 0.05
 A_WHILE = 5  # answers to another client, as a measure of time

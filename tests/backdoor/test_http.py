@@ -23,7 +23,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.protocols import faults as wire
 from iiwa_sim.simulator import Simulator
 from tests.backdoor.bench import HANDLED, IIWA
-from tests.talking import DEADLINE_S, wait_until
+from tests.line_client import DEADLINE_S, wait_until
 
 TOKEN = "swordfish"
 POSE = {"x_mm": 600.0, "y_mm": 300.0, "z_mm": 150.0, "alpha": 0.1, "stiffness_n_per_m": 5e4}

@@ -7,8 +7,8 @@ import pytest
 from iiwa_sim.cell.bodies import PlaneSettings
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from tests.asked import joint_move, lin_move
 from tests.backdoor.bench import Bench
+from tests.requests import joint_move, lin_move
 
 STIFFNESS = 2e4  # N/m
 TOP_MM = 515.0

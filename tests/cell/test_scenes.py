@@ -12,7 +12,7 @@ from iiwa_sim.cell.cell import load_cells, summary
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.controller.state import snapshot
 from iiwa_sim.frames import Frame
-from tests.asked import ptp_move
+from tests.requests import ptp_move
 from tests.stepped import SteppedRobot
 from tests.world.scenes import table
 

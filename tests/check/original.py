@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from socketserver import BaseRequestHandler, TCPServer, ThreadingMixIn
 from typing import Any
 
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 NUMBERS = {
     "get joint position": "0.0 0.5 -0.0 -1.25 0.0 1.0E-5 0.0",

@@ -13,7 +13,7 @@ from iiwa_sim import Drop, Split
 from iiwa_sim.client import CommandError, Frame, Iiwa, LastError, ReplyError, RobotStatus, UnknownCommandError
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.simulator import Simulator
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 JOINTS = (0.1, 0.5, -0.25, -1.0, 0.0, 1.4, 0.5)
 

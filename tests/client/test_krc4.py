@@ -11,8 +11,8 @@ import pytest
 
 from iiwa_sim.client import Krc4, Krc4Error, ReplyError
 from iiwa_sim.simulator import Simulator
-from tests.krc4_talking import FULL, elements
-from tests.talking import DEADLINE_S
+from tests.krc4_client import FULL, elements
+from tests.line_client import DEADLINE_S
 
 JOINTS_DEG = (0, -90, 90, 0, 90, 0)
 

@@ -8,8 +8,8 @@ import pytest
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.asked import lin_move
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, World, at, surface
+from tests.requests import lin_move
 from tests.stepped import SteppedRobot
 
 ROBOT = SteppedRobot()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Frame
-from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
+from tests.requests import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]

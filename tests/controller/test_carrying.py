@@ -10,7 +10,7 @@ from iiwa_sim.cell.cell import Cell, shared_world
 from iiwa_sim.controller.carrying import NO_TOOL, Inertia, Tool, ToolLoad
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame, compose, rotate
-from tests.asked import joint_move, lin_stiff_move
+from tests.requests import joint_move, lin_stiff_move
 from tests.stepped import ARMS, SteppedRobot, strong
 
 GRAVITY = 9.81

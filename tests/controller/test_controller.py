@@ -16,8 +16,8 @@ from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
-from tests import asked
-from tests.asked import direct_joint_move, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
+from tests import requests
+from tests.requests import direct_joint_move, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
@@ -72,7 +72,7 @@ def test_refused_moves_change_nothing(begins: str) -> None:
     mode, accepted = bothered.controller.mode, bothered.controller.accepted
     for command, parameters, code in REFUSED:
         with pytest.raises(Refused) as refused:
-            bothered.controller.move(getattr(asked, command)(*parameters))
+            bothered.controller.move(getattr(requests, command)(*parameters))
         assert refused.value.code == code, (command, parameters)
         assert refused.value.reason
         assert "\n" not in refused.value.reason

@@ -17,7 +17,7 @@ from iiwa_sim.controller.errors import (
     SUCCESS,
 )
 from iiwa_sim.robot.description import load_robot
-from tests.asked import gravity_hold, joint_move, smart_joint_move
+from tests.requests import gravity_hold, joint_move, smart_joint_move
 from tests.sequences import Recorder, sequences
 from tests.stepped import ARMS, SteppedRobot
 

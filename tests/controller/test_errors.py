@@ -21,7 +21,8 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
-from tests.asked import (
+from tests.protocols.fake_robot import Conversation
+from tests.requests import (
     direct_cartesian_move,
     direct_joint_move,
     joint_move,
@@ -30,7 +31,6 @@ from tests.asked import (
     ptp_move,
     smart_joint_move,
 )
-from tests.protocols.fake_robot import Conversation
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]

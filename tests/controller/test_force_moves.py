@@ -16,8 +16,8 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
-from tests import asked
-from tests.asked import lin_force_move
+from tests import requests
+from tests.requests import lin_force_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 
 STOP_S = 0.1
@@ -74,7 +74,7 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
         each.controller.load.wrench = (0.0, pushed_n, pushed_n, 0.0, 0.0, 0.0)
         each.controller.set_override(override)
     number = force_move(robot, kind)(target, speed, 0.0, (None, 1.0, threshold))
-    cancelled.controller.move(getattr(asked, f"{kind}_move")(target, speed, 0.0))
+    cancelled.controller.move(getattr(requests, f"{kind}_move")(target, speed, 0.0))
     while abs(cancelled.controller.cartesian_force()[2] - pushed_n) <= threshold:
         assert not robot.contacts
         for each in (robot, cancelled):
@@ -97,7 +97,7 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
 
 
 def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
-    return lambda *values: robot.controller.move(getattr(asked, f"{kind}_force_move")(*values))
+    return lambda *values: robot.controller.move(getattr(requests, f"{kind}_force_move")(*values))
 
 
 thresholds = st.tuples(*[st.one_of(st.none(), st.floats(1e-6, 1e3))] * 3)
@@ -129,7 +129,7 @@ def test_in_free_space_force_moves_are_moves_like_others(
             force_move(guarded, kind)(end, speed, blending_mm, each)
         except Refused:  # a line that passes too close to a singular pose
             reject()
-        plain.controller.move(getattr(asked, f"{kind}_move")(end, speed, blending_mm))
+        plain.controller.move(getattr(requests, f"{kind}_move")(end, speed, blending_mm))
     for robot in (guarded, plain):
         robot.runs_until_stopped()
     assert guarded.joints == plain.joints

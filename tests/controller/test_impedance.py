@@ -17,8 +17,8 @@ from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Vector, rotate, transpose
 from iiwa_sim.motion.springs import LEAST_DAMPING_NS_PER_M, MASS_KG
-from tests import asked
-from tests.asked import (
+from tests import requests
+from tests.requests import (
     direct_joint_move,
     gravity_hold,
     joint_move,
@@ -183,8 +183,8 @@ def assert_positions_and_velocities_within_limits(robot: SteppedRobot) -> None:
 def test_without_forces_a_stiffness_move_is_the_move_itself(name: str, kind: str) -> None:
     soft, stiff = at_start(name), at_start(name)
     target = soft.tcp_frame(PLACES[name][1])
-    soft.controller.move(getattr(asked, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE))
-    stiff.controller.move(getattr(asked, f"{kind}_move")(target, 0.5, 0.0))
+    soft.controller.move(getattr(requests, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE))
+    stiff.controller.move(getattr(requests, f"{kind}_move")(target, 0.5, 0.0))
     assert soft.controller.mode is Mode.IMPEDANCE
     assert soft.runs_until_stopped() == stiff.runs_until_stopped()
     assert soft.joints == stiff.joints
@@ -299,7 +299,7 @@ def test_a_stream_is_followed_evenly_with_the_documented_lag(kind: str, hz: int,
     frame = robot.controller.tool_frame()
 
     def move(*parameters: Any) -> int:
-        return robot.controller.move(getattr(asked, f"{kind}_stiff_move")(*parameters))
+        return robot.controller.move(getattr(requests, f"{kind}_stiff_move")(*parameters))
 
     period = round(1.0 / hz / robot.tick_s)
     for k in range(2 * hz):

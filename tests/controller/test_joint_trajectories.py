@@ -19,7 +19,7 @@ from iiwa_sim.controller.joint_trajectories import CANCELLED, MOST_POINTS, Traje
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.joint_trajectory import Knot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
-from tests.asked import joint_move, smart_joint_move
+from tests.requests import joint_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from iiwa_sim.controller.endings import RobotEvent
 from iiwa_sim.controller.errors import STOP_TRIGGERED, ErrorRecord
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
-from tests.asked import gravity_hold, joint_move
 from tests.contact.materials import at
+from tests.requests import gravity_hold, joint_move
 from tests.stepped import strong
 
 TICK_S = 0.002

@@ -16,8 +16,8 @@ from iiwa_sim.controller.modes import SERVO_MODES, Mode
 from iiwa_sim.controller.planner import DIRECT_REACH_RAD
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
-from tests import asked
-from tests.asked import (
+from tests import requests
+from tests.requests import (
     direct_cartesian_move,
     direct_joint_move,
     joint_move,
@@ -138,7 +138,7 @@ def test_the_relative_speeds_are_limits_of_each_joint(servo: str) -> None:
     robot = SteppedRobot()
     robot.goes_to(START)
     speeds = [speed_rel, *[1.0] * 6]
-    robot.controller.move(getattr(asked, f"{servo}_joint_move")([q + 0.08 for q in START], speeds))
+    robot.controller.move(getattr(requests, f"{servo}_joint_move")([q + 0.08 for q in START], speeds))
     robot.runs_until_stopped()
     fastest = np.abs(np.diff(robot.joints, axis=0)).max(axis=0) / TICK_S / robot.description.velocity
     assert fastest[0] == pytest.approx(speed_rel, rel=1e-6)
@@ -151,7 +151,7 @@ def test_a_cartesian_servo_target_moves_the_flange_and_keeps_branch_and_redundan
     robot = SteppedRobot()
     robot.goes_to(START)
     target = flange_at(robot, START)._replace(z_mm=flange_at(robot, START).z_mm - 20.0)
-    robot.controller.move(getattr(asked, f"{servo}_cartesian_move")(target, 1.0))
+    robot.controller.move(getattr(requests, f"{servo}_cartesian_move")(target, 1.0))
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.flange_frame(), target, atol=1e-7)
     assert robot.controller.joints[2] == pytest.approx(START[2], abs=1e-9)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
-from tests.asked import (
+from tests.requests import (
     direct_joint_move,
     joint_move,
     lin_move,

@@ -15,7 +15,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import from_quaternion, shifted
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.nearest import OUT_OF_REACH
-from tests.asked import (
+from tests.requests import (
     joint_move,
     lin_move,
     lin_reach,

@@ -15,8 +15,8 @@ from iiwa_sim.controller.errors import STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.limits_watch import Safety
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.asked import joint_move, lin_move
 from tests.backdoor.bench import backdoor_of
+from tests.requests import joint_move, lin_move
 from tests.stepped import ARMS, SteppedRobot
 
 TICK_S = 0.002

@@ -10,7 +10,7 @@ import pytest
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.state import Snapshot, snapshot
 from iiwa_sim.frames import Frame
-from tests.asked import gravity_hold, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
+from tests.requests import gravity_hold, joint_move, lin_move, lin_stiff_move, ptp_move, smart_joint_move
 from tests.states import SCHEMA
 from tests.stepped import SteppedRobot
 

@@ -13,7 +13,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
-from tests.asked import direct_joint_move, joint_move, lin_joint_move, lin_move, ptp_move, smart_joint_move
+from tests.requests import direct_joint_move, joint_move, lin_joint_move, lin_move, ptp_move, smart_joint_move
 from tests.sequences import ROOMY
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 

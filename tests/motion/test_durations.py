@@ -20,7 +20,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.asked import lin_move, ptp_move
+from tests.requests import lin_move, ptp_move
 from tests.sequences import ROOMY
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 

@@ -14,7 +14,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
-from tests.asked import lin_joint_move, lin_move, ptp_move
+from tests.requests import lin_joint_move, lin_move, ptp_move
 from tests.samples import MANY
 from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_straight, assert_within_limits
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from tests.asked import joint_move, ptp_move
+from tests.requests import joint_move, ptp_move
 from tests.stepped import ARMS, VELOCITY_TOLERANCE, SteppedRobot, assert_within_limits
 
 DESCRIPTIONS = [load_robot(name) for name in ARMS]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.limits import JointLimits
-from tests.asked import direct_joint_move, smart_joint_move
+from tests.requests import direct_joint_move, smart_joint_move
 from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_within_limits, strong
 
 Array = NDArray[np.float64]

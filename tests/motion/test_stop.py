@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.asked import joint_move, ptp_move
+from tests.requests import joint_move, ptp_move
 from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_within_limits
 
 STOP_S = 0.1

@@ -4,7 +4,8 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
 from iiwa_sim.protocols.table import load_table
 from iiwa_sim.robot.description import load_robot
-from tests.asked import (
+from tests.protocols.fake_robot import Conversation, FakeRobot
+from tests.requests import (
     direct_cartesian_move,
     direct_joint_move,
     gravity_hold,
@@ -17,7 +18,6 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.protocols.fake_robot import Conversation, FakeRobot
 
 TABLE = load_table("iiwa")
 LIN = "lin move : 600 0 500 3 0 3 0.5 0"

@@ -13,7 +13,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.protocols.krc4 import Krc4Session
 from iiwa_sim.robot.description import load_robot
 from tests.journal import Journal
-from tests.krc4_talking import IDS, Reply, attributes, replies, request
+from tests.krc4_client import IDS, Reply, attributes, replies, request
 from tests.stepped import SteppedRobot
 
 SIX_AXES = "kr_6_r900_sixx"

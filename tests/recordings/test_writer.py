@@ -15,8 +15,8 @@ from mcap.reader import make_reader
 from iiwa_sim.recordings.read import Recording
 from iiwa_sim.recordings.schemas import LOG
 from iiwa_sim.recordings.writer import Message, Writer
+from tests.line_client import DEADLINE_S, wait_until
 from tests.recordings.recorded import FAR, Robot, contents, states_by_now
-from tests.talking import DEADLINE_S, wait_until
 
 HEAD = {"version": "1", "rate_hz": "500"}
 

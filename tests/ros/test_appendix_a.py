@@ -10,7 +10,7 @@ import pytest
 from iiwa_sim.controller.errors import EMERGENCY_STOP, STOP_TRIGGERED, SUCCESS
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.ros.messages import checked
-from tests.asked import joint_move
+from tests.requests import joint_move
 from tests.ros_robot import RosRobot, command, ptp
 from tests.stepped import assert_within_limits
 

@@ -15,9 +15,9 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros import side
-from tests.needed import lacks
+from tests.line_client import wait_until
+from tests.peers import lacks
 from tests.processes import Process, next_line, refused, running, started
-from tests.talking import wait_until
 
 PYTHON = "/usr/bin/python3"
 RMI = "robot_movement_interface"

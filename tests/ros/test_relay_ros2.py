@@ -18,9 +18,9 @@ from iiwa_sim.ros import relay
 from iiwa_sim.ros.ros2_env import default_folder
 from iiwa_sim.ros.rosbridge_session import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
-from tests.needed import lacks
+from tests.line_client import DEADLINE_S, wait_until
+from tests.peers import lacks
 from tests.processes import refused, running, started, succeeds
-from tests.talking import DEADLINE_S, wait_until
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ros2_rclpy.py"
 USER = Path(__file__).parent / "rclpy_user.py"

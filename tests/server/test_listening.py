@@ -12,7 +12,7 @@ import pytest
 
 from iiwa_sim.server import listening
 from iiwa_sim.server.listening import Acceptor
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 
 class ScarceListener:

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 BLOCK = 5000
 """Commands between two moves."""

@@ -14,7 +14,7 @@ from iiwa_sim.server.budget import PIECE_S, Budget
 from iiwa_sim.server.listening import ListenFault, host_and_port, open_listener
 from iiwa_sim.server.tcp import TcpServer
 from iiwa_sim.simulator import Simulator
-from tests.talking import DEADLINE_S, Client, until
+from tests.line_client import DEADLINE_S, Client, until
 
 
 def server_of(simulator: Simulator) -> TcpServer:

@@ -12,7 +12,7 @@ from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Kind, Transcript, read_file
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.transcript.texts import TranscriptFault
-from tests.krc4_talking import IDS, Krc4Client, attributes, request
+from tests.krc4_client import IDS, Krc4Client, attributes, request
 from tests.simulated_time import simulated_time
 
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)

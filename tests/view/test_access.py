@@ -14,7 +14,7 @@ import viser
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from iiwa_sim.view.access import open_page
-from tests.talking import DEADLINE_S, wait_until
+from tests.line_client import DEADLINE_S, wait_until
 from tests.view.viewer import Viewer, viewing
 
 Page = tuple[viser.ViserServer, int]

@@ -18,7 +18,7 @@ from iiwa_sim.protocols.faults import Garble
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.app import PANEL_PX, VIEWS, look_at
 from tests.cell.cells import EXAMPLES, GRIPPER
-from tests.talking import DEADLINE_S, wait_until
+from tests.line_client import DEADLINE_S, wait_until
 from tests.view.viewer import Message, Viewer, page_at, place_of, viewing
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)

@@ -15,8 +15,8 @@ from websockets.sync.client import ClientConnection, connect
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.app import PANEL_PX
-from tests.needed import program
-from tests.talking import DEADLINE_S, wait_until
+from tests.line_client import DEADLINE_S, wait_until
+from tests.peers import program
 from tests.view.viewer import page_at, place_of
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.simulator import Simulator
-from tests.talking import wait_until
+from tests.line_client import wait_until
 from tests.view.viewer import Viewer
 
 PERIOD_S = 0.05

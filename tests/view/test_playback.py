@@ -16,8 +16,8 @@ from iiwa_sim.recordings.read import STEP_NS, Timeline
 from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.playback import run_playback
+from tests.line_client import DEADLINE_S
 from tests.processes import IIWA_SIM, started
-from tests.talking import DEADLINE_S
 from tests.view.viewer import Viewer, viewing
 
 FAR = (1, 1, 1, -1.5, 1, 1, 1)

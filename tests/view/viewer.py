@@ -19,7 +19,7 @@ from websockets.typing import Origin, Subprotocol
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.app import run_page
 from iiwa_sim.view.connection import Place
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 Message = dict[str, Any]
 

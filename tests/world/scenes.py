@@ -16,7 +16,7 @@ from iiwa_sim.world.arm import Arm
 from iiwa_sim.world.build import wxyz
 from iiwa_sim.world.gripper import CLOSES
 from iiwa_sim.world.world import World
-from tests.asked import lin_move, ptp_move
+from tests.requests import lin_move, ptp_move
 from tests.stepped import SteppedRobot
 
 DOWN = (3.14159265359, 0.0, 3.14159265359)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from iiwa_sim.frames import IDENTITY
-from tests.asked import gravity_hold, lin_stiff_move
+from tests.requests import gravity_hold, lin_stiff_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, Scene, down, hold, part, table
 
 STRONG = HEAD + GRIPPER.replace("grip_force_n = 40", "grip_force_n = 400")

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.motion.impedance import STIFF
 from iiwa_sim.world.gripper import CLOSES
-from tests.asked import lin_move_at
+from tests.requests import lin_move_at
 from tests.world.scenes import CLOSE, TABLE_MM, G, Scene, down, part, table
 
 

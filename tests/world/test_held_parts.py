@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from tests.asked import lin_force_move, lin_move_at, ptp_move
+from tests.requests import lin_force_move, lin_move_at, ptp_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, HOLDS, TABLE_MM, G, Scene, down, part, table
 
 OWN = 1e7

@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from tests.asked import lin_move_at, ptp_move
+from tests.requests import lin_move_at, ptp_move
 from tests.world.scenes import CLOSE, GRIPPER, HEAD, Scene, down, part, table
 
 FASTEST_M_S = 10.0

@@ -11,8 +11,8 @@ import pytest
 
 from iiwa_sim.cell.bodies import BoxSettings
 from iiwa_sim.controller.carrying import ToolLoad
-from tests.asked import lin_move_at
 from tests.backdoor.bench import backdoor_of
+from tests.requests import lin_move_at
 from tests.world.scenes import CLOSE, Scene, down, part, table
 
 CUBES = [

@@ -18,8 +18,8 @@ from iiwa_sim.controller.endings import RobotEvent
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.frames import Frame
 from iiwa_sim.world.world import World
-from tests.asked import lin_move, lin_move_at, ptp_move
 from tests.backdoor.bench import backdoor_of
+from tests.requests import lin_move, lin_move_at, ptp_move
 from tests.world.scenes import CLOSE, DOWN, GRIPPER, HEAD, HOLDS, Scene, down, part, table
 
 FACING = "x_mm = 1290\nalpha = 3.141592653589793"

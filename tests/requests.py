@@ -1,4 +1,4 @@
-"""Requests for moves in few words, as tests ask for them."""
+"""Requests for moves in few words, for tests."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.springs import CartesianImpedance
 
-Asked = Callable[..., MoveRequest]
+RequestOf = Callable[..., MoveRequest]
 BOTH = (Kind.PTP, Kind.LIN)
 
 
-def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
+def _of(kind: Kind, *names: str, **usual: Any) -> RequestOf:
     """Make a request of the values of these names, of which the last may be left out, and of named ones."""
 
-    def asked(*values: Any, **named: Any) -> MoveRequest:
+    def request(*values: Any, **named: Any) -> MoveRequest:
         assert len(values) <= len(names)
         return MoveRequest(kind, **usual | dict(zip(names, values, strict=False)) | named)
 
-    return asked
+    return request
 
 
 def _relative(kind: Kind, by: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from typing import NamedTuple, Self
 
-from tests.talking import DEADLINE_S
+from tests.line_client import DEADLINE_S
 
 IDS = {
     "STO": 1,
