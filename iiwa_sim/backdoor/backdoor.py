@@ -298,7 +298,7 @@ class Backdoor:
     def _handling(self) -> Handling:
         handling = self._controller.handling
         if handling is None:
-            raise Refused(EXECUTION, "the cell has no gripper")
+            raise Refused(EXECUTION, "the cell has no gripper, part or scene")
         return handling
 
     def reply(self, command: str, reply: str, times: int = 1) -> None:
