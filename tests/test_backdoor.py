@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import AsyncIterator, Callable
+from typing import Any
 
 import pytest
 
 from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.simulator import Simulator
 from tests.drivers import connect
 from tests.line_client import Client, until
@@ -80,6 +82,15 @@ async def test_the_driver_reads_pushes_and_inputs_of_the_backdoor(simulator: Sim
     assert await driver.ask("get joint torque") == "0.0 0.0 0.0 0.0 0.0 0.0 0.0"
     assert await driver.ask("get inputs") == await driver.ask("get outputs") == " ".join("0" * 16)
     await driver.leaves()
+
+
+async def test_arguments_in_python_get_the_types_of_the_calls(simulator: Simulator) -> None:
+    calls: Any = simulator.backdoor
+    for call, *wrong in ((calls.emergency_stop, "yes"), (calls.set_input, 1, "on"), (calls.fail, "3060")):
+        with pytest.raises(Refused, match="Expected `"):
+            call(*wrong)
+    calls.set_tool((0, 0, 150, 0, 0, 0))
+    assert simulator.state().tool_frame != simulator.state().flange_frame
 
 
 async def test_a_push_moves_a_resting_robot_on_a_fast_clock() -> None:

@@ -380,7 +380,9 @@ def test_tests_may_share_a_robot(project: Project) -> None:
             driver.ask("get mode")
             driver.close()
             raise AssertionError("on purpose")
-        """
+        """,
+        process=True,
     )
     result.assert_outcomes(passed=3, failed=1)
+    result.stderr.no_fnmatch_line("*leaked*")
     result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*get mode*", "*iiwa_session state*"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.wording import distinct, harmless, shortened
+from iiwa_sim.wording import distinct, harmless
 
 
 @given(st.text("a \n\r\x1b\u2028\u202e\udcff\u00e4"))
@@ -16,18 +16,6 @@ def test_harmless_text_is_one_line_that_prints(text: str) -> None:
 
 def test_unprintable_text_is_escaped() -> None:
     assert harmless("a\nb\x1b\u2028\udcff\u202e\u00e4") == r"a\nb\x1b\u2028\udcff\u202e" + "\u00e4"
-
-
-@given(st.text("ab.\u00e4", max_size=50), st.integers(10, 40))
-def test_shortened_text_keeps_both_ends(text: str, longest: int) -> None:
-    short = shortened(text, longest)
-    if len(text) <= longest:
-        assert short == text
-    else:
-        head, _, tail = short.partition("...") if "..." not in text else (text[:1], "", text[-1:])
-        assert len(short) == longest
-        assert text.startswith(head)
-        assert text.endswith(tail)
 
 
 @given(st.floats(-7, 7), st.floats(-7, 7))

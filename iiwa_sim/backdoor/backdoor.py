@@ -7,8 +7,8 @@ import time
 from asyncio import wrap_future
 from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import wraps
-from inspect import iscoroutinefunction
-from typing import Any
+from inspect import iscoroutinefunction, signature
+from typing import Any, get_type_hints
 
 import msgspec
 
@@ -348,7 +348,7 @@ def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(method)
     def called(self: Backdoor, /, *args: Any, **kwargs: Any) -> Any:
         def act() -> Any:
-            result = method(self, *args, **kwargs)
+            result = method(**_arguments(method, self, *args, **kwargs))
             if acts and (name != "push" or self._pushes.count(name, time.monotonic_ns())):
                 given = ", ".join([*map(repr, args), *(f"{key}={each!r}" for key, each in kwargs.items())])
                 self._dialogue.event(BACKDOOR, harmless(shortened(f"{name}({given})", LONGEST_TEXT)))
@@ -360,6 +360,17 @@ def _between_ticks(method: Callable[..., Any]) -> Callable[..., Any]:
             raise Refused(EXECUTION, str(fault)) from None
 
     return called
+
+
+def _arguments(method: Callable[..., Any], *args: Any, **kwargs: Any) -> dict[str, Any]:
+    """Return the arguments of a call by name, in the types of its parameters. Raises `Refused`."""
+    given, types = signature(method).bind(*args, **kwargs).arguments, get_type_hints(method)
+    for name, value in list(given.items())[1:]:
+        try:
+            given[name] = msgspec.convert(value.tolist() if hasattr(value, "tolist") else value, types[name])
+        except msgspec.ValidationError as fault:
+            raise Refused(EXECUTION, f"{method.__name__}: {name}: {fault}") from None
+    return given
 
 
 for _name, _method in list(vars(Backdoor).items()):
