@@ -1,11 +1,11 @@
 """Command lines: options of the model, and arguments that one command has of its own."""
 
 import argparse
+import os
 import re
 from collections.abc import Container, Iterable, Sequence
 from functools import partial
 from itertools import groupby
-from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim.cli import COMMANDS
@@ -61,7 +61,7 @@ class Parser(argparse.ArgumentParser):
             if not word.startswith("-"):
                 raise SettingError(f"{harmless(shortened(word, 60))}: unexpected argument")
             flags = [name for action in self._actions for name in action.option_strings]
-            if (flag := word.partition("=")[0]) == "--cell":
+            if (flag := word.partition("=")[0]) == "--cell" and self.prog == "iiwa-sim":
                 raise SettingError("--cell: no such option, name the file alone: iiwa-sim CELL.toml")
             raise unknown(flag, flags)
         texts = {field: vars(found).pop(field) for field in OPTIONS if field in found}
@@ -74,7 +74,7 @@ class Parser(argparse.ArgumentParser):
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
     cell = words[0] if words and not words[0].startswith("-") else ""
-    if cell and not cell.endswith(".toml") and not Path(cell).exists():
+    if cell and not cell.endswith(".toml") and not os.path.exists(cell):  # noqa: PTH110 - no OSError
         raise unknown(cell, [*COMMANDS, "--help", "--version"], "no file and no command")
     commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
