@@ -92,6 +92,8 @@ class Readout:
         limits = zip(robot.joints, state.joint_position, robot.position_min, robot.position_max, strict=True)
         bars = "".join(_bar(name, *map(degrees, values)) for name, *values in limits)
         place = _rounded((*state.tool_frame[:3], *map(degrees, state.tool_frame[3:])))
+        if before is state:  # the first of a recording
+            self._speed_mm_s = 0.0
         before, self._before = before or self._before or state, state
         if state.time_s > before.time_s:
             distance_mm = dist(state.tool_frame[:3], before.tool_frame[:3])
