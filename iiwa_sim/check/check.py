@@ -37,7 +37,7 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
         except OSError as fault:
             found = str(fault)
         except TranscriptFault as fault:
-            raise TranscriptFault(f"no server any more at '{probe.event}': {fault}") from None
+            raise TranscriptFault(f"the server disconnected at '{probe.event}': {fault}") from None
         yield probe, Finding(Verdict.DEVIATION, found) if isinstance(found, str) else found
 
 

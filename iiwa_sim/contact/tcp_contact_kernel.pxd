@@ -21,7 +21,7 @@ cdef class Contact:
 cdef class TcpState:
     cdef double[::1] at                # rotation row by row, and place (m) of the TCP in the base
     cdef double[::1] acting            # force (N) and torque (Nm) in base axes
-    cdef bint is_known                     # whether they are known
+    cdef bint is_known                 # whether they are known
 
 cdef class TcpContact:
     cdef readonly double radius_m

@@ -290,7 +290,7 @@ class Controller:
 
     @property
     def under_way(self) -> bool:
-        """True if robot or gripper move and will stop without a command: not in a pause or gravity hold."""
+        """True if the robot moves and will stop without a command, or if gripper or bodies move."""
         return self.motions.ends_by_itself or (self.handling is not None and self.handling.under_way)
 
     @property

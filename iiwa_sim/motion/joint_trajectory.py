@@ -76,7 +76,8 @@ class Reference:
             return self.end if time_s >= self.end_s else self.start, still, still
         k = int(self.times[1:-1].searchsorted(time_s, side="right"))
         piece, length_s = self.pieces[k : k + 1], np.diff(self.times[k : k + 2])
-        u, found = (time_s - self.times[k]) / length_s[0], list[Joints]()
+        u = (time_s - self.times[k]) / length_s[0]
+        found: list[Joints] = []
         for _ in range(3):
             found.append(tuple(reduce(lambda value, row: value * u + row, piece[0, ::-1]).tolist()))
             piece = _differentiated(piece, length_s)

@@ -18,7 +18,7 @@ from iiwa_sim.server.listening import open_listener, peer_of
 from iiwa_sim.server.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
-"""A longer message closes its connection. Some hundred commands fit in."""
+"""A longer message closes its connection. Several hundred commands fit in."""
 READ_BYTES = 64
 """Bytes read at once (ten pings): the library handles all frames in them without a break."""
 SYSTEM_BYTES = 16_384

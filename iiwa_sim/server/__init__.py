@@ -1,1 +1,1 @@
-"""Network servers: bytes in, bytes out, without their meaning."""
+"""Network servers: they pass bytes on, and do not interpret them."""

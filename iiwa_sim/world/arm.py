@@ -36,7 +36,7 @@ LOSES = "part {!r} falls out of the gripper: made to through the backdoor"
 LINKS_M = 0.25
 """No point of a link is farther from the line through its joints."""
 FELT_N, ON_PAD_M = 1.0, 2e-4
-"""A jaw has met a part that presses on it with more; greatest distance of a pad from a part it touches."""
+"""Force (N) above which a jaw has met a part; greatest distance (m) of a pad from a part that it touches."""
 JAW_STANDS_M_S = 5e-4
 """Slower jaws stand, as long as the bodies that they press on do."""
 TCP_INERTIA = np.array([5.0] * 3 + [0.2] * 3)

@@ -185,7 +185,7 @@ class Relay:
                 cancelling = True
                 self._pipe.say("cancel_action_goal", id=goal.number)
         status, result = goal.end.get("status", ABORTED), goal.end.get("values", {"error_code": INVALID_GOAL})
-        if status == CANCELED and not cancelling:  # rclpy reports it to the client that asked
+        if status == CANCELED and not cancelling:  # by another client: rclpy allows it to none
             status, result = ABORTED, {**result, "error_code": INVALID_GOAL}
         {SUCCEEDED: handle.succeed, CANCELED: handle.canceled}.get(status, handle.abort)()
         del self.goals[goal.number]
