@@ -261,6 +261,8 @@ def summary(cells: Sequence[Cell]) -> str:
         tcp, scene, parts = cell.start_tcp(), cell.handled.scene, cell.handled.parts
         frame = " ".join(f"{round(each, 3) + 0.0:.7g}" for each in Frame.from_transform(tcp))
         lines.append(f"robot {cell.name}".rstrip() + f": {cell.description.name}, its TCP starts at {frame}")
+        if gripper := cell.handled.gripper:
+            lines.append(f"gripper: {type(gripper).__name__.lower()} of {gripper.force_n:g} N")
         lines += [] if scene is None else [f"scene: {', '.join(each.name for each in scene.bodies)}"]
         lines += [f"part {part.name!r} {world.state(n)}" for n, (part, _) in enumerate(parts) if world]
         for each in cell.seen():
