@@ -74,7 +74,7 @@ class Parser(argparse.ArgumentParser):
 def from_command_line(words: Sequence[str]) -> Given:
     """Return the options on a command line of `iiwa-sim` without a command. Raises SettingError."""
     cell = words[0] if words and not words[0].startswith("-") else ""
-    if cell and not cell.endswith(".toml") and not os.path.exists(cell):  # noqa: PTH110 - no OSError
+    if cell and not cell.endswith(".toml") and not os.path.exists(cell):  # noqa: PTH110 - raises nothing
         raise unknown(cell, [*COMMANDS, "--help", "--version"], "no file and no command")
     commands = "".join(f"  {name:<16}  {what}\n" for name, what in COMMANDS.items())
     closing = f"commands (see iiwa-sim COMMAND --help):\n{commands}\n{EXAMPLES}\n{ENVIRONMENT_RULE}"
